@@ -1,0 +1,51 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is known of the printed dots in one image."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass
+class Dots:
+    """Dots found in one image, in no order.
+
+    uv: (N, 2) float64, image positions, px (column, row); area: (N,) float64, px^2;
+    sigma: (N,) float64, standard deviation of a position per axis, px.
+    """
+
+    uv: np.ndarray
+    area: np.ndarray
+    sigma: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.uv)
+
+
+@dataclass
+class DotTracks:
+    """Dots under numbers that stay their own; entry k of each array belongs to the same dot.
+
+    rows, columns: of the printed grid (0 for a pattern that is no grid); id: (N,) int64, row * columns + column on a grid, a track number elsewhere;
+    uv, duv: (N, 2) float64, place and displacement from the untouched reference, px; area: (N,) px^2; sigma: (N,) px per axis;
+    xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are left out.
+    """
+
+    rows: int
+    columns: int
+    id: np.ndarray
+    uv: np.ndarray
+    area: np.ndarray
+    sigma: np.ndarray
+    duv: np.ndarray
+    xyz: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    @property
+    def rest_uv(self) -> np.ndarray:
+        """(N, 2) places of the same dots in the untouched reference, px."""
+        return self.uv - self.duv

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touchpad's rest shape: a spherical cap clamped at its rim (paper touchpad_contact_region, section 2)."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument
+
+
+@dataclass(frozen=True)
+class Cap:
+    """A spherical cap over the rim plane z = 0: curvature_radius and height in m; the sphere's centre lies on the z axis."""
+
+    curvature_radius: float = 0.020
+    height: float = 0.013
+
+    def __post_init__(self):
+        if not 0 < self.height <= 2 * self.curvature_radius < np.inf:
+            raise BadArgument(f'cap: need 0 < height <= 2 curvature_radius, got height {self.height}, radius {self.curvature_radius} m')
+
+    @property
+    def centre_z(self) -> float:
+        """Height of the sphere's centre over the rim plane, m."""
+        return self.height - self.curvature_radius
+
+    @property
+    def rim_radius(self) -> float:
+        """Radius of the clamped rim, m."""
+        return float(np.sqrt(self.curvature_radius**2 - self.centre_z**2))
+
+    def ranges(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Distances (N,) from origin (3,) along unit rays (N, 3) to the far side of the sphere, m; NaN where a ray misses it."""
+        offset = origin - np.array([0.0, 0.0, self.centre_z])
+        along = rays @ offset
+        inside = along**2 - offset @ offset + self.curvature_radius**2
+        return -along + np.sqrt(np.where(inside >= 0, inside, np.nan))
+
+    def meet(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Places (N, 3) where unit rays (N, 3) from origin (3,) meet the cap from inside, m; NaN where a ray misses it."""
+        return origin + self.ranges(origin, rays)[:, None] * rays
