@@ -17,3 +17,11 @@ class BadFrame(TactileError):
 
 class BadCalibration(TactileError, ValueError):
     """A calibration file is missing, broken, for another sensor, or its data cannot determine the model."""
+
+
+class DegenerateFit(TactileError):
+    """A fit has no single answer from these points; `reason` names why (too_few, coincident, collinear, reflection)."""
+
+    def __init__(self, reason: str, message: str):
+        super().__init__(f'{reason}: {message}')
+        self.reason = reason

@@ -1,0 +1,87 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Values of dots laid out on their grid, and what neighbours on it tell: normals of the surface, values of unseen dots."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import BadArgument
+
+
+def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """(rows, columns, ...) float64 array of values (N, ...) at ids (N,) = row * columns + column; NaN where no dot was seen.
+
+    Raises BadArgument for ids that are off the grid or come twice.
+    """
+    ids = np.asarray(ids)
+    if len(ids) and (ids.min() < 0 or ids.max() >= rows * columns or len(np.unique(ids)) != len(ids)):
+        raise BadArgument(f'dot ids must be different numbers from 0 to {rows * columns - 1} ({rows} rows x {columns} columns)')
+    values = np.asarray(values, float)
+    grid = np.full((rows * columns, *values.shape[1:]), np.nan)
+    grid[ids] = values
+    return grid.reshape(rows, columns, *values.shape[1:])
+
+
+def grid_slopes(grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Differences per column and per row of grid (rows, columns, ...): central, one-sided next to a gap, NaN where alone."""
+    return _slope(grid, 1), _slope(grid, 0)
+
+
+def _slope(grid: np.ndarray, axis: int) -> np.ndarray:
+    pad = [(1, 1) if k == axis else (0, 0) for k in range(grid.ndim)]
+    wide = np.pad(grid, pad, constant_values=np.nan)
+    step = np.diff(wide, axis=axis)
+    count = step.shape[axis]
+    before, after = np.take(step, range(count - 1), axis), np.take(step, range(1, count), axis)
+    both = 0.5 * (before + after)
+    return np.where(np.isnan(both), np.where(np.isnan(before), after, before), both)
+
+
+def grid_normals(xyz: np.ndarray) -> np.ndarray:
+    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), out of the sensor; NaN where neighbours lack."""
+    along_column, along_row = grid_slopes(xyz)
+    normal = np.cross(along_column, along_row)
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.divide(normal, length, out=np.full_like(normal, np.nan), where=length > 0)
+
+
+def fill_unseen(grid: np.ndarray) -> np.ndarray:
+    """grid (rows, columns, ...) with NaN entries continued from their neighbours: linearly along row and column, else their mean.
+
+    All NaN stays all NaN.
+    """
+    grid = np.array(grid, float)
+    while np.isnan(grid).any():
+        guess = _from_neighbours(grid)
+        hole = np.isnan(grid) & ~np.isnan(guess)
+        if not hole.any():
+            break
+        grid[hole] = guess[hole]
+    return grid
+
+
+def _from_neighbours(grid: np.ndarray) -> np.ndarray:
+    """Mean of what both axes predict for each node: between two neighbours, else straight on from two beyond, else the next one."""
+    total, count = np.zeros_like(grid), np.zeros(grid.shape)
+    for axis in (0, 1):
+        near = [_shifted(grid, step, axis) for step in (-2, -1, 1, 2)]
+        between = 0.5 * (near[1] + near[2])
+        straight = [2 * near[1] - near[0], 2 * near[2] - near[3]]
+        guess = between
+        for other in (*straight, near[1], near[2]):
+            guess = np.where(np.isnan(guess), other, guess)
+        known = ~np.isnan(guess)
+        total[known] += guess[known]
+        count += known
+    return np.divide(total, count, out=np.full_like(grid, np.nan), where=count > 0)
+
+
+def _shifted(grid: np.ndarray, step: int, axis: int) -> np.ndarray:
+    out = np.full_like(grid, np.nan)
+    length = grid.shape[axis]
+    source = [slice(None)] * grid.ndim
+    target = [slice(None)] * grid.ndim
+    source[axis] = slice(max(step, 0), length + min(step, 0))
+    target[axis] = slice(max(-step, 0), length + min(-step, 0))
+    out[tuple(target)] = grid[tuple(source)]
+    return out

@@ -1,0 +1,178 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rigid motion that carries one set of points onto another, with its degenerate cases named and its uncertainty given."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument, DegenerateFit
+
+# Spread across the narrow direction, relative to the long one (both as variances), under which the turn about the long one is lost.
+_NARROW = 1e-6
+# A mirror image is told from noise by its third singular value, relative to the second: noise reaches this at 10 % of the spread.
+_MIRRORED = 1e-2
+_TUKEY = 4.685  # 95 % efficiency on normal errors
+_STARTS = 24
+
+
+@dataclass(frozen=True)
+class RigidFit:
+    """q = rotation @ p + translation.
+
+    rotation: (3, 3); translation: (3,) m; residuals: (N, 3) m, q less its prediction; weights: (N,) as used in the last step;
+    covariance: (6, 6) of (small rotation vector, rad, applied after rotation about the sensor's origin; translation, m).
+    """
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    residuals: np.ndarray
+    weights: np.ndarray
+    covariance: np.ndarray
+
+    def apply(self, points: np.ndarray) -> np.ndarray:
+        """Points (N, 3) carried along by the motion."""
+        return points @ self.rotation.T + self.translation
+
+    @property
+    def rotation_vector(self) -> np.ndarray:
+        """(3,) axis times angle, rad."""
+        return rotation_vector(self.rotation)
+
+
+def rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """(3,) axis times angle (rad, at most pi) of a rotation matrix (3, 3), exact for small angles too."""
+    skew = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    sine = np.linalg.norm(skew)
+    cosine = 0.5 * (np.trace(rotation) - 1)
+    if sine > 1e-7:
+        return skew * (np.arctan2(sine, cosine) / sine)
+    if cosine > 0:
+        return skew
+    axis = np.sqrt(np.maximum(np.diag(rotation) + 1, 0) / 2)
+    axis *= np.where(rotation[np.argmax(axis)] < 0, -1, 1)
+    return np.pi * axis
+
+
+def rotation_matrix(vector: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) by a vector (3,) of axis times angle, rad (Rodrigues)."""
+    angle = np.linalg.norm(vector)
+    x, y, z = vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0.0]])
+    half = np.sinc(angle / 2 / np.pi)
+    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half**2 * cross @ cross
+
+
+def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -> RigidFit:
+    """Least squares over p (N, 3) and q (N, 3), m, by SVD (Kabsch; Umeyama without scale).
+
+    weights (N,): 1 / variance of a coordinate, m^-2; without them all are equal and the covariance is scaled by the residuals.
+    Raises BadArgument for wrong shapes, NaN or negative weights; DegenerateFit where the points leave the motion open.
+    """
+    p, q, w = _checked(p, q, weights)
+    rotation, translation = _solve(p, q, w)
+    residuals = q - p @ rotation.T - translation
+    return RigidFit(rotation, translation, residuals, w, _covariance(q - residuals, residuals, w, weights is not None))
+
+
+def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
+    """The motion that most points share, whatever the others do: Tukey's biweight from the best of some fixed starts.
+
+    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are triples drawn by a
+    fixed rule, so that the same points give the same answer. Weights of points that do not share the motion are 0.
+    Raises BadArgument, DegenerateFit as fit_rigid.
+    """
+    sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
+    if not (np.isfinite(sigma).all() and (sigma > 0).all()):
+        raise BadArgument('fit_rigid_robust: sigma must be positive and finite, m')
+    p, q, base = _checked(p, q, sigma**-2.0)
+    rotation, translation = _best_start(p, q, base)
+    weights = base
+    for _ in range(steps):
+        scaled = np.sum((q - p @ rotation.T - translation)**2, axis=1) * base
+        previous, weights = weights, base * np.maximum(1 - scaled / (3 * _TUKEY**2), 0)**2
+        rotation, translation = _solve(p, q, weights)
+        if np.allclose(weights, previous, rtol=1e-4, atol=1e-4 * base.max()):
+            break
+    residuals = q - p @ rotation.T - translation
+    return RigidFit(rotation, translation, residuals, weights, _covariance(q - residuals, residuals, weights, True))
+
+
+def _checked(p, q, weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    w = np.ones(len(p)) if weights is None else np.asarray(weights, float)
+    if p.ndim != 2 or p.shape[1] != 3 or q.shape != p.shape or w.shape != (len(p),):
+        raise BadArgument(f'rigid fit: need p and q (N, 3) and weights (N,), got {p.shape}, {q.shape}, {w.shape}')
+    if not (np.isfinite(p).all() and np.isfinite(q).all() and np.isfinite(w).all() and (w >= 0).all()):
+        raise BadArgument('rigid fit: points and weights must be finite, weights not negative; leave unseen dots out')
+    return p, q, w
+
+
+def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if np.count_nonzero(w) < 3:
+        raise DegenerateFit('too_few', f'a rigid motion needs 3 points of positive weight, got {np.count_nonzero(w)}')
+    total = w.sum()
+    p_mean, q_mean = w @ p / total, w @ q / total
+    p_off, q_off = p - p_mean, q - q_mean
+    u, s, vt = np.linalg.svd((w[:, None] * q_off).T @ p_off / total)
+    sign = np.linalg.det(u) * np.linalg.det(vt)
+    _check_rank(p_off, q_off, w / total, s, sign)
+    rotation = (u * [1, 1, np.sign(sign)]) @ vt
+    return rotation, q_mean - rotation @ p_mean
+
+
+def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, s: np.ndarray, sign: float) -> None:
+    for name, off in (('p', p_off), ('q', q_off)):
+        spread = np.linalg.eigvalsh((share[:, None] * off).T @ off)
+        if spread[2] <= 1e-24:  # a picometre: the points coincide in any sensor
+            raise DegenerateFit('coincident', f'all points of {name} are at one place')
+        if spread[1] <= _NARROW * spread[2]:
+            raise DegenerateFit('collinear', f'the points of {name} lie on a line; the turn about it is open')
+    if sign < 0 and s[2] > _MIRRORED * s[1]:
+        raise DegenerateFit('reflection', 'q is a mirror image of p, no rigid motion makes it')
+
+
+def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known: bool) -> np.ndarray:
+    """(6, 6) by the normal equations; carried: (N, 3) predicted places; scaled by the residuals unless weights are known variances."""
+    centre = w @ carried / w.sum()
+    arm = carried - centre
+    inertia = np.eye(3) * (w @ np.sum(arm**2, axis=1)) - (w[:, None] * arm).T @ arm
+    turn = np.linalg.inv(inertia)
+    cross = np.array([[0, -centre[2], centre[1]], [centre[2], 0, -centre[0]], [-centre[1], centre[0], 0]])
+    covariance = np.empty((6, 6))
+    covariance[:3, :3] = turn
+    covariance[:3, 3:] = turn @ cross.T
+    covariance[3:, :3] = covariance[:3, 3:].T
+    covariance[3:, 3:] = cross @ turn @ cross.T + np.eye(3) / w.sum()
+    if known:
+        return covariance
+    freedom = 3 * len(w) - 6
+    return covariance * (np.sum(w[:, None] * residuals**2) / freedom if freedom > 0 else np.nan)
+
+
+def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of the fit to all points and of fits to neighbourhoods, the one with the least truncated loss."""
+    candidates = [np.arange(len(p)), *_neighbourhoods(p)]
+    best, answer, failure = np.inf, None, None
+    for chosen in candidates:
+        try:
+            rotation, translation = _solve(p[chosen], q[chosen], base[chosen])
+        except DegenerateFit as error:
+            failure = error
+            continue
+        loss = np.minimum(np.sum((q - p @ rotation.T - translation)**2, axis=1) * base, 9.0).sum()
+        if loss < best:
+            best, answer = loss, (rotation, translation)
+    if answer is None:
+        raise failure
+    return answer
+
+
+def _neighbourhoods(p: np.ndarray) -> list[np.ndarray]:
+    """Index sets of up to nine points that are near each other, around evenly chosen ones: a part that moves as one lies together."""
+    if len(p) <= 9:
+        return []
+    centres = np.unique(np.linspace(0, len(p) - 1, min(_STARTS, len(p))).astype(int))
+    distance = np.sum((p[centres, None] - p[None])**2, axis=2)
+    return list(np.argpartition(distance, 8, axis=1)[:, :9])
