@@ -1,0 +1,110 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""`ros2 launch`, used where the package ros2launch is absent: the same command line, over the same launch service."""
+
+import argparse
+import pathlib
+
+from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
+from launch import LaunchContext, LaunchDescription, LaunchService
+from launch.actions import IncludeLaunchDescription, RegisterEventHandler
+from launch.event_handlers import OnProcessExit, OnShutdown
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+from ros2cli.command import CommandExtension
+
+INTERRUPTED = (-2, 130)  # exit codes of a process that ended by our own SIGINT
+
+
+class LaunchCommand(CommandExtension):
+    """Run a launch file."""
+
+    def add_arguments(self, parser, cli_name):
+        """Declare the command line."""
+        parser.add_argument('-n', '--noninteractive', action='store_true', help='Run without a terminal')
+        parser.add_argument('-d', '--debug', action='store_true', help='Log what launch itself does')
+        parser.add_argument('-p', '--print', '--print-description', action='store_true', help='Print the launch description, run nothing')
+        parser.add_argument('-s', '--show-args', '--show-arguments', action='store_true', help='Show the arguments of the launch file')
+        parser.add_argument('package_name', help='Package that holds the launch file, or path of a launch file')
+        parser.add_argument('launch_file_name', nargs='?', help='Name of the launch file, when a package was given')
+        parser.add_argument('launch_arguments', nargs=argparse.REMAINDER, help='Arguments as name:=value')
+
+    def main(self, *, parser, args):
+        """Find the file, then show its arguments, print it, or run it; return the exit code."""
+        try:
+            path, words = find_launch_file(args.package_name, args.launch_file_name, args.launch_arguments)
+            arguments = parse_arguments(words)
+        except ValueError as error:
+            return str(error)
+        source = AnyLaunchDescriptionSource(str(path))
+        if args.show_args:
+            show_arguments(source.get_launch_description(LaunchContext(argv=words)))
+            return 0
+        if args.print:
+            print('\n'.join(entity.describe() if hasattr(entity, 'describe') else str(entity)
+                            for entity in source.get_launch_description(LaunchContext(argv=words)).entities))
+            return 0
+        return run(IncludeLaunchDescription(source, launch_arguments=arguments), words, args.noninteractive, args.debug)
+
+
+def find_launch_file(first, second, rest):
+    """Return (path, words that are left for the launch file); ValueError when there is no such package or file."""
+    if pathlib.Path(first).is_file():
+        return pathlib.Path(first), ([second] if second else []) + rest
+    try:
+        share = pathlib.Path(get_package_share_directory(first))
+    except (PackageNotFoundError, ValueError):
+        raise ValueError(f"'{first}' is neither an installed package nor a launch file") from None
+    found = sorted(share.rglob(second)) if second else []
+    if len(found) == 1:
+        return found[0], rest
+    known = ' '.join(sorted({path.name for path in share.rglob('*launch.*')})) or 'none'
+    reason = 'several files' if found else 'no launch file'
+    raise ValueError(f"{reason} '{second or ''}' in package '{first}', which has: {known}")
+
+
+def parse_arguments(words):
+    """Return [(name, value), ...] of words such as name:=value; ValueError for any other word."""
+    for word in words:
+        if ':=' not in word.lstrip(':='):
+            raise ValueError(f"launch argument '{word}' is not of the form name:=value")
+    return [tuple(word.split(':=', 1)) for word in words]
+
+
+def show_arguments(description):
+    """Print name, text and default of each argument that the launch description declares."""
+    declared = description.get_launch_arguments()
+    print("Arguments (pass arguments as '<name>:=<value>'):" if declared else 'No arguments.')
+    for argument in declared:
+        print(f"\n    '{argument.name}':\n        {argument.description}")
+        if argument.choices:
+            print(f'        one of: {", ".join(argument.choices)}')
+        if argument.default_value is not None:
+            print(f"        (default: '{''.join(part.describe() for part in argument.default_value)}')")
+
+
+class ExitCodes:
+    """Watches the processes of a launch: `failed` holds the names of those that did not end cleanly."""
+
+    def __init__(self):
+        """Start with nothing failed and no shutdown asked for."""
+        self.failed = []
+        self._shutting_down = False
+
+    def handlers(self):
+        """Return the actions that connect this object to a launch."""
+        return [RegisterEventHandler(OnProcessExit(on_exit=self._on_exit)), RegisterEventHandler(OnShutdown(on_shutdown=self._on_shutdown))]
+
+    def _on_exit(self, event, context):
+        if event.returncode and not (self._shutting_down and event.returncode in INTERRUPTED):
+            self.failed.append(event.process_name)
+
+    def _on_shutdown(self, event, context):
+        self._shutting_down = True
+
+
+def run(entity, words, noninteractive, debug):
+    """Run the entity until all its processes have ended; return 0 when launch and each process ended cleanly, else 1."""
+    codes = ExitCodes()
+    service = LaunchService(argv=words, noninteractive=noninteractive, debug=debug)
+    service.include_launch_description(LaunchDescription(codes.handlers() + [entity]))
+    return 1 if service.run() or codes.failed else 0

@@ -1,0 +1,34 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Build rules of tactile_bringup, run by colcon."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'tactile_bringup'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test', 'test.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
+        ('share/' + PACKAGE, ['package.xml']),
+        ('share/' + PACKAGE + '/launch', sorted(glob('launch/*.launch.py'))),
+        ('share/' + PACKAGE + '/params', sorted(glob('params/*.yaml'))),
+        ('share/' + PACKAGE + '/rviz', sorted(glob('rviz/*.rviz'))),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='The tactile authors',
+    maintainer_email='tactile@users.noreply.github.com',
+    description='Launch files and parameters of the tactile sensors, RViz configurations, markers, the demo.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'markers_node = tactile_bringup.nodes.markers_node:main',
+            'demo = tactile_bringup.demo.main:main',
+        ],
+    },
+)

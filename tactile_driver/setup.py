@@ -1,0 +1,28 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Build rules of tactile_driver, run by colcon."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'tactile_driver'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test', 'test.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
+        ('share/' + PACKAGE, ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='The tactile authors',
+    maintainer_email='tactile@users.noreply.github.com',
+    description='Drivers of tactile sensors: one node for a device, a recording or a simulated sensor.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'camera_node = tactile_driver.nodes.camera_node:main',
+        ],
+    },
+)
