@@ -41,3 +41,8 @@ class Cap:
     def meet(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """Places (N, 3) where unit rays (N, 3) from origin (3,) meet the cap from inside, m; NaN where a ray misses it."""
         return origin + self.ranges(origin, rays)[:, None] * rays
+
+    def heights(self, xy: np.ndarray) -> np.ndarray:
+        """Heights (N,) of the rest shape over the rim plane at xy (N, 2), m; NaN beyond the sphere."""
+        inside = self.curvature_radius**2 - np.sum(np.square(xy), axis=1)
+        return self.centre_z + np.sqrt(np.where(inside >= 0, inside, np.nan))

@@ -1,0 +1,134 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Separate touches: one Contact for each region, under a number that it keeps while the touch lasts."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument
+from .foremost import deepest, foremost_point
+from .region import ContactDots, Region
+from ..surface.cap import Cap
+
+OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
+_SOLID = 0.8  # share of its convex hull that a region fills (holes filled) when it is one touch
+
+
+@dataclass(frozen=True)
+class ContactEstimate:
+    """The fields of tactile_msgs/Contact, and the dots that belong to it.
+
+    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the normal, NaN when
+    unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the frame's dots.
+    """
+
+    id: int
+    position: np.ndarray
+    normal: np.ndarray
+    depth: float
+    force: float
+    position_covariance: np.ndarray
+    flags: int
+    members: np.ndarray
+
+
+class ContactTracker:
+    """Contacts frame by frame.
+
+    A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
+    not farther than its own pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its number; the
+    contact is AMBIGUOUS as long as it lasts undivided. Of parts that a region splits into, the one with most dots in common keeps the number.
+    calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
+    """
+
+    def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
+        for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
+            if value is not None and not 0 < value < np.inf:
+                raise BadArgument(f'contact tracker: {name} must be positive, m, got {value}')
+        self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the present touches; numbers are not used again."""
+        self._last: dict[int, _Track] = {}
+
+    def process(self, dots: ContactDots, regions: list[Region]) -> list[ContactEstimate]:
+        """One contact for each region of this frame, in their order."""
+        held = [set(np.asarray(dots.ids)[region.members].tolist()) for region in regions]
+        chosen = _match(held, regions, self._last)
+        contacts, tracks = [], {}
+        for k, region in enumerate(regions):
+            number = chosen.get(k)
+            if number is None:
+                number, self._next = self._next, self._next + 1
+            merged = self._is_merged(number, held[k], chosen)
+            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged)
+            contacts.append(self._contact(number, dots, region, merged))
+        self._last = tracks
+        return contacts
+
+    def _is_merged(self, number: int, held: set, chosen: dict[int, int]) -> bool:
+        """Whether this contact holds what were several ones: it was merged before, or swallows one that ends now."""
+        before = self._last.get(number)
+        ended = [track for other, track in self._last.items() if other not in chosen.values()]
+        swallowed = any(len(track.held & held) > len(track.held) / 2 for track in ended)
+        split = before is not None and len(chosen) > len(self._last)
+        return swallowed or (before is not None and before.merged and not split)
+
+    def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
+        position, covariance = foremost_point(dots, region)
+        depth = deepest(dots, region, self._cap)
+        normal = region.moments.normal
+        force = np.nan if dots.force is None else float(-normal @ _force(dots, region))
+        return ContactEstimate(number, position, normal, depth, force, covariance, self._flags(dots, region, position, depth, merged), region.members)
+
+    def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
+        place = region.outline.grid_points
+        flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
+        if merged or _solidity(place) < _SOLID:
+            flags |= AMBIGUOUS
+        beyond = self._depth is not None and depth > self._depth
+        outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
+        return flags | (OUT_OF_RANGE if beyond or outside else 0)
+
+
+@dataclass(frozen=True)
+class _Track:
+    held: set
+    centroid: np.ndarray
+    area: float
+    merged: bool
+
+
+def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:
+    """Number for each region that goes on: pairs by most dots in common, then by the least gap."""
+    pairs = []
+    for k, region in enumerate(regions):
+        for number, track in last.items():
+            gap = np.linalg.norm(region.moments.centroid - track.centroid) - np.sqrt(region.moments.area / np.pi) - np.sqrt(track.area / np.pi)
+            common = len(held[k] & track.held)
+            if common or gap < 1.5 * region.pitch:
+                pairs.append((-common, gap, number, k))
+    chosen: dict[int, int] = {}
+    for _, _, number, k in sorted(pairs):
+        if k not in chosen and number not in chosen.values():
+            chosen[k] = number
+    return chosen
+
+
+def _force(dots: ContactDots, region: Region) -> np.ndarray:
+    """(3,) N: forces of the dots in the region and of their neighbours, where a border between dots leaves a part."""
+    inside = np.zeros(dots.rows * dots.columns, np.uint8)
+    inside[np.asarray(dots.ids)[region.members]] = 1
+    near = cv2.dilate(inside.reshape(dots.rows, dots.columns), np.ones((3, 3), np.uint8)).ravel()
+    return dots.force[near[dots.ids] > 0].sum(axis=0)
+
+
+def _solidity(loop: np.ndarray) -> float:
+    points = loop.astype(np.float32).reshape(-1, 1, 2)
+    hull = cv2.contourArea(cv2.convexHull(points))
+    return cv2.contourArea(points) / hull if hull > 0 else 1.0

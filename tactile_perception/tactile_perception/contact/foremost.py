@@ -1,0 +1,131 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the object's foremost part stands and how deep it is pressed, from the dots that lie on it."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..surface.cap import Cap
+from .moments import Moments
+from .outline import surface_points
+from .region import ContactDots, Region
+
+_SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from that of a plane
+_BENT = 0.1  # turn of the surface (rad) from the middle of a region to its border, under which it is a face
+_ROUND = 2.5  # largest ratio of the principal curvatures of what is taken for a fingertip
+_REACH = 2.6  # pitches around the deepest dot within which depth is smoothed by a quadratic
+_QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
+
+
+def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
+    """Position (3,), m, of a contact on the present surface, and its covariance (3, 3), m^2.
+
+    The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where the
+    object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not curve (a face, an edge), it is the
+    area centroid of the region.
+    """
+    centroid, covariance = _centroid(dots, region)
+    points = dots.xyz[region.members] - centroid
+    if len(points) < _QUADRATIC:
+        return centroid, covariance
+    offset, doubt = _round_tip(points, region.moments, dots.sigma)
+    if not np.isfinite(offset).all() or offset @ offset > 2 * region.moments.area:
+        return centroid, covariance
+    place = surface_points(region.surface, region.grid_place(centroid[:2] + offset))
+    return place[0], covariance + doubt
+
+
+def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) x and y, m, of the lowest point of the object under points (N, 3) from their centroid, and its covariance (3, 3); 0 for a face."""
+    normal = moments.normal
+    frame = _tangent_frame(normal)
+    curvature, sd, directions, slope = _principal_curvatures(points @ frame.T, sigma)
+    reach = 2 * np.std(points @ frame[:2].T @ directions, axis=0)
+    curved = (curvature > _SIGNIFICANT * sd) & (curvature * reach > _BENT)
+    if curved.all() and curvature[1] < _ROUND * curvature[0]:
+        return _sphere_tip(points, sigma)
+    offset, covariance = np.zeros(3), np.zeros((3, 3))
+    for k in np.flatnonzero(curved):
+        direction = directions[:, k] @ frame[:2]
+        steep = direction[2] / normal[2] + slope @ directions[:, k]
+        length = -steep / np.hypot(1, steep) / curvature[k]
+        offset += length * direction
+        covariance += np.outer(direction, direction) * (length * sd[k] / curvature[k])**2
+    return offset[:2], covariance
+
+
+def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
+    centroid = region.moments.centroid
+    sds = [region.boundary_sd([loop[:, k] - centroid[k] for loop in region.outline.loops]) / region.moments.area for k in range(3)]
+    count = max(int(region.members.sum()), 1)
+    return centroid, np.diag(np.square(sds)) + np.diag([0, 0, dots.sigma**2 / count])
+
+
+def _tangent_frame(normal: np.ndarray) -> np.ndarray:
+    """(3, 3): rows are two directions in the plane across normal (3,), then normal."""
+    first = np.cross([0.0, 1.0, 0.0], normal)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first), normal])
+
+
+def _principal_curvatures(local: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Curvatures (2,), smaller first, 1/m, positive where the object bulges into the sensor; their standard deviations; directions (2, 2) as columns; slope (2,)."""
+    u, v, w = local.T
+    design = np.stack([np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v], axis=1)
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
+    inverse = np.linalg.pinv(design / scale)
+    found = (inverse @ w) / scale
+    residual = w - design @ found
+    noise = max(sigma, float(np.sqrt(residual @ residual / max(len(w) - 6, 1))))
+    covariance = (inverse @ inverse.T) / np.outer(scale, scale) * noise**2
+    curvature, vectors = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
+    weights = np.stack([vectors[0]**2, 2 * vectors[0] * vectors[1], vectors[1]**2], axis=1)
+    sd = np.sqrt(np.einsum('ki,ij,kj->k', weights, covariance[3:, 3:], weights))
+    return curvature, sd, vectors, found[1:3]
+
+
+def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) x and y, m, of the centre of the sphere through points (N, 3), m, and their covariance in (3, 3); NaN where there is no sphere."""
+    design = np.column_stack([2 * points, np.ones(len(points))])
+    scale = np.abs(design).max(axis=0)
+    inverse = np.linalg.pinv(design / scale)
+    found = inverse @ np.sum(points**2, axis=1) / scale
+    square = found[3] + found[:3] @ found[:3]
+    spread = (inverse @ inverse.T) / np.outer(scale, scale) * 4 * square * sigma**2
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = spread[:2, :2]
+    return (found[:2] if square > 0 else np.full(2, np.nan)), covariance
+
+
+def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
+    """Depth, m: how far along z the object would have to go back to just touch the surface at rest.
+
+    It is the largest height of the rest shape over the present surface in the region; a quadratic through the dots
+    around the deepest one takes the noise out and finds the place between them.
+    """
+    points = dots.xyz[region.members]
+    if not len(points):
+        points = region.outline.points
+    gap = cap.heights(points[:, :2]) - points[:, 2]
+    if not np.isfinite(gap).any():
+        return np.nan
+    middle = int(np.nanargmax(gap))
+    offset = (points[:, :2] - points[middle, :2]) / region.pitch
+    near = (np.hypot(*offset.T) < _REACH) & np.isfinite(gap)
+    if near.sum() < _QUADRATIC:
+        return float(gap[middle])
+    return float(_smoothed_peak(offset[near], gap[near]))
+
+
+def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
+    """Largest value of the quadratic through gap (N,) at offset (N, 2), at the points or, where it has one between them, at its top."""
+    x, y = offset.T
+    design = np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
+    found = np.linalg.lstsq(design, gap, rcond=None)[0]
+    best = (design @ found).max()
+    bend = np.array([[found[3], found[4]], [found[4], found[5]]])
+    if np.linalg.eigvalsh(bend)[1] >= 0:
+        return best
+    top = -np.linalg.solve(bend, found[1:3])
+    inside = (np.abs(top) <= np.abs(offset).max(axis=0)).all()
+    return max(best, found[0] + 0.5 * found[1:3] @ top) if inside else best

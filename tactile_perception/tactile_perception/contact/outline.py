@@ -1,0 +1,200 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Outlines of contact regions: the half-level contour of what the dots say, between the dots, on the present surface."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument
+from .grid_surface import fill_unseen
+
+_TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
+# Segments of a cell by which corners are inside (1 top left, 2 top right, 4 bottom right, 8 bottom left): edge it comes from, edge it goes
+# to, with the inside on the side of growing row when going along growing column, so that outlines turn from +x to +y. Two diagonal
+# corners: first the pair where the middle is outside, then the pair where it is inside.
+_SEGMENTS = {1: (_TOP, _LEFT), 2: (_RIGHT, _TOP), 4: (_BOTTOM, _RIGHT), 8: (_LEFT, _BOTTOM), 3: (_RIGHT, _LEFT), 6: (_BOTTOM, _TOP),
+             12: (_LEFT, _RIGHT), 9: (_TOP, _BOTTOM), 7: (_BOTTOM, _LEFT), 11: (_RIGHT, _BOTTOM), 13: (_TOP, _RIGHT), 14: (_LEFT, _TOP)}
+_SADDLES = {5: ((1, 4), (13, 7)), 10: ((2, 8), (14, 11))}
+# A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
+_LABEL_SPREAD = np.array([0.107, 0.786, 0.107])
+
+
+@dataclass(frozen=True)
+class Outline:
+    """One region: a closed polygon and the holes in it, in the sensor frame and on the grid (last vertex joins the first).
+
+    points: (M, 3) m, M >= 3, turning from +x to +y; holes: list of (M, 3) m, turning the other way; grid_points, grid_holes: the same
+    vertices as (row, column), where a dot is at whole numbers.
+    """
+
+    points: np.ndarray
+    holes: list[np.ndarray]
+    grid_points: np.ndarray
+    grid_holes: list[np.ndarray]
+
+    @property
+    def loops(self) -> list[np.ndarray]:
+        """The outline and its holes, (M, 3) each."""
+        return [self.points, *self.holes]
+
+
+def label_score(contact: np.ndarray) -> np.ndarray:
+    """Score (rows, columns), level 0.5, from labels alone: contact (rows, columns) of 0 and 1, NaN where no dot was seen."""
+    filled = np.clip(fill_unseen(contact), 0, 1)
+    return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
+
+
+def region_outlines(score: np.ndarray, xyz: np.ndarray, level: float = 0.5, refine: int = 2, ceiling: float = 1.0) -> list[Outline]:
+    """Regions where score (rows, columns) is above level, with their outlines on the surface xyz (rows, columns, 3), m.
+
+    NaN in either marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the
+    way from free to contact is the border however hard an edge presses. Each pitch is divided by refine. Regions that touch
+    the pattern's border are closed half a pitch outside of the last dots. Raises BadArgument for shapes that do not fit.
+    """
+    if score.ndim != 2 or xyz.shape != (*score.shape, 3) or min(score.shape) < 2 or refine < 1:
+        raise BadArgument(f'region_outlines: need score (rows, columns), xyz (rows, columns, 3), refine >= 1, got {score.shape}, {xyz.shape}, {refine}')
+    if not (score > level).any():
+        return []
+    places = fill_unseen(xyz)
+    if np.isnan(places).any():
+        return []
+    field, row, column = _cropped(np.clip(fill_unseen(score), 0, ceiling), level)
+    corner = np.array([row, column], float)
+    loops = [corner + loop / refine for loop in contour(_refined(field, refine), level)]
+    loops = [loop for loop in loops if len(loop) >= 3]
+    return _grouped(loops, surface_points(places, np.concatenate(loops)) if loops else None)
+
+
+def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
+    """field around its part above level with a border of 0 three nodes off, and its first row and column; off the grid nothing touches."""
+    rows, columns = np.nonzero((field > level).any(1))[0], np.nonzero((field > level).any(0))[0]
+    part = np.pad(field, 3)[rows[0]:rows[-1] + 7, columns[0]:columns[-1] + 7].copy()
+    part[[0, -1]] = 0
+    part[:, [0, -1]] = 0
+    return part, int(rows[0]) - 3, int(columns[0]) - 3
+
+
+def _refined(field: np.ndarray, refine: int) -> np.ndarray:
+    """field between its nodes, refine steps a node, by cubic convolution (Keys 1981), along rows and columns."""
+    return _between(field.shape[0], refine) @ field @ _between(field.shape[1], refine).T
+
+
+def _between(nodes: int, refine: int) -> np.ndarray:
+    place = np.arange((nodes - 1) * refine + 1) / refine
+    start = np.minimum(place.astype(int), nodes - 2)
+    matrix = np.zeros((len(place), nodes))
+    for step, weight in zip(range(-1, 3), _cubic(place - start)):
+        np.add.at(matrix, (np.arange(len(place)), np.clip(start + step, 0, nodes - 1)), weight)
+    return matrix
+
+
+def _cubic(t: np.ndarray) -> np.ndarray:
+    """(4, N) weights of the nodes -1, 0, 1, 2 at t (N,) in [0, 1] (Keys 1981, a = -1/2: exact for parabolas)."""
+    return np.array([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2]) / 2
+
+
+def extended(values: np.ndarray, nodes: int = 2) -> np.ndarray:
+    """values (rows, columns, ...) with some nodes more on every side, straight on from the last two."""
+    for axis in (0, 1) * nodes:
+        first, second = np.take(values, [0], axis), np.take(values, [1], axis)
+        last, before = np.take(values, [-1], axis), np.take(values, [-2], axis)
+        values = np.concatenate([2 * first - second, values, 2 * last - before], axis)
+    return values
+
+
+def surface_values(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Values (M, C) at places (M, 2) of (row, column) on the grid, up to a pitch off it; wide: (rows + 4, columns + 4, C), see extended."""
+    inside = np.clip(places + 2, 1, np.array(wide.shape[:2]) - 2)
+    start = np.minimum(inside.astype(int), np.array(wide.shape[:2]) - 3)
+    by_row, by_column = (_cubic(inside[:, k] - start[:, k]) for k in (0, 1))
+    steps = np.arange(-1, 3)
+    patch = wide[start[:, 0, None, None] + steps[:, None], start[:, 1, None, None] + steps]
+    weights = (by_row.T[:, :, None] * by_column.T[:, None, :]).reshape(len(places), 1, 16)
+    return (weights @ patch.reshape(len(places), 16, -1))[:, 0]
+
+
+def surface_points(xyz: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Points (M, 3), m, at places (M, 2) of (row, column) of the surface through xyz (rows, columns, 3), which holds no NaN."""
+    return surface_values(extended(xyz), places)
+
+
+def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
+    """Closed loops (M, 2) of (row, column) along which field (rows, columns) crosses level; its border must be below level.
+
+    Linear between nodes; around what is above, loops turn from +column to +row, around holes the other way (marching squares,
+    diagonal cells settled by their mean).
+    """
+    columns = field.shape[1]
+    above = (field > level).astype(np.uint8)
+    code = above[:-1, :-1] + 2 * above[:-1, 1:] + 4 * above[1:, 1:] + 8 * above[1:, :-1]
+    cells = np.flatnonzero((code > 0) & (code < 15))
+    row, column = np.divmod(cells, columns - 1)
+    follows = _linked(code.ravel()[cells], row, column, field, level)
+    return [_crossings(np.array(loop), field, level) for loop in _cycles(follows)]
+
+
+def _linked(code, row, column, field, level) -> dict[int, int]:
+    """For each crossed edge the next one around. Edge 2 n leaves node n along its row, edge 2 n + 1 along its column."""
+    width = field.shape[1]
+    node = row * width + column
+    edge = np.stack([2 * node, 2 * (node + 1) + 1, 2 * (node + width), 2 * node + 1])
+    follows: dict[int, int] = {}
+    for kind, (start, end) in _SEGMENTS.items():
+        chosen = code == kind
+        follows.update(zip(edge[start, chosen].tolist(), edge[end, chosen].tolist()))
+    for kind, pairs in _SADDLES.items():
+        for k in np.flatnonzero(code == kind):
+            middle = field[row[k]:row[k] + 2, column[k]:column[k] + 2].mean() > level
+            for part in pairs[int(middle)]:
+                start, end = _SEGMENTS[part]
+                follows[int(edge[start, k])] = int(edge[end, k])
+    return follows
+
+
+def _cycles(follows: dict[int, int]) -> list[list[int]]:
+    loops = []
+    while follows:
+        first, here = follows.popitem()
+        loop = [first]
+        while here != first:
+            loop.append(here)
+            here = follows.pop(here)
+        loops.append(loop)
+    return loops
+
+
+def _crossings(edges: np.ndarray, field: np.ndarray, level: float) -> np.ndarray:
+    """(M, 2) row and column where field crosses level on each edge."""
+    node, downward = np.divmod(edges, 2)
+    row, column = np.divmod(node, field.shape[1])
+    here, there = field[row, column], field[row + downward, column + 1 - downward]
+    share = (level - here) / (there - here)
+    return np.stack([row + share * downward, column + share * (1 - downward)], axis=1)
+
+
+def signed_area(loop: np.ndarray) -> float:
+    """Area within loop (M, 2), positive where it turns from the first axis to the second."""
+    after = np.roll(loop, -1, axis=0)
+    return 0.5 * float(np.sum(loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]))
+
+
+def _grouped(loops: list[np.ndarray], points: np.ndarray | None) -> list[Outline]:
+    """Outlines with the holes that lie in them, largest first."""
+    if points is None:
+        return []
+    places = np.split(points, np.cumsum([len(loop) for loop in loops])[:-1])
+    area = np.array([-signed_area(loop) for loop in loops])  # (row, column) turns the other way than (x, y)
+    outer = [k for k in np.argsort(-area) if area[k] > 0]
+    holes: dict[int, list[int]] = {k: [] for k in outer}
+    for hole in np.flatnonzero(area < 0):
+        around = [k for k in outer if area[k] > -area[hole] and _encloses(loops[k], loops[hole][0])]
+        if around:
+            holes[around[-1]].append(hole)
+    return [Outline(places[k], [places[h] for h in holes[k]], loops[k], [loops[h] for h in holes[k]]) for k in outer]
+
+
+def _encloses(loop: np.ndarray, point: np.ndarray) -> bool:
+    return cv2.pointPolygonTest(loop.astype(np.float32).reshape(-1, 1, 2), (float(point[0]), float(point[1])), False) >= 0
