@@ -6,14 +6,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..surface.cap import Cap
+from .grid_surface import cross
 from .moments import Moments
-from .outline import surface_points
 from .region import ContactDots, Region
 
 _SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from that of a plane
 _BENT = 0.1  # turn of the surface (rad) from the middle of a region to its border, under which it is a face
 _ROUND = 2.5  # largest ratio of the principal curvatures of what is taken for a fingertip
 _REACH = 2.6  # pitches around the deepest dot within which depth is smoothed by a quadratic
+_BETWEEN = 0.6  # pitches from the next dot within which a place lies between dots
 _QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
 
 
@@ -29,10 +30,9 @@ def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nd
     if len(points) < _QUADRATIC:
         return centroid, covariance
     offset, doubt = _round_tip(points, region.moments, dots.sigma)
-    if not np.isfinite(offset).all() or offset @ offset > 2 * region.moments.area:
+    if not offset.any() or not offset @ offset < 2 * region.moments.area:
         return centroid, covariance
-    place = surface_points(region.surface, region.grid_place(centroid[:2] + offset))
-    return place[0], covariance + doubt
+    return region.surface.below(centroid[:2] + offset), covariance + doubt
 
 
 def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray]:
@@ -63,9 +63,8 @@ def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray
 
 def _tangent_frame(normal: np.ndarray) -> np.ndarray:
     """(3, 3): rows are two directions in the plane across normal (3,), then normal."""
-    first = np.cross([0.0, 1.0, 0.0], normal)
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first), normal])
+    first = np.array([normal[2], 0.0, -normal[0]]) / np.hypot(normal[0], normal[2])
+    return np.stack([first, cross(normal, first), normal])
 
 
 def _principal_curvatures(local: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -73,7 +72,7 @@ def _principal_curvatures(local: np.ndarray, sigma: float) -> tuple[np.ndarray, 
     u, v, w = local.T
     design = np.stack([np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v], axis=1)
     scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
-    inverse = np.linalg.pinv(design / scale)
+    inverse = _pseudo_inverse(design / scale)
     found = (inverse @ w) / scale
     residual = w - design @ found
     noise = max(sigma, float(np.sqrt(residual @ residual / max(len(w) - 6, 1))))
@@ -84,11 +83,15 @@ def _principal_curvatures(local: np.ndarray, sigma: float) -> tuple[np.ndarray, 
     return curvature, sd, vectors, found[1:3]
 
 
+def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
+    return np.linalg.pinv(design.T @ design, hermitian=True) @ design.T
+
+
 def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
     """(2,) x and y, m, of the centre of the sphere through points (N, 3), m, and their covariance in (3, 3); NaN where there is no sphere."""
     design = np.column_stack([2 * points, np.ones(len(points))])
     scale = np.abs(design).max(axis=0)
-    inverse = np.linalg.pinv(design / scale)
+    inverse = _pseudo_inverse(design / scale)
     found = inverse @ np.sum(points**2, axis=1) / scale
     square = found[3] + found[:3] @ found[:3]
     spread = (inverse @ inverse.T) / np.outer(scale, scale) * 4 * square * sigma**2
@@ -118,14 +121,19 @@ def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
 
 
 def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
-    """Largest value of the quadratic through gap (N,) at offset (N, 2), at the points or, where it has one between them, at its top."""
-    x, y = offset.T
-    design = np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
-    found = np.linalg.lstsq(design, gap, rcond=None)[0]
+    """Largest value of the quadratic through gap (N,) at offset (N, 2), pitches: at the dots or at its top between them, no farther out."""
+    design = _quadratic(offset)
+    found = np.linalg.solve(design.T @ design + 1e-9 * np.eye(6), design.T @ gap)
     best = (design @ found).max()
     bend = np.array([[found[3], found[4]], [found[4], found[5]]])
     if np.linalg.eigvalsh(bend)[1] >= 0:
         return best
     top = -np.linalg.solve(bend, found[1:3])
-    inside = (np.abs(top) <= np.abs(offset).max(axis=0)).all()
-    return max(best, found[0] + 0.5 * found[1:3] @ top) if inside else best
+    between = np.min(np.hypot(*(offset - top).T)) < _BETWEEN
+    return max(best, found[0] + 0.5 * found[1:3] @ top) if between else best
+
+
+def _quadratic(offset: np.ndarray) -> np.ndarray:
+    """(N, 6) terms of a quadratic in x and y at offset (N, 2)."""
+    x, y = offset.T
+    return np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)

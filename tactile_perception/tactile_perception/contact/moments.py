@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .outline import Outline, extended, surface_values
+from .dot_surface import DotSurface, values_at
+from .grid_surface import cross
+from .outline import Outline
 
 # Channels of the integrand, per unit of area in (row, column).
 _AREA, _VECTOR, _FIRST, _SECOND = 0, slice(1, 4), slice(4, 7), slice(7, 10)
@@ -47,15 +49,15 @@ class Moments:
 
 
 class MomentField:
-    """The integrands over one frame's surface xyz (rows, columns, 3), m, without NaN, once for all its regions.
+    """The integrands over one frame's surface, once for all its regions.
 
     pitch: mean distance of neighbouring dots, m.
     """
 
-    def __init__(self, xyz: np.ndarray):
-        wide = extended(xyz)
-        vector = np.cross(np.gradient(wide, axis=1), np.gradient(wide, axis=0))
-        density = np.linalg.norm(vector, axis=2, keepdims=True)
+    def __init__(self, surface: DotSurface):
+        wide = surface.wide
+        vector = cross(np.gradient(wide, axis=1), np.gradient(wide, axis=0))
+        density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))[..., None]
         self.pitch = float(np.sqrt(np.median(density)))
         x, y = wide[..., :1], wide[..., 1:2]
         channels = np.concatenate([np.ones_like(x), vector / np.maximum(density, 1e-30), wide, x * x, x * y, y * y], axis=2) * density
@@ -70,7 +72,7 @@ class MomentField:
 
     def _around(self, loop: np.ndarray) -> np.ndarray:
         middle = 0.5 * (loop + np.roll(loop, -1, axis=0))
-        ends = surface_values(self._along, np.concatenate([loop, middle]))
+        ends = values_at(self._along, np.concatenate([loop, middle]))
         start, half = ends[:len(loop)], ends[len(loop):]
         step = np.roll(loop[:, 0], -1) - loop[:, 0]
         return step @ (start + 4 * half + np.roll(start, -1, axis=0)) / 6  # Simpson along each side

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from ..errors import BadArgument
+from .dot_surface import DotSurface, cubic_weights
 from .grid_surface import fill_unseen
 
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
@@ -47,25 +49,22 @@ def label_score(contact: np.ndarray) -> np.ndarray:
     return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
 
 
-def region_outlines(score: np.ndarray, xyz: np.ndarray, level: float = 0.5, refine: int = 2, ceiling: float = 1.0) -> list[Outline]:
-    """Regions where score (rows, columns) is above level, with their outlines on the surface xyz (rows, columns, 3), m.
+def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = 2, ceiling: float = 1.0) -> list[Outline]:
+    """Regions where score (rows, columns) is above level, with their outlines on the surface, largest first.
 
-    NaN in either marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the
+    NaN marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the
     way from free to contact is the border however hard an edge presses. Each pitch is divided by refine. Regions that touch
     the pattern's border are closed half a pitch outside of the last dots. Raises BadArgument for shapes that do not fit.
     """
-    if score.ndim != 2 or xyz.shape != (*score.shape, 3) or min(score.shape) < 2 or refine < 1:
-        raise BadArgument(f'region_outlines: need score (rows, columns), xyz (rows, columns, 3), refine >= 1, got {score.shape}, {xyz.shape}, {refine}')
+    if score.shape != surface.shape or refine < 1 or not 0 < level < ceiling:
+        raise BadArgument(f'region_outlines: need score {surface.shape}, refine >= 1 and 0 < level < ceiling, '
+                          f'got {score.shape}, {refine}, {level}, {ceiling}')
     if not (score > level).any():
         return []
-    places = fill_unseen(xyz)
-    if np.isnan(places).any():
-        return []
     field, row, column = _cropped(np.clip(fill_unseen(score), 0, ceiling), level)
-    corner = np.array([row, column], float)
-    loops = [corner + loop / refine for loop in contour(_refined(field, refine), level)]
+    loops = [loop / refine + (row, column) for loop in contour(_refined(field, refine), level)]
     loops = [loop for loop in loops if len(loop) >= 3]
-    return _grouped(loops, surface_points(places, np.concatenate(loops)) if loops else None)
+    return _grouped(loops, surface.points(np.concatenate(loops))) if loops else []
 
 
 def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
@@ -82,43 +81,14 @@ def _refined(field: np.ndarray, refine: int) -> np.ndarray:
     return _between(field.shape[0], refine) @ field @ _between(field.shape[1], refine).T
 
 
+@lru_cache(maxsize=64)
 def _between(nodes: int, refine: int) -> np.ndarray:
     place = np.arange((nodes - 1) * refine + 1) / refine
     start = np.minimum(place.astype(int), nodes - 2)
     matrix = np.zeros((len(place), nodes))
-    for step, weight in zip(range(-1, 3), _cubic(place - start)):
+    for step, weight in zip(range(-1, 3), cubic_weights(place - start)):
         np.add.at(matrix, (np.arange(len(place)), np.clip(start + step, 0, nodes - 1)), weight)
     return matrix
-
-
-def _cubic(t: np.ndarray) -> np.ndarray:
-    """(4, N) weights of the nodes -1, 0, 1, 2 at t (N,) in [0, 1] (Keys 1981, a = -1/2: exact for parabolas)."""
-    return np.array([-t + 2 * t**2 - t**3, 2 - 5 * t**2 + 3 * t**3, t + 4 * t**2 - 3 * t**3, t**3 - t**2]) / 2
-
-
-def extended(values: np.ndarray, nodes: int = 2) -> np.ndarray:
-    """values (rows, columns, ...) with some nodes more on every side, straight on from the last two."""
-    for axis in (0, 1) * nodes:
-        first, second = np.take(values, [0], axis), np.take(values, [1], axis)
-        last, before = np.take(values, [-1], axis), np.take(values, [-2], axis)
-        values = np.concatenate([2 * first - second, values, 2 * last - before], axis)
-    return values
-
-
-def surface_values(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Values (M, C) at places (M, 2) of (row, column) on the grid, up to a pitch off it; wide: (rows + 4, columns + 4, C), see extended."""
-    inside = np.clip(places + 2, 1, np.array(wide.shape[:2]) - 2)
-    start = np.minimum(inside.astype(int), np.array(wide.shape[:2]) - 3)
-    by_row, by_column = (_cubic(inside[:, k] - start[:, k]) for k in (0, 1))
-    steps = np.arange(-1, 3)
-    patch = wide[start[:, 0, None, None] + steps[:, None], start[:, 1, None, None] + steps]
-    weights = (by_row.T[:, :, None] * by_column.T[:, None, :]).reshape(len(places), 1, 16)
-    return (weights @ patch.reshape(len(places), 16, -1))[:, 0]
-
-
-def surface_points(xyz: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Points (M, 3), m, at places (M, 2) of (row, column) of the surface through xyz (rows, columns, 3), which holds no NaN."""
-    return surface_values(extended(xyz), places)
 
 
 def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
@@ -181,10 +151,8 @@ def signed_area(loop: np.ndarray) -> float:
     return 0.5 * float(np.sum(loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]))
 
 
-def _grouped(loops: list[np.ndarray], points: np.ndarray | None) -> list[Outline]:
+def _grouped(loops: list[np.ndarray], points: np.ndarray) -> list[Outline]:
     """Outlines with the holes that lie in them, largest first."""
-    if points is None:
-        return []
     places = np.split(points, np.cumsum([len(loop) for loop in loops])[:-1])
     area = np.array([-signed_area(loop) for loop in loops])  # (row, column) turns the other way than (x, y)
     outer = [k for k in np.argsort(-area) if area[k] > 0]

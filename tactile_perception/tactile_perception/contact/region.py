@@ -9,13 +9,14 @@ import cv2
 import numpy as np
 
 from ..errors import BadArgument
-from .grid_surface import fill_unseen, to_grid
+from .dot_surface import DotSurface
+from .grid_surface import to_grid
 from .moments import MomentField, Moments
-from .outline import Outline, region_outlines, surface_points
+from .outline import Outline, region_outlines
 from .rigid import RigidFit
 
 # Standard deviation of an outline, and the length along it over which its errors hang together, in pitches of the dots.
-OUTLINE_SIGMA = 0.15
+OUTLINE_SIGMA = 0.2
 OUTLINE_LENGTH = 1.0
 # A region has a direction where its two variances differ by this many standard deviations (about 7 degrees of doubt).
 _DIRECTION = 4.0
@@ -60,26 +61,14 @@ class ContactDots:
 class Region:
     """One separate region.
 
-    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: (rows, columns, 3) m, places of all dots without NaN.
+    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: the present one.
     """
 
     outline: Outline
     moments: Moments
     members: np.ndarray
     pitch: float
-    surface: np.ndarray
-
-    def grid_place(self, xy: np.ndarray) -> np.ndarray:
-        """(1, 2) row and column, on the present surface, of a point xy (2,), m, seen along z."""
-        row, column = np.unravel_index(np.argmin(np.sum((self.surface[..., :2] - xy)**2, axis=2)), self.surface.shape[:2])
-        place = np.array([[row, column]], float)
-        for _ in range(3):
-            step = 0.01
-            probes = np.concatenate([place, place + [step, 0], place + [0, step]])
-            here, down, right = surface_points(self.surface, probes)[:, :2]
-            jacobian = np.stack([down - here, right - here], axis=1) / step
-            place = place + np.clip(np.linalg.solve(jacobian, xy - here), -1, 1)
-        return place
+    surface: DotSurface
 
     def boundary_sd(self, values: list[np.ndarray]) -> float:
         """Standard deviation of an integral over the region whose integrand on outline and holes is values [(M,), ...]."""
@@ -114,7 +103,7 @@ def find_regions(dots: ContactDots) -> list[Region]:
     """The separate regions of one frame, largest first."""
     if not len(dots.ids) or not (dots.score > 0.5).any():
         return []
-    surface = fill_unseen(dots.grid(dots.xyz))
+    surface = DotSurface(dots.grid(dots.xyz))
     outlines = region_outlines(dots.grid(dots.score), surface)
     if not outlines:
         return []

@@ -1,0 +1,78 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The present surface through the dots, smooth between them and a little beyond the last ones."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import BadArgument
+from .grid_surface import fill_unseen
+
+_BEYOND = 2  # nodes added straight on at each side
+
+
+def cubic_weights(t: np.ndarray) -> np.ndarray:
+    """(4, N) weights of the nodes -1, 0, 1, 2 at t (N,) in [0, 1] (Keys 1981, a = -1/2: exact for parabolas)."""
+    square = t * t
+    cube = square * t
+    return np.array([2 * square - cube - t, 2 - 5 * square + 3 * cube, t + 4 * square - 3 * cube, cube - square]) * 0.5
+
+
+def extended(values: np.ndarray) -> np.ndarray:
+    """values (rows, columns, C) with two nodes more on every side, straight on from the last two."""
+    rows, columns, channels = values.shape
+    wide = np.empty((rows + 2 * _BEYOND, columns + 2 * _BEYOND, channels))
+    wide[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND] = values
+    for k in (1, 0):
+        wide[k] = 2 * wide[k + 1] - wide[k + 2]
+        wide[-1 - k] = 2 * wide[-2 - k] - wide[-3 - k]
+    for k in (1, 0):
+        wide[:, k] = 2 * wide[:, k + 1] - wide[:, k + 2]
+        wide[:, -1 - k] = 2 * wide[:, -2 - k] - wide[:, -3 - k]
+    return wide
+
+
+def values_at(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Values (M, C) by cubic convolution at places (M, 2) of (row, column), up to a pitch off the grid; wide: see extended."""
+    inside = np.clip(places + _BEYOND, 1, np.array(wide.shape[:2]) - 2)
+    start = np.minimum(inside.astype(int), np.array(wide.shape[:2]) - 3)
+    by_row, by_column = np.moveaxis(cubic_weights(inside - start), -1, 0)
+    first = (start[:, 0] - 1) * wide.shape[1] + start[:, 1] - 1
+    steps = (np.arange(4)[:, None] * wide.shape[1] + np.arange(4)).ravel()
+    weights = (by_row.T[:, :, None] * by_column.T[:, None, :]).reshape(len(places), 1, 16)
+    return (weights @ wide.reshape(-1, wide.shape[2])[first[:, None] + steps])[:, 0]
+
+
+class DotSurface:
+    """The surface through places of dots xyz (rows, columns, 3), m; NaN where a dot was not seen is continued from its neighbours.
+
+    xyz: the same without NaN; wide: see extended. Raises BadArgument for other shapes or where no dot is known.
+    """
+
+    def __init__(self, xyz: np.ndarray):
+        if xyz.ndim != 3 or xyz.shape[2] != 3 or min(xyz.shape[:2]) < 2:
+            raise BadArgument(f'dot surface: need xyz (rows, columns, 3), 2 x 2 dots or more, got {xyz.shape}')
+        self.xyz = fill_unseen(xyz)
+        if np.isnan(self.xyz[0, 0, 0]):
+            raise BadArgument('dot surface: no dot is known')
+        self.wide = extended(self.xyz)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the grid."""
+        return self.xyz.shape[:2]
+
+    def points(self, places: np.ndarray) -> np.ndarray:
+        """Points (M, 3), m, at places (M, 2) of (row, column), up to a pitch off the grid."""
+        return values_at(self.wide, places)
+
+    def below(self, xy: np.ndarray) -> np.ndarray:
+        """The surface's point (3,), m, at xy (2,), m, seen along z: Newton steps from the nearest dot."""
+        nearest = np.argmin(np.sum((self.xyz[..., :2] - xy)**2, axis=2))
+        place = np.array(np.unravel_index(nearest, self.shape), float)
+        step = 0.01
+        for _ in range(3):
+            here, down, right = self.points(place + np.array([[0, 0], [step, 0], [0, step]]))[:, :2]
+            slopes = np.stack([down - here, right - here], axis=1) / step
+            place = place + np.clip(np.linalg.lstsq(slopes, xy - here, rcond=None)[0], -1, 1)
+        return self.points(place[None])[0]
