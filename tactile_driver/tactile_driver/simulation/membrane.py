@@ -1,0 +1,141 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touchpad's membrane: a strongly stretched rubber skin over an enclosed volume of water, on a grid of nodes.
+
+A rubber (neo-Hookean) skin stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, quadratic in the places of its points:
+its forces are those of a net of springs of length zero, K x with one constant matrix K for x, y and z. That is what makes a frame cheap. In
+the rest state the skin carries the same tension T in all directions, so a sphere of radius R stands under the pressure 2 T / R.
+"""
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import lapack
+from scipy.sparse.linalg import splu
+
+
+def disc_from_square(square: np.ndarray) -> np.ndarray:
+    """Places (..., 2) in the unit disc of places (..., 2) in the square [-1, 1]^2; the square's border becomes the circle."""
+    a, b = square[..., 0], square[..., 1]
+    return np.stack([a * np.sqrt(1 - b * b / 2), b * np.sqrt(1 - a * a / 2)], axis=-1)
+
+
+def square_from_disc(disc: np.ndarray) -> np.ndarray:
+    """The inverse of disc_from_square."""
+    x, y = disc[..., 0], disc[..., 1]
+    difference, root = x * x - y * y, 2 * np.sqrt(2)
+
+    def half(sign, value):
+        return 0.5 * (np.sqrt(np.maximum(2 + sign * difference + root * value, 0)) - np.sqrt(np.maximum(2 + sign * difference - root * value, 0)))
+
+    return np.stack([half(1, x), half(-1, y)], axis=-1)
+
+
+class Membrane:
+    """The skin on n x n nodes whose border is clamped to the rim circle.
+
+    radius: curvature at rest, m; height: of the cap over the rim plane, m; tension: N/m; nodes: n along one side.
+    Attributes: rest (n, n, 3), m; inner (n*n,) bool, nodes that are free to move; node_area (n*n,) m^2 at rest; volume m^3 and
+    pressure Pa at rest; compliance (m, m) m/N over inner nodes, the inverse of their spring matrix; slack (m, 3) m, where the inner nodes
+    would stand without any force.
+    """
+
+    def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49):
+        self.radius, self.height, self.tension, self.nodes = radius, height, tension, nodes
+        self.centre = np.array([0.0, 0.0, height - radius])
+        steps = np.linspace(-1, 1, nodes)
+        self.rest = self.dome(np.stack(np.meshgrid(steps, steps), axis=-1))
+        border = np.zeros((nodes, nodes), bool)
+        border[[0, -1]] = border[:, [0, -1]] = True
+        self.inner = ~border.ravel()
+        self._set_up_springs()
+        self._balance()
+
+    def dome(self, square: np.ndarray) -> np.ndarray:
+        """Places (..., 3) on the rest shape, m, of material places (..., 2) in [-1, 1]^2."""
+        disc = disc_from_square(square)
+        off_axis = np.arccos((self.height - self.radius) / -self.radius)
+        rim_angle = np.pi - off_axis if self.height > self.radius else off_axis
+        distance = np.linalg.norm(disc, axis=-1)
+        angle = rim_angle * distance
+        sideways = self.radius * rim_angle * np.sinc(angle / np.pi)
+        return np.stack([disc[..., 0] * sideways, disc[..., 1] * sideways, self.centre[2] + self.radius * np.cos(angle)], axis=-1)
+
+    def square_of_dome(self, xyz: np.ndarray) -> np.ndarray:
+        """Material places (..., 2) in [-1, 1]^2 of points (..., 3) on the rest shape."""
+        off_axis = np.arccos((self.height - self.radius) / -self.radius)
+        rim_angle = np.pi - off_axis if self.height > self.radius else off_axis
+        arm = xyz - self.centre
+        sideways = np.linalg.norm(arm[..., :2], axis=-1)
+        distance = np.arctan2(sideways, arm[..., 2]) / rim_angle
+        return square_from_disc(arm[..., :2] * (distance / np.maximum(sideways, 1e-12))[..., None])
+
+    def seen_at_rest(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Places (K, 3), m, where unit rays (K, 3) from origin (3,) inside the ball meet the resting skin; beside it, the nearest on the ball."""
+        arm = origin - self.centre
+        half = rays @ arm
+        return origin + (np.sqrt(np.maximum(half**2 - arm @ arm + self.radius**2, 0)) - half)[:, None] * rays
+
+    def _set_up_springs(self):
+        """Spring constants from the shape functions of linear triangles on the rest shape, both diagonals of each cell averaged."""
+        index = np.arange(self.nodes**2).reshape(self.nodes, self.nodes)
+        a, b, c, d = index[:-1, :-1].ravel(), index[:-1, 1:].ravel(), index[1:, 1:].ravel(), index[1:, :-1].ravel()
+        triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))])
+        corners = self.rest.reshape(-1, 3)[triangles]
+        total = sparse.csr_matrix((self.nodes**2, self.nodes**2))
+        self.node_area = np.zeros(self.nodes**2)
+        area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            np.add.at(self.node_area, triangles[:, k], area / 6)
+            # cotangent at corner k is the spring between the other two; 0.5 for the two diagonals, 0.5 from the energy's form
+            dot = np.einsum('ij,ij->i', corners[:, i] - corners[:, k], corners[:, j] - corners[:, k])
+            weight = 0.25 * self.tension * dot / (2 * area)
+            rows = np.concatenate([triangles[:, i], triangles[:, j], triangles[:, i], triangles[:, j]])
+            columns = np.concatenate([triangles[:, j], triangles[:, i], triangles[:, i], triangles[:, j]])
+            total += sparse.coo_matrix((np.concatenate([-weight, -weight, weight, weight]), (rows, columns)), total.shape).tocsr()
+        self._springs = total[self.inner]
+        free = self._springs[:, self.inner]
+        self._solve = splu(free.tocsc()).solve
+        factor, _ = lapack.dpotrf(free.toarray(), lower=1)
+        lower, _ = lapack.dpotri(factor, lower=1)
+        self.compliance = np.tril(lower) + np.tril(lower, -1).T
+
+    def _balance(self):
+        """Take up what the discrete skin lacks of balance on the exact sphere, so that rest is rest to the last digit."""
+        self.volume = self.volume_of(self.rest)
+        self.pressure = 2 * self.tension / self.radius
+        pull = self._springs @ self.rest.reshape(-1, 3)
+        bias = pull - self.pressure * self.area_vectors(self.rest)[self.inner]
+        rim = self.rest.reshape(-1, 3) * ~self.inner[:, None]
+        self.slack = self._solve(bias - self._springs @ rim)
+
+    def area_vectors(self, xyz: np.ndarray) -> np.ndarray:
+        """Outward area vectors (n*n, 3) of the nodes, m^2, of the shape xyz (n, n, 3), m."""
+        cells = np.cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:]) * 0.125
+        out = np.zeros_like(xyz)
+        out[:-1, :-1] += cells
+        out[1:, :-1] += cells
+        out[:-1, 1:] += cells
+        out[1:, 1:] += cells
+        return out.reshape(-1, 3)
+
+    def volume_of(self, xyz: np.ndarray) -> float:
+        """Enclosed volume, m^3, over the rim plane, of the shape xyz (n, n, 3), m."""
+        cells = np.cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:])
+        height = xyz[:-1, :-1, 2] + xyz[1:, 1:, 2] + xyz[1:, :-1, 2] + xyz[:-1, 1:, 2]
+        return float((cells[..., 2] * height).sum() / 8)
+
+    def settle(self, forces: np.ndarray) -> np.ndarray:
+        """Inner nodes' places (m, 3), m, in balance with forces (m, 3), N, on them."""
+        return self.slack + self.give(forces)
+
+    def give(self, forces: np.ndarray) -> np.ndarray:
+        """Displacements (m, 3), m, of the inner nodes under forces (m, 3) that are added, N."""
+        return self._solve(forces)
+
+    def with_rim(self, places: np.ndarray) -> np.ndarray:
+        """Shape (n, n, 3), m, of inner nodes' places (m, 3), m."""
+        out = self.rest.copy()
+        out[1:-1, 1:-1] = places.reshape(self.nodes - 2, self.nodes - 2, 3)
+        return out

@@ -1,0 +1,71 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The dots painted on the inside of the membrane, and where they are on a deformed one."""
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from .camera import SimulatedCamera
+from .membrane import Membrane
+
+
+def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (K, 4) of the four nodes about a place between the middle two (part of the way, (K,)), and their slopes (K, 4)."""
+    p = part[:, None]
+    values = np.hstack([-p**3 + 2 * p**2 - p, 3 * p**3 - 5 * p**2 + 2, -3 * p**3 + 4 * p**2 + p, p**3 - p**2]) / 2
+    slopes = np.hstack([-3 * p**2 + 4 * p - 1, 9 * p**2 - 10 * p, -9 * p**2 + 8 * p + 1, 3 * p**2 - 2 * p]) / 2
+    return values, slopes
+
+
+class SurfaceSampler:
+    """Places and tangents of fixed material points of a grid of nodes, by cubic interpolation. square: (K, 2) in [-1, 1]^2; nodes: n."""
+
+    def __init__(self, square: np.ndarray, nodes: int):
+        at = (square + 1) * (nodes - 1) / 2
+        low = np.clip(np.floor(at).astype(int), 1, nodes - 3)
+        (wa, sa), (wb, sb) = (_cubic_weights(at[:, k] - low[:, k]) for k in (0, 1))
+        reach = np.arange(-1, 3)
+        columns = ((low[:, 1, None] + reach)[:, :, None] * nodes + (low[:, 0, None] + reach)[:, None, :]).reshape(len(at), 16)
+        rows = np.repeat(np.arange(len(at)), 16)
+
+        def matrix(along_b, along_a):
+            weights = (along_b[:, :, None] * along_a[:, None, :]).ravel()
+            return sparse.csr_matrix((weights, (rows, columns.ravel())), (len(at), nodes * nodes))
+
+        self.value, self.along_a, self.along_b = matrix(wb, wa), matrix(wb, sa), matrix(sb, wa)
+
+    def places(self, shape: np.ndarray) -> np.ndarray:
+        """(K, 3) m, on the shape (n, n, 3), m."""
+        return self.value @ shape.reshape(-1, 3)
+
+    def tangents(self, shape: np.ndarray) -> np.ndarray:
+        """(K, 3, 2) m per node step along the grid's two directions."""
+        flat = shape.reshape(-1, 3)
+        return np.stack([self.along_a @ flat, self.along_b @ flat], axis=-1)
+
+
+class DotPattern:
+    """rows x columns round dots, painted by hand: a bit off in place and size.
+
+    They stand at equal steps in the picture of the resting pad, pitch px of the native picture apart.
+    Attributes: radius (K,) m; sampler; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting skin.
+    """
+
+    def __init__(self, membrane: Membrane, camera: SimulatedCamera, rng: np.random.Generator, rows: int = 23, columns: int = 23):
+        self.rows, self.columns = rows, columns
+        pitch, jitter, radius, spread = 18.8, 0.055e-3, 0.40e-3, 0.05
+        v, u = np.mgrid[:rows, :columns].reshape(2, -1)
+        slope = np.stack([(u - (columns - 1) / 2) * pitch / 688, (v - (rows - 1) / 2) * pitch / 688, np.ones(u.size)], axis=1)
+        rays = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+        places = membrane.seen_at_rest(np.array([0, 0, -0.040]), rays)
+        places += rng.normal(0, jitter, places.shape)
+        self.sampler = SurfaceSampler(membrane.square_of_dome(places), membrane.nodes)
+        self.radius = radius * (1 + spread * np.clip(rng.standard_normal(u.size), -2.5, 2.5))
+        self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(membrane.rest))[1])
+
+    def seen(self, shape: np.ndarray, camera: SimulatedCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture."""
+        places = self.sampler.places(shape)
+        uv, slope = camera.project_with_slope(places)
+        return places, uv, slope @ self.sampler.tangents(shape) @ self.painted

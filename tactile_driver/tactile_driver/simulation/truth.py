@@ -1,0 +1,65 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulated frame carries besides its picture: the true state of dots, contact, slip and forces."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
+NO_SLIP, INCIPIENT, GROSS = 0, 1, 2
+
+
+@dataclass
+class Touch:
+    """One separate touch: position (3,), m, where the object's foremost part stands on the present surface; normal (3,), unit, towards
+    the object; depth, m, how far the object has to go back along z to just touch the untouched surface; force, N, along the normal."""
+
+    position: np.ndarray
+    normal: np.ndarray
+    depth: float
+    force: float
+
+
+def _nan3() -> np.ndarray:
+    return np.full(3, np.nan)
+
+
+@dataclass
+class TruthFrame:
+    """The truth of one frame, in the sensor frame (SI units, px).
+
+    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, the image of the dot's centre; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
+    NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame; outlines, holes: lists of (n, 3) arrays, m;
+    area: m^2, holes taken off; centroid, normal: (3,) of the region, NaN without contact; contacts: list of Touch;
+    slip_state: NO_SLIP (under 5 % of the contact slips), INCIPIENT, GROSS (from 90 %); slipping_fraction: of the contact's area;
+    velocity: (6,) m/s and rad/s, of the object's point at the region's centroid and of its turn, in the sensor frame; NaN without
+    contact; rotation_center: (3,) m, where in the contact plane the object stands still, NaN for pure translation;
+    wrench: (6,) N and N m, object on sensor at the sensor frame's origin; pressure: Pa, of the water.
+    """
+
+    dot_id: np.ndarray
+    dot_uv: np.ndarray
+    dot_xyz: np.ndarray
+    dot_state: np.ndarray
+    outlines: list = field(default_factory=list)
+    holes: list = field(default_factory=list)
+    area: float = 0.0
+    centroid: np.ndarray = field(default_factory=_nan3)
+    normal: np.ndarray = field(default_factory=_nan3)
+    contacts: list = field(default_factory=list)
+    slip_state: int = NO_SLIP
+    slipping_fraction: float = 0.0
+    velocity: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
+    rotation_center: np.ndarray = field(default_factory=_nan3)
+    wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    pressure: float = np.nan
+
+
+@dataclass
+class SimulatedFrame:
+    """One frame of a scene: image (height, width, 3) uint8 BGR and its truth."""
+
+    image: np.ndarray
+    truth: TruthFrame
