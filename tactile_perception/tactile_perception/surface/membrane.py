@@ -1,0 +1,202 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Places of the dots and the load on them, solved together: what is measured along the rays and what a membrane can do.
+
+Off contact the membrane's elastic force and the fluid's pressure cancel; in contact what is left over is the object's pressure. Each dot is free
+(nothing left over but the mesh's misfit) or touched (a pressure about the fluid's own, loosely): a mixture with neighbours coupled, solved by
+reweighted Gauss-Newton steps in the dots' ranges, each one banded Cholesky solve. No tool shape, no motion, no history enters.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ..errors import BadArgument
+from .membrane_forces import MembraneForces, MembraneMaterial
+from .membrane_grid import GridMesh
+
+# What the mesh leaves over on a free dot, as a share of the fluid's pressure (half a line load a pitch away makes 0.05); the last value of a schedule.
+_COLD = (1.0, .7, .4, .25, .15, .1, .06, .06)
+_WARM = (.25, .1, .06)
+# A touched dot's pressure over the fluid's: 1 under a flat face, 2 to 3 under a ball or along an edge.
+_TOUCHED_MEAN, _TOUCHED_SPREAD = 1.3, .8
+_TOUCHED_SHARE, _COUPLING = .12, 4.0
+_LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
+_WEAK_HOLD = 1e-3
+
+
+@dataclass
+class MembraneState:
+    """The membrane in one frame, all K dots of the grid in the order of their numbers (unseen ones as the membrane has them).
+
+    xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the outermost dots, which
+    have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of the object; fluid_pressure: Pa;
+    touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's centre.
+    """
+
+    xyz: np.ndarray
+    force: np.ndarray
+    normal: np.ndarray
+    area: np.ndarray
+    pressure: np.ndarray
+    fluid_pressure: float
+    touched: np.ndarray
+    seen: np.ndarray
+    ranges: np.ndarray
+
+    @property
+    def load(self) -> np.ndarray:
+        """(K,) pressure of the object over the fluid's: 0 free, 1 under a flat face."""
+        return self.pressure / self.fluid_pressure
+
+    def wrench(self) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load."""
+        carried = self.force * self.touched[:, None]
+        return carried.sum(0), np.cross(self.xyz, carried).sum(0)
+
+
+class Membrane:
+    """The membrane between the dots of a rows x columns grid that rest at rest_xyz (K, 3), m, in the order of their numbers.
+
+    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. Raises BadArgument for a wrong shape or
+    where less than half of the dots are known.
+    """
+
+    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None):
+        self.mesh = GridMesh(rows, columns)
+        self.material = material or MembraneMaterial()
+        rest = np.asarray(rest_xyz, float)
+        if rest.shape != (self.mesh.size, 3):
+            raise BadArgument(f'membrane: rest_xyz must be ({self.mesh.size}, 3) for {rows} x {columns} dots, got {rest.shape}')
+        known = np.isfinite(rest).all(1)
+        if known.sum() < self.mesh.size / 2:
+            raise BadArgument(f'membrane: only {known.sum()} of {self.mesh.size} dots have a rest place; take a new reference')
+        self.rest = fill_rest(self.mesh, rest, known)
+        self.forces = MembraneForces(self.mesh, self.rest, self.material)
+
+    def solve(self, origin: np.ndarray, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray,
+              previous: MembraneState | None = None, steps: tuple[float, ...] | None = None) -> MembraneState:
+        """The membrane from measured ranges (N,) m +- sigma (N,) m along unit rays (N, 3) from origin (3,) to the dots numbered ids (N,).
+
+        A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free dots in each
+        step (more and smaller: closer to the answer). Raises BadArgument for ids outside the grid.
+        """
+        problem = _Problem(self, np.asarray(origin, float), rays, ranges, sigma, ids, previous)
+        cold = problem.cold
+        schedule = steps or (_COLD if cold else _WARM)
+        for index, misfit in enumerate(schedule):
+            problem.step(misfit, judge=index > 0 or not cold, doubt=index > 0)
+        return self.at(problem.places, problem.pressure, problem.touched, problem.seen, problem.ranges)
+
+    def at(self, places: np.ndarray, pressure: float, touched: np.ndarray, seen: np.ndarray, ranges: np.ndarray) -> MembraneState:
+        """The loads at places (3, K) under a fluid pressure, Pa: no solve, one evaluation."""
+        force, share = self.forces.evaluate(places, pressure)
+        area = np.sqrt((share * share).sum(0))
+        normal = share / area
+        inner = self.mesh.inner
+        return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
+                             pressure=np.where(inner, (force * normal).sum(0) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
+                             seen=seen, ranges=ranges)
+
+
+def fill_rest(mesh: GridMesh, rest: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """rest (K, 3) with unknown rows from a cubic surface over row and column fitted to the known ones."""
+    if known.all():
+        return rest
+    row, column = np.divmod(np.arange(mesh.size), mesh.columns)
+    y, x = 2 * row / (mesh.rows - 1) - 1, 2 * column / (mesh.columns - 1) - 1
+    terms = np.stack([x**i * y**j for i in range(4) for j in range(4)], axis=1)
+    fit = np.linalg.lstsq(terms[known], rest[known], rcond=None)[0]
+    return np.where(known[:, None], rest, terms @ fit)
+
+
+class _Problem:
+    """One frame: measured ranges, the present estimate, and a step towards the answer."""
+
+    def __init__(self, membrane: Membrane, origin, rays, ranges, sigma, ids, previous):
+        self.mesh, self.forces = membrane.mesh, membrane.forces
+        size = self.mesh.size
+        ids = np.asarray(ids, int)
+        if len(ids) and (ids.min() < 0 or ids.max() >= size):
+            raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots')
+        self.origin = origin[:, None]
+        self.seen = np.zeros(size, bool)
+        self.seen[ids] = True
+        start = membrane.rest if previous is None else previous.xyz
+        self.rays = self._all_rays(start, rays, ids)
+        self.measured, self.weight = np.zeros(size), np.zeros(size)
+        good = np.isfinite(ranges) & np.isfinite(sigma) & (np.asarray(sigma) > 0)
+        self.measured[ids[good]] = np.asarray(ranges)[good]
+        self.weight[ids[good]] = 1 / np.asarray(sigma)[good]**2
+        self._begin(membrane, start, previous)
+
+    def _all_rays(self, start, rays, ids):
+        """Unit rays (3, K): measured ones, and for dots not seen their last direction moved as their neighbours moved."""
+        last = start.T - self.origin
+        last /= np.sqrt((last * last).sum(0))
+        if self.seen.all():
+            full = np.empty_like(last)
+            full[:, ids] = rays.T
+            return full
+        moved = np.zeros_like(last)
+        moved[:, ids] = rays.T - last[:, ids]
+        full = last + self.mesh.fill(moved.T, self.seen).T
+        return full / np.sqrt((full * full).sum(0))
+
+    def _begin(self, membrane, start, previous):
+        """Start from the last frame, or from the measured ranges where the surface has jumped (or there is no last frame)."""
+        last = start.T - self.origin
+        self.ranges = np.sqrt((last * last).sum(0))
+        has = self.weight > 0
+        jump = np.abs(self.measured - self.ranges)[has]
+        self.cold = previous is None or (len(jump) > 0 and np.partition(jump, -min(4, len(jump)))[-min(4, len(jump))] > 2 * _LARGEST_STEP)
+        self.pressure = membrane.material.rest_pressure if previous is None else previous.fluid_pressure
+        self.touched = np.zeros(len(self.ranges)) if self.cold else previous.touched
+        if self.cold:
+            self.ranges = np.where(has, self.measured, self.ranges)
+        self.anchor = self.ranges
+
+    @property
+    def places(self) -> np.ndarray:
+        """(3, K) m."""
+        return self.origin + self.ranges * self.rays
+
+    def step(self, misfit: float, judge: bool, doubt: bool):
+        """One Gauss-Newton step; judge: renew the dots' probabilities first; doubt: give less weight to ranges that do not fit (glare)."""
+        leftover, slopes, by_pressure, normal, area = self.forces.along_rays(self.places, self.rays, self.pressure)
+        scale = 1 / (self.pressure * area)
+        load, slopes, by_pressure = leftover * scale, slopes * scale, by_pressure * scale
+        if judge:
+            self.touched = self._judge(load, misfit)
+        free = np.where(self.mesh.inner, (1 - self.touched) / misfit**2, 0.0)
+        held = np.where(self.mesh.inner, self.touched / _TOUCHED_SPREAD**2, 0.0)
+        self._move(slopes, free + held, (free + held) * load - held * _TOUCHED_MEAN, by_pressure, doubt)
+
+    def _judge(self, load, misfit):
+        """Probability (K,) that a dot is touched, from its own load and its neighbours' last probabilities."""
+        touched = -.5 * ((load - _TOUCHED_MEAN) / _TOUCHED_SPREAD)**2 - np.log(_TOUCHED_SPREAD)
+        free = -.5 * (load / misfit)**2 - np.log(misfit)
+        prior = np.log(_TOUCHED_SHARE / (1 - _TOUCHED_SHARE)) + _COUPLING * self.mesh.neighbour_mean(self.touched)
+        odds = np.clip(touched - free + prior, -30, 30)
+        return np.where(self.mesh.inner, 1 / (1 + np.exp(-odds)), 0.0)
+
+    def _move(self, slopes, weight, weighted_load, by_pressure, doubt):
+        """Solve for the ranges and the pressure together: the banded part by Cholesky, the pressure as its border."""
+        misfit = self.ranges - self.measured
+        trust = self.weight / (1 + (misfit**2) * self.weight / 16) if doubt else self.weight
+        hold = 1 / _WEAK_HOLD**2
+        gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
+        border = self.mesh.transpose(slopes, weight * by_pressure)
+        band = self.mesh.normal_band(slopes, weight)
+        band[0] += trust + hold
+        factor, failed = lapack.dpbtrf(band, lower=1)
+        if failed:
+            return
+        solved = lapack.dpbtrs(factor, np.stack([gradient, border], axis=1), lower=1)[0]
+        stiffness = (weight * by_pressure**2).sum() - border @ solved[:, 1]
+        change = -((weighted_load * by_pressure).sum() - border @ solved[:, 0]) / max(stiffness, 1e-12)
+        change = float(np.clip(change, -_LARGEST_PRESSURE_STEP, _LARGEST_PRESSURE_STEP))
+        self.ranges = self.ranges + np.clip(-solved[:, 0] - change * solved[:, 1], -_LARGEST_STEP, _LARGEST_STEP)
+        self.pressure += change

@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Forces in a stretched membrane between the dots: elastic (incompressible neo-Hookean) and of the fluid behind it.
+
+With the rest state in tension T0 = p0 R / 2 (Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0, a = 1 - T0/G:
+the first part is a spring net with the constant weights of the rest shape's cotangent Laplacian, the second depends on the area alone. Bending is
+left out: its length sqrt(B/T), 0.3 mm, is far below a pitch.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument
+from .membrane_grid import GridMesh
+
+
+@dataclass(frozen=True)
+class MembraneMaterial:
+    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: of the fluid over the outside while nothing touches, Pa; rest_curvature_radius: m.
+
+    Raises BadArgument where the rest tension p R / 2 is not between 0 and shear_stiffness (no neo-Hookean membrane carries that at rest).
+    """
+
+    shear_stiffness: float = 90.0
+    rest_pressure: float = 2000.0
+    rest_curvature_radius: float = 0.020
+
+    def __post_init__(self):
+        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension < self.shear_stiffness):
+            raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature radius '
+                              f'{self.rest_curvature_radius} m need 0 < pressure * radius / 2 < stiffness; check membrane.*')
+
+    @property
+    def rest_tension(self) -> float:
+        """Tension at rest, N/m."""
+        return self.rest_pressure * self.rest_curvature_radius / 2
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross product of component-first arrays (3, ...): np.cross without its copies."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+class MembraneForces:
+    """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component, corner, triangle."""
+
+    def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):
+        self.mesh, self.material = mesh, material
+        self.area_share = 1 - material.rest_tension / material.shear_stiffness
+        rest = np.ascontiguousarray(rest_xyz.T, float)
+        self.laplacian = self._laplacian(rest)
+        self.rest_area = self._triangles(rest)[2]
+        self.rest_residual = np.zeros_like(rest)
+        self.rest_residual = self.evaluate(rest, material.rest_pressure)[0] / material.rest_pressure
+
+    def _laplacian(self, rest: np.ndarray) -> np.ndarray:
+        """Cotangent weights (9, K), negative off the diagonal, times the shear stiffness; each triangle counts half."""
+        corner = rest[:, self.mesh.triangles]
+        pairs = np.zeros((3, 3, corner.shape[2]))
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            u, v = corner[:, i] - corner[:, k], corner[:, j] - corner[:, k]
+            weight = (u * v).sum(0) / np.linalg.norm(cross(u, v), axis=0) / 4
+            pairs[i, j] -= weight
+            pairs[j, i] -= weight
+            pairs[i, i] += weight
+            pairs[j, j] += weight
+        return self.material.shear_stiffness * self.mesh.to_pairs(pairs)
+
+    def _triangles(self, x: np.ndarray):
+        """Edge opposite to each corner (3, 3, T), area vector (3, T), area (T,)."""
+        corner = x[:, self.mesh.triangles]
+        edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]
+        vector = cross(edge[:, 0], edge[:, 1]) / 2
+        return edge, vector, np.sqrt((vector * vector).sum(0))
+
+    def _sum(self, corners: np.ndarray) -> np.ndarray:
+        return np.stack([self.mesh.to_dots(c) for c in corners])
+
+    def _area_vectors(self, vector: np.ndarray) -> np.ndarray:
+        """Each dot's share of the surface as a vector (3, K): a third of half of each triangle's."""
+        return self._sum(np.repeat(vector[:, None] / 6, 3, axis=1))
+
+    def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
+        """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
+
+        What is left over is carried by an object; the coarse mesh's own misfit at rest, which grows with the pressure, is taken off.
+        """
+        edge, vector, area = self._triangles(x)
+        share = self._area_vectors(vector)
+        return self._balance(x, pressure, edge, vector / area, self._stiffening(area), share), share
+
+    def _stiffening(self, area: np.ndarray) -> np.ndarray:
+        return self.material.shear_stiffness * self.area_share / 2 * (self.rest_area / area)**3
+
+    def _balance(self, x, pressure, edge, normal, stiffening, share):
+        spread = self._sum(cross(normal[:, None], edge) / 2 * stiffening)
+        springs = (self.laplacian * x[:, self.mesh.stencil]).sum(1)
+        return spread - springs + pressure * (share - self.rest_residual)
+
+    def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
+        """Normal balance at places x (3, K) and how it changes as each dot moves along its unit ray (3, K).
+
+        Returns leftover (K,) N (outward normal part of evaluate), its derivatives (9, K) N/m in stencil order (normals held), the derivative by
+        the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
+        """
+        edge, vector, area = self._triangles(x)
+        share = self._area_vectors(vector)
+        dot_area = np.sqrt((share * share).sum(0))
+        dot_normal = share / dot_area
+        normal, stiffening = vector / area, self._stiffening(area)
+        force = self._balance(x, pressure, edge, normal, stiffening, share)
+        leftover = (force * dot_normal).sum(0)
+        pairs = self._pair_derivatives(edge, area, normal, stiffening, dot_normal, rays, pressure)
+        springs = self.laplacian * (dot_normal[:, None] * rays[:, self.mesh.stencil]).sum(0)
+        by_pressure = ((share - self.rest_residual) * dot_normal).sum(0)
+        return leftover, self.mesh.to_pairs(pairs) - springs, by_pressure, dot_normal, dot_area
+
+    def _pair_derivatives(self, edge, area, normal, stiffening, dot_normal, rays, pressure):
+        """(3, 3, T): change of the normal force at corner k as corner j moves along its ray, of area stiffness and fluid pressure."""
+        corner_normal = dot_normal[:, self.mesh.triangles]
+        ray = rays[:, self.mesh.triangles]
+        turned = cross(edge, corner_normal) / 2
+        tilt = cross(corner_normal, normal[:, None])
+        area_rate = cross(edge, ray) / 2
+        per_area = stiffening / area
+        # the change of 1/A^3 gives three of these, the turning of the triangle's own normal the fourth
+        along = -4 * (turned * normal[:, None]).sum(0)
+        lever = per_area * turned + pressure / 6 * corner_normal + (per_area * along) * normal[:, None]
+        out = np.einsum('ckt,cjt->kjt', lever, area_rate)
+        for k in range(3):
+            before, after = (k + 2) % 3, (k + 1) % 3
+            out[k, before] += stiffening / 2 * (ray[:, before] * tilt[:, k]).sum(0)
+            out[k, after] -= stiffening / 2 * (ray[:, after] * tilt[:, k]).sum(0)
+        return out
