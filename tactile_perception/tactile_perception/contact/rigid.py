@@ -14,7 +14,10 @@ _NARROW = 1e-6
 # A mirror image is told from noise by its third singular value, relative to the second: noise reaches this at 10 % of the spread.
 _MIRRORED = 1e-2
 _TUKEY = 4.685  # 95 % efficiency on normal errors
-_STARTS = 24
+_STARTS = 24  # neighbourhoods of _PATCH points from which a robust fit may start
+_PATCH = 9
+_NEAR = 2.0  # standard deviations a coordinate, within which a point agrees with a motion
+_AGREED = 0.8  # share of points that agree, from which on a fit to all is a good start
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
     """The motion that most points share, whatever the others do: Tukey's biweight from the best of some fixed starts.
 
-    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are triples drawn by a
+    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are neighbourhoods chosen by a
     fixed rule, so that the same points give the same answer. Weights of points that do not share the motion are 0.
     Raises BadArgument, DegenerateFit as fit_rigid.
     """
@@ -90,7 +93,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     rotation, translation = _best_start(p, q, base)
     weights = base
     for _ in range(steps):
-        scaled = np.sum((q - p @ rotation.T - translation)**2, axis=1) * base
+        scaled = _scaled((rotation, translation), p, q, base)
         previous, weights = weights, base * np.maximum(1 - scaled / (3 * _TUKEY**2), 0)**2
         rotation, translation = _solve(p, q, weights)
         if np.allclose(weights, previous, rtol=1e-4, atol=1e-4 * base.max()):
@@ -152,27 +155,29 @@ def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known
 
 
 def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of the fit to all points and of fits to neighbourhoods, the one with the least truncated loss."""
-    candidates = [np.arange(len(p)), *_neighbourhoods(p)]
-    best, answer, failure = np.inf, None, None
-    for chosen in candidates:
+    """The fit to all points where most agree with it; else of the fits to neighbourhoods the one with the least truncated loss."""
+    answer = _solve(p, q, base)
+    if len(p) <= _PATCH or np.mean(_scaled(answer, p, q, base) < 3 * _NEAR**2) > _AGREED:
+        return answer
+    best = np.inf
+    for chosen in _neighbourhoods(p):
         try:
-            rotation, translation = _solve(p[chosen], q[chosen], base[chosen])
-        except DegenerateFit as error:
-            failure = error
+            start = _solve(p[chosen], q[chosen], base[chosen])
+        except DegenerateFit:
             continue
-        loss = np.minimum(np.sum((q - p @ rotation.T - translation)**2, axis=1) * base, 9.0).sum()
+        loss = np.minimum(_scaled(start, p, q, base), 3 * _NEAR**2).sum()
         if loss < best:
-            best, answer = loss, (rotation, translation)
-    if answer is None:
-        raise failure
+            best, answer = loss, start
     return answer
 
 
-def _neighbourhoods(p: np.ndarray) -> list[np.ndarray]:
-    """Index sets of up to nine points that are near each other, around evenly chosen ones: a part that moves as one lies together."""
-    if len(p) <= 9:
-        return []
+def _scaled(motion: tuple[np.ndarray, np.ndarray], p: np.ndarray, q: np.ndarray, base: np.ndarray) -> np.ndarray:
+    """(N,) squared residuals over the variance of a coordinate."""
+    return np.sum((q - p @ motion[0].T - motion[1])**2, axis=1) * base
+
+
+def _neighbourhoods(p: np.ndarray) -> np.ndarray:
+    """(starts, _PATCH) indices of points near each other, around evenly chosen ones: a part that moves as one lies together."""
     centres = np.unique(np.linspace(0, len(p) - 1, min(_STARTS, len(p))).astype(int))
     distance = np.sum((p[centres, None] - p[None])**2, axis=2)
-    return list(np.argpartition(distance, 8, axis=1)[:, :9])
+    return np.argpartition(distance, _PATCH - 1, axis=1)[:, :_PATCH]

@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Slip of the object over the sensor, from the states and movements of the dots."""
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import BadArgument, BadFrame
+from .contacts import ContactEstimate
+from .motion import MotionEstimate
+from .region import ContactDots
+
+NONE, INCIPIENT, GROSS = 0, 1, 2
+# Slipping fractions at which a state begins; it ends below the second, so that one dot more or less does not make it flicker.
+_INCIPIENT = (0.05, 0.03)
+_GROSS = (0.90, 0.85)
+_FEWEST = 6  # dots from which a twist or a centre is told
+_FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_WINDOW_S = 0.15  # time over which the contact's own movement is measured
+
+
+@dataclass
+class SlipEstimate:
+    """The fields of tactile_msgs/Slip; NaN: not known.
+
+    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the touched dots, NaN when nothing touches; linear, angular: (3,) m/s, rad/s, twist of the
+    object over the surface at the frame's origin, 0 while all sticks; rotation_center: (3,) m; x, y: (S,) m, places of the slipping dots; vx, vy: (S,)
+    m/s, of the object over the surface there.
+    """
+
+    state: int = NONE
+    slipping_fraction: float = np.nan
+    linear: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    angular: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    rotation_center: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    x: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    y: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vx: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vy: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+class SlipEstimator:
+    """Slip frame by frame.
+
+    While some dots stick, they carry the object's motion and the others' slip is measured against it. Once all slip, the object is only
+    seen by where it touches: its contact moves on while the dots stay. That tells a translation; a turn in place stays unknown.
+    """
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all frames."""
+        self._state = NONE
+        self._past: deque[tuple[float, dict[int, tuple[np.ndarray, np.ndarray]]]] = deque()
+
+    def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float) -> SlipEstimate:
+        """Slip in one frame. Raises BadFrame for a stamp that is not later than the last, BadArgument where motion is of another frame."""
+        if len(motion.slip) != len(dots.ids):
+            raise BadArgument(f'slip: motion has {len(motion.slip)} dots, the frame {len(dots.ids)}')
+        if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
+            raise BadFrame(f'slip: stamp {stamp_s} s is not later than the last; frame skipped')
+        self._remember(dots, contacts, stamp_s)
+        state = np.asarray(dots.state)
+        if not (state > 0).any():
+            self._state = NONE
+            return SlipEstimate()
+        slipping = state == 2
+        fraction = float(slipping.sum() / (state > 0).sum())
+        self._state = _next_state(self._state, fraction)
+        estimate = SlipEstimate(self._state, fraction, x=dots.xyz[slipping, 0], y=dots.xyz[slipping, 1])
+        centre = None if dots.force is None else friction_centre(dots.xyz[slipping, :2], dots.force[slipping, :2])
+        turns = self._state == GROSS and (centre is None or np.isfinite(centre).all())
+        velocity = self._gross(dots, contacts, turns) if self._state == GROSS else _measured(motion)
+        estimate.vx, estimate.vy = velocity[slipping].T
+        self._whole(estimate, dots.xyz[slipping], velocity[slipping], centre)
+        return estimate
+
+    def _remember(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
+        places = {contact.id: (contact.position[:2], dict(zip(dots.ids[contact.members].tolist(), dots.xyz[contact.members, :2])))
+                  for contact in contacts}
+        self._past.append((stamp_s, places))
+        while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6) or (self._state != GROSS and len(self._past) > 1):
+            self._past.popleft()
+
+    def _gross(self, dots: ContactDots, contacts: list[ContactEstimate], turns: bool) -> np.ndarray:
+        """(N, 2) m/s of the object over the surface at the dots of each contact, from its drift; NaN where it turns or may turn."""
+        velocity = np.full((len(dots.ids), 2), np.nan)
+        for contact in () if turns else contacts:
+            velocity[contact.members] = self._drift(contact.id)
+        return velocity
+
+    def _drift(self, number: int) -> np.ndarray:
+        """(2,) m/s: how fast a contact moves over the dots it holds; NaN before it has lasted half the window."""
+        seen = [(stamp, *places[number]) for stamp, places in self._past if number in places]
+        if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
+            return np.full(2, np.nan)
+        stamps = np.array([stamp for stamp, _, _ in seen])
+        late = stamps - stamps.mean()
+        speed = late @ np.array([place for _, place, _ in seen]) / (late @ late)
+        common = seen[0][2].keys() & seen[-1][2].keys()
+        if not common:
+            return speed
+        carried = np.mean([seen[-1][2][dot] - seen[0][2][dot] for dot in common], axis=0) / (stamps[-1] - stamps[0])
+        return speed - carried
+
+    def _whole(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, centre: np.ndarray | None) -> None:
+        """The twist that the slipping dots at place (S, 3) share, in the x-y plane, and its centre: from velocities, else from friction."""
+        if self._state == NONE:
+            estimate.linear, estimate.angular = np.zeros(3), np.zeros(3)
+            return
+        known = np.isfinite(velocity).all(axis=1)
+        if known.sum() >= _FEWEST:
+            linear, turn, centre = planar_twist(place[known, :2], velocity[known])
+            estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
+        if centre is not None:
+            estimate.rotation_center = np.array([*centre, place[:, 2].mean()])
+
+
+def _measured(motion: MotionEstimate) -> np.ndarray:
+    """(N, 2) m/s of the object over the surface at each dot, measured against the dots that stick."""
+    return np.full((len(motion.slip), 2), np.nan) if motion.motion is None else -motion.slip[:, :2] / motion.interval
+
+
+def _next_state(state: int, fraction: float) -> int:
+    """State by the fraction that slips, with the limit of ending below that of beginning."""
+    if fraction >= _GROSS[state == GROSS]:
+        return GROSS
+    return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
+
+
+def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Velocity (2,) at the origin, rate of turn, and centre (2,) of it, NaN for a translation, from velocity (S, 2) at place (S, 2)."""
+    middle, mean = place.mean(axis=0), velocity.mean(axis=0)
+    arm, rest = place - middle, velocity - mean
+    turn = float(np.sum(arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0]) / np.sum(arm**2))
+    linear = mean - turn * np.array([-middle[1], middle[0]])
+    reach = _FAR * np.sqrt(np.mean(np.sum(arm**2, axis=1)))
+    if np.linalg.norm(mean) >= abs(turn) * reach:
+        return linear, turn, np.full(2, np.nan)
+    return linear, turn, middle + np.array([-mean[1], mean[0]]) / turn
+
+
+def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
+    """(2,) m: point about which friction (S, 2) turns, NaN where it all points one way (a translation); None where that is not told.
+
+    Friction on the surface points the way the object slides over it, at a right angle to the arm from the centre: force . (place - c) = 0.
+    """
+    size = np.linalg.norm(force, axis=1)
+    if len(place) < _FEWEST or not size.max() > 0:
+        return None
+    unit = force / np.maximum(size, 1e-3 * size.max())[:, None]
+    middle = place.mean(axis=0)
+    radius = np.sqrt(np.mean(np.sum((place - middle)**2, axis=1)))
+    if np.linalg.norm(unit.mean(axis=0)) > _FAR / np.hypot(1, _FAR):
+        return np.full(2, np.nan)
+    offset = np.linalg.lstsq(unit, np.sum(unit * (place - middle), axis=1), rcond=None)[0]
+    return middle + offset if np.linalg.norm(offset) < _FAR * radius else np.full(2, np.nan)
