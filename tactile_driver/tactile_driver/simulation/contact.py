@@ -28,14 +28,12 @@ _NEAR, _NEAR_MARGIN = 0.0006, 0.0016
 
 @dataclass
 class MembraneState:
-    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, inner nodes in contact; force (m, 3) N, tool on membrane at these; slip (m,) m,
-    their way over the tool since the last step (0 for nodes that have just met it)."""
+    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, which of the inner nodes are in contact; force (m, 3) N, tool on membrane at these."""
 
     shape: np.ndarray
     pressure: float
     touching: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     force: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    slip: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 class FrictionalContact:
@@ -69,7 +67,7 @@ class FrictionalContact:
             if np.abs(places - last).max() < _CLOSE_ENOUGH:
                 break
         self._moved = places - inner_shape
-        self._keep(places, pressure, anchor)
+        self._keep(places, pressure)
         return self.state
 
     def _choose_near(self, gap: np.ndarray):
@@ -134,11 +132,10 @@ class FrictionalContact:
             held = trial - place
         self._held = held
 
-    def _keep(self, places: np.ndarray, pressure: float, anchor: np.ndarray):
+    def _keep(self, places: np.ndarray, pressure: float):
         """Turn the solution into the new state."""
         force = -_COUPLING * self._held
         pressed = np.einsum('ij,ij->i', force, force) > 0
-        slip = np.linalg.norm(places[self._near] - anchor, axis=1) * self._was_touching[self._near]
         self._was_touching[:] = False
         self._was_touching[self._near[pressed]] = True
-        self.state = MembraneState(self.membrane.with_rim(places), pressure, self._near[pressed], force[pressed], slip[pressed])
+        self.state = MembraneState(self.membrane.with_rim(places), pressure, self._near[pressed], force[pressed])

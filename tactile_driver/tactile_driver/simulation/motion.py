@@ -37,15 +37,14 @@ def touching_height(distance, turn: np.ndarray, x: float, y: float, ball_centre:
     """Height z, m, of the tool's origin over the rim plane at which the tool, turned by turn (3, 3), just touches the resting pad.
 
     The pad is part of a ball, and a tool touches a ball when its distance from the ball's centre is the ball's radius.
-    distance: of places (3,) in the tool's frame, m, exact outside the tool. The distance from the centre grows with height, at most as fast.
+    distance: of places (k, 3) in the tool's frame, m, exact outside the tool.
     """
-    def clearance(z: float) -> float:
-        return float(distance((ball_centre - np.array([x, y, z])) @ turn)) - ball_radius
-
-    low, high = ball_centre[2], ball_centre[2] + 3 * ball_radius
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if clearance(middle) > 0 else (middle, high)
+    low, high = ball_centre[2] - ball_radius, ball_centre[2] + 3 * ball_radius
+    for _ in range(4):
+        heights = np.linspace(low, high, 40)
+        from_tool = ball_centre - np.stack([np.full(40, x), np.full(40, y), heights], axis=1)
+        inside = int(np.flatnonzero(distance(from_tool @ turn) < ball_radius)[-1])
+        low, high = heights[inside], heights[min(inside + 1, 39)]
     return 0.5 * (low + high)
 
 

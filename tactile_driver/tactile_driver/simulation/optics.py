@@ -16,7 +16,7 @@ class Lighting:
 
     absorption: 1/m per channel B, G, R (Beer and Lambert); gain: grey levels per channel; ambient: share of diffuse light;
     lamp_radius, lamp_depth: m, of the circle of lamps about the axis, below the rim; lamps: how many; window: z of the pad's floor, m;
-    gloss: mirror strength of the skin in grey levels; gloss_width: rad.
+    power: of all lamps together; gloss: mirror strength of the skin in grey levels; gloss_width: rad; largest_spot: px, standard deviation.
     """
 
     absorption: tuple = (78.0, 62.0, 13.0)
@@ -26,8 +26,10 @@ class Lighting:
     lamp_depth: float = 0.034
     lamps: int = 6
     window: float = -0.0035
-    gloss: float = 260.0
-    gloss_width: float = 0.011
+    power: float = 1.6
+    gloss: float = 190.0
+    gloss_width: float = 0.009
+    largest_spot: float = 8.0
 
 
 def lamp_places(lighting: Lighting) -> np.ndarray:
@@ -36,39 +38,66 @@ def lamp_places(lighting: Lighting) -> np.ndarray:
     return np.stack([lighting.lamp_radius * np.cos(angle), lighting.lamp_radius * np.sin(angle), np.full_like(angle, -lighting.lamp_depth)], axis=1)
 
 
-def _way_in_water(start: np.ndarray, end: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Length (...), m, inside the water of the way from end (..., 3) to start (3,), its whole length, and unit vectors to start."""
-    arm = start - end
-    length = np.sqrt((arm**2).sum(axis=-1))
-    share = (end[..., 2] - window) / (end[..., 2] - start[2])
+def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ways from ends (..., 3) to starts (L, 3): their part in the water and whole length (L, ...), m, and unit vectors (L, ..., 3) to starts."""
+    arm = starts.reshape((-1,) + (1,) * (ends.ndim - 1) + (3,)).astype(np.float32) - ends
+    length = np.sqrt(np.einsum('...i,...i->...', arm, arm))
+    share = (ends[..., 2] - np.float32(window)) / -arm[..., 2]
     return length * share, length, arm / length[..., None]
 
 
-def shade(places: np.ndarray, normals: np.ndarray, camera: SimulatedCamera, lighting: Lighting) -> np.ndarray:
-    """Light (..., 3) BGR, grey levels, that the skin at places (..., 3), m, with unit normals (..., 3) outwards sends into the camera."""
-    absorption = np.asarray(lighting.absorption, np.float32)
-    back, _, _ = _way_in_water(camera.centre, places, lighting.window)
-    total = np.zeros(places.shape, np.float32)
-    for lamp in lamp_places(lighting):
-        there, distance, toward = _way_in_water(lamp, places, lighting.window)
-        facing = -np.einsum('...i,...i->...', toward, normals)
-        lit = np.clip(facing, 0, None) * (lighting.lamp_depth / distance)**2
-        total += lit[..., None] * np.exp(-(there + back)[..., None] * absorption)
-    diffuse = lighting.ambient * np.exp(-(1.6 * back)[..., None] * absorption)
-    return (total / lighting.lamps * 1.6 + diffuse) * np.asarray(lighting.gain, np.float32)
+class Illumination:
+    """What the skin sends into one camera under one lighting."""
 
+    def __init__(self, camera: SimulatedCamera, lighting: Lighting):
+        self._lighting = lighting
+        self._sources = np.concatenate([camera.centre[None], lamp_places(lighting)])
+        self._absorption = np.asarray(lighting.absorption, np.float32)
+        self._gain = np.asarray(lighting.gain, np.float32)
 
-def mirror(places: np.ndarray, normals: np.ndarray, camera: SimulatedCamera, lighting: Lighting) -> np.ndarray:
-    """Light (...), grey levels, of the lamps' mirror images on the skin; colourless, since it passes at the surface of the floor and skin."""
-    _, _, to_camera = _way_in_water(camera.centre, places, lighting.window)
-    out = np.zeros(places.shape[:-1], np.float32)
-    for lamp in lamp_places(lighting):
-        _, _, to_lamp = _way_in_water(lamp, places, lighting.window)
-        half = to_camera + to_lamp
-        half /= np.sqrt((half**2).sum(axis=-1))[..., None]
-        off = 2 * (1 + np.einsum('...i,...i->...', half, normals))
-        out += np.exp(-off / (2 * lighting.gloss_width**2))
-    return out * lighting.gloss
+    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Light (n, n, 3) BGR, grey levels, of the skin's nodes and its mirror spots.
+
+        shape, normals (outwards, unit): (n, n, 3) float32; uv: (n, n, 2) px, where the camera sees the nodes.
+        The spots are (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): peak * exp(-q form q / 2) at q px from place.
+        """
+        wet, length, toward = _ways(self._sources, shape, self._lighting.window)
+        return self._diffuse(wet, length, toward, normals), self._mirror(toward, normals, uv)
+
+    def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Beer and Lambert along lamp - skin - camera, Lambert's cosine, fall-off with the square of distance; and light scattered about."""
+        lighting = self._lighting
+        facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
+        facing *= (lighting.lamp_depth / length[1:])**2 * (lighting.power / lighting.lamps)
+        way = wet[1:] + wet[0]
+        colours = [(facing * np.exp(-a * way)).sum(axis=0) + lighting.ambient * np.exp(-1.6 * a * wet[0]) for a in self._absorption]
+        return np.stack(colours, axis=-1) * self._gain
+
+    def _mirror(self, toward: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple:
+        """Mirror images of the lamps, where the skin's normal halves the angle between lamp and camera, each as a soft ellipse.
+
+        off = half-way vector + normal is zero there; it is followed from the nearest node to first order.
+        """
+        off = toward[1:] + toward[0]
+        off /= np.sqrt(np.einsum('...i,...i->...', off, off))[..., None]
+        off += normals
+        size = np.einsum('...i,...i->...', off, off)
+        middle = size[:, 1:-1, 1:-1]
+        least = (middle < 0.01)
+        for rows, columns in (((0, -2), (1, -1)), ((2, None), (1, -1)), ((1, -1), (0, -2)), ((1, -1), (2, None))):
+            least &= middle <= size[:, slice(*rows), slice(*columns)]
+        lamp, row, column = np.nonzero(least)
+        row, column = row + 1, column + 1
+        slope = np.stack([off[lamp, row, column + 1] - off[lamp, row, column - 1], off[lamp, row + 1, column] - off[lamp, row - 1, column]], -1) / 2
+        pixel = np.stack([uv[row, column + 1] - uv[row, column - 1], uv[row + 1, column] - uv[row - 1, column]], -1) / 2
+        here = off[lamp, row, column][..., None]
+        square = slope.transpose(0, 2, 1) @ slope + 1e-8 * np.eye(2)
+        step = np.clip(-np.linalg.solve(square, slope.transpose(0, 2, 1) @ here), -0.8, 0.8)
+        rest = ((here + slope @ step)**2).sum(axis=(1, 2))
+        per_pixel = slope @ np.linalg.inv(pixel)
+        width = self._lighting.gloss_width
+        form = per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._lighting.largest_spot**2
+        return uv[row, column] + (pixel @ step)[..., 0], form, self._lighting.gloss * np.exp(-rest / (2 * width**2))
 
 
 def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -3,6 +3,8 @@
 """The dots painted on the inside of the membrane, and where they are on a deformed one."""
 from __future__ import annotations
 
+from typing import Callable
+
 import numpy as np
 from scipy import sparse
 
@@ -16,6 +18,11 @@ def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     values = np.hstack([-p**3 + 2 * p**2 - p, 3 * p**3 - 5 * p**2 + 2, -3 * p**3 + 4 * p**2 + p, p**3 - p**2]) / 2
     slopes = np.hstack([-3 * p**2 + 4 * p - 1, 9 * p**2 - 10 * p, -9 * p**2 + 8 * p + 1, 3 * p**2 - 2 * p]) / 2
     return values, slopes
+
+
+def _linear_weights(part: np.ndarray) -> np.ndarray:
+    """Weights (K, 4) of the same four nodes that interpolate linearly."""
+    return np.maximum(1 - np.abs(part[:, None] - np.arange(-1, 3)), 0)
 
 
 class SurfaceSampler:
@@ -33,6 +40,7 @@ class SurfaceSampler:
             weights = (along_b[:, :, None] * along_a[:, None, :]).ravel()
             return sparse.csr_matrix((weights, (rows, columns.ravel())), (len(at), nodes * nodes))
 
+        self.linear = matrix(_linear_weights(at[:, 1] - low[:, 1]), _linear_weights(at[:, 0] - low[:, 0]))
         self.value, self.along_a, self.along_b = matrix(wb, wa), matrix(wb, sa), matrix(sb, wa)
 
     def places(self, shape: np.ndarray) -> np.ndarray:
@@ -49,7 +57,7 @@ class DotPattern:
     """rows x columns round dots, painted by hand: a bit off in place and size.
 
     They stand at equal steps in the picture of the resting pad, pitch px of the native picture apart.
-    Attributes: radius (K,) m; sampler; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting skin.
+    Attributes: radius (K,) m; sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting skin.
     """
 
     def __init__(self, membrane: Membrane, camera: SimulatedCamera, rng: np.random.Generator, rows: int = 23, columns: int = 23):
@@ -64,8 +72,13 @@ class DotPattern:
         self.radius = radius * (1 + spread * np.clip(rng.standard_normal(u.size), -2.5, 2.5))
         self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(membrane.rest))[1])
 
-    def seen(self, shape: np.ndarray, camera: SimulatedCamera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture."""
+    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture.
+
+        correct: a function (K, 3) -> (K, 3) for the places before the camera sees them.
+        """
         places = self.sampler.places(shape)
+        if correct is not None:
+            places = correct(places)
         uv, slope = camera.project_with_slope(places)
         return places, uv, slope @ self.sampler.tangents(shape) @ self.painted

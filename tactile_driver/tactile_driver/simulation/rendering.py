@@ -10,7 +10,7 @@ import numpy as np
 
 from .camera import SimulatedCamera
 from .membrane import Membrane
-from .optics import Lighting, mirror, shade, vignette
+from .optics import Illumination, Lighting, vignette
 
 #: px: light is computed once for each cell of this size; it changes slowly, only dots and the rim are sharp.
 _CELL = 4
@@ -37,35 +37,39 @@ class Renderer:
     """Draws shapes of one membrane. seed: of the noise, which is another for each frame number."""
 
     def __init__(self, membrane: Membrane, camera: SimulatedCamera, lighting: Lighting, imaging: Imaging, seed: int):
-        self.membrane, self.camera, self.lighting, self.imaging = membrane, camera, lighting, imaging
+        self.membrane, self.camera, self.imaging = membrane, camera, imaging
         self._seed = seed
+        self._illumination = Illumination(camera, lighting)
         self._spread = np.sqrt((imaging.blur * camera.width / 640)**2 + _PIXEL_VARIANCE)
         self._set_up_cells()
         self._pad = self._pad_cover()
         size = camera.width * camera.height * 3
         self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * size, dtype=np.float32)
 
-    def draw(self, shape: np.ndarray, dots: tuple, number: int | None) -> np.ndarray:
-        """The picture (height, width, 3) uint8 BGR of the skin's shape (n, n, 3), m; dots as DotPattern.seen and their radii give them:
-        (uv (K, 2), spread (K, 2, 2), radius (K,)); number of the frame for its noise, None for a picture without noise."""
-        light, gloss = self._cell_light(shape)
-        size = (self.camera.width, self.camera.height)
-        picture = cv2.resize(light, size, interpolation=cv2.INTER_LINEAR)
-        passed = self._pad * (1 - self.imaging.ink * self._dot_cover(*dots))
-        picture = cv2.multiply(picture, cv2.merge([passed, passed, passed]))
-        shine = cv2.resize(gloss, size, interpolation=cv2.INTER_CUBIC) * self._pad + self.imaging.housing
-        picture = cv2.add(picture, cv2.merge([shine, shine, shine]))
+    def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
+        """The picture (height, width, 3) uint8 BGR of the skin's shape (n, n, 3), m.
+
+        uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
+        noise; None for a picture without noise.
+        """
+        light, spots = self._cell_light(shape)
+        picture = cv2.resize(light, (self.camera.width, self.camera.height), interpolation=cv2.INTER_LINEAR)
+        passed = self._passed(uv, spread, radius)
+        picture = cv2.multiply(picture, cv2.merge([passed, passed, passed]), dst=picture)
+        self._add_spots(picture, *spots)
         return self._expose(picture, number)
 
     def _expose(self, picture: np.ndarray, number: int | None) -> np.ndarray:
         """Shot and read noise, saturation and eight bits."""
-        if number is None:
-            return cv2.add(picture, 0.0, dtype=cv2.CV_8U)
-        start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
-        noise = self._noise_bank[start:start + picture.size].reshape(picture.shape)
-        variance = cv2.max(picture, 0.0)
-        variance = cv2.addWeighted(variance, self.imaging.shot_noise, variance, 0, self.imaging.read_noise**2)
-        return cv2.add(picture, cv2.multiply(cv2.sqrt(variance), noise), dtype=cv2.CV_8U)
+        if number is not None:
+            start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
+            noise = self._noise_bank[start:start + picture.size].reshape(picture.shape)
+            deviation = picture * np.float32(self.imaging.shot_noise)
+            deviation += np.float32(self.imaging.read_noise**2)
+            cv2.sqrt(deviation, deviation)
+            cv2.multiply(deviation, noise, dst=deviation)
+            picture = cv2.add(picture, deviation, dst=deviation)
+        return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
 
     def _set_up_cells(self):
         """Cell centres, and for the resting pad which grid place of the skin each cell sees and how that moves with the picture."""
@@ -88,36 +92,50 @@ class Renderer:
             off = self._goal - _look_up(seen, place)
             place = place + (self._steer @ off[..., None])[..., 0]
             np.clip(place, 0, self.membrane.nodes - 1, out=place)
-        normals = self.membrane.area_vectors(shape)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = normals.reshape(shape.shape)
-        light = shade(shape, normals, self.camera, self.lighting).astype(np.float32)
-        light = _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off
-        gloss = mirror(_look_up(shape.astype(np.float32), place, cv2.INTER_CUBIC), _look_up(normals.astype(np.float32), place, cv2.INTER_CUBIC),
-                       self.camera, self.lighting)
-        return light, gloss
+        normals = self.membrane.area_vectors(shape).astype(np.float32).reshape(shape.shape)
+        normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
+        light, spots = self._illumination.look(shape.astype(np.float32), normals, seen)
+        return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
-    def _dot_cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Share (height, width) of each pixel that dots cover, as the blurred lens sees it."""
+    def _passed(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Share (height, width) of each pixel's light that the housing and the dots leave, as the blurred lens sees it."""
         camera, soft = self.camera, np.sqrt(5) * self._spread
-        largest = np.linalg.norm(spread, axis=(1, 2)).max() * radius.max()
-        half = int(np.ceil(0.8 * largest + soft))
+        # The smooth step below has the lens spot's variance when it is sqrt(5) deviations wide to each side.
+        scale = np.sqrt(np.abs(np.linalg.det(spread)))
+        half = int(np.ceil((np.linalg.svd(spread, compute_uv=False)[:, 0] * radius).max() + soft))
         reach = np.arange(-half, half + 1)
         corner = np.round(uv).astype(int)
         off = (corner - uv).astype(np.float32)
-        x, y = (off[:, 0, None] + reach)[:, None, :], (off[:, 1, None] + reach)[:, :, None]
+        x, y = off[:, 0, None] + reach.astype(np.float32), off[:, 1, None] + reach.astype(np.float32)
         inverse = np.linalg.inv(spread)
-        form = (inverse.transpose(0, 2, 1) @ inverse).astype(np.float32)[:, :, :, None, None]
-        fx, fy = form[:, 0, 0] * x + form[:, 0, 1] * y, form[:, 1, 0] * x + form[:, 1, 1] * y
-        square = np.maximum(fx * x + fy * y, 1e-20)
-        edge = (square - radius.astype(np.float32)[:, None, None] * np.sqrt(square)) / np.sqrt(fx * fx + fy * fy + 1e-20)
-        cover = np.clip(0.5 - edge / np.float32(2 * soft), 0, 1)
+        form = (inverse.transpose(0, 2, 1) @ inverse * (scale / (2 * soft))[:, None, None]**2).astype(np.float32)
+        cover = (2 * form[:, 0, 1, None] * y)[:, :, None] * x[:, None, :]
+        cover += (form[:, 0, 0, None] * x * x)[:, None, :]
+        cover += (form[:, 1, 1, None] * y * y)[:, :, None]
+        np.sqrt(np.maximum(cover, 0, out=cover), out=cover)
+        np.subtract((0.5 + radius * scale / (2 * soft)).astype(np.float32)[:, None, None], cover, out=cover)
+        np.clip(cover, 0, 1, out=cover)
         cover *= cover * (3 - 2 * cover)
-        column, row = (corner[:, 0, None] + reach)[:, None, :], (corner[:, 1, None] + reach)[:, :, None]
-        inside = (column >= 0) & (column < camera.width) & (row >= 0) & (row < camera.height)
-        index = np.where(inside, row * camera.width + column, 0)
-        total = np.bincount(index.ravel(), (cover * inside).ravel(), camera.width * camera.height)
-        return np.minimum(total, 1).astype(np.float32).reshape(camera.height, camera.width)
+        wide = camera.width + 2 * half
+        column, row = np.clip(corner[:, 0], 0, camera.width - 1), np.clip(corner[:, 1], 0, camera.height - 1)
+        index = ((row[:, None] + reach + half) * wide)[:, :, None] + (column[:, None] + reach + half)[:, None, :]
+        total = np.bincount(index.ravel(), cover.ravel(), wide * (camera.height + 2 * half)).reshape(-1, wide)
+        total = np.minimum(total[half:-half, half:-half], 1).astype(np.float32)
+        total *= -self.imaging.ink
+        total += 1
+        return cv2.multiply(total, self._pad, dst=total)
+
+    def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):
+        """Add the lamps' mirror images to the picture, in place."""
+        half = 24
+        for (u, v), f, strength in zip(place, form, peak):
+            if not (0 <= u < self.camera.width and 0 <= v < self.camera.height) or strength < 0.5:
+                continue
+            left, top = max(int(u) - half, 0), max(int(v) - half, 0)
+            patch = picture[top:int(v) + half + 1, left:int(u) + half + 1]
+            x, y = np.arange(patch.shape[1]) + left - u, np.arange(patch.shape[0])[:, None] + top - v
+            shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
+            patch += (shine * self._pad[top:int(v) + half + 1, left:int(u) + half + 1])[..., None].astype(np.float32)
 
     def _pad_cover(self) -> np.ndarray:
         """Share (height, width) of each pixel that shows the pad and not its housing."""

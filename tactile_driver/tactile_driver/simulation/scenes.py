@@ -1,58 +1,145 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The scenes of the simulated touchpad, by name."""
+"""The scenes of the simulated touchpad, by name: which object does what, when."""
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import BadArgument
 from .camera import mounted_camera
-from .contact import FrictionalContact
 from .membrane import Membrane
 from .motion import Key, Motion
 from .optics import Lighting
 from .pattern import DotPattern
 from .rendering import Imaging, Renderer
+from .scene import Scene
 from .tools import tool_named
-from .truth import SimulatedFrame, TruthFrame
+
+Act = tuple[str, list[Key]]
+
+#: s: each scene begins with nothing touching for this long, for whoever takes a reference.
+UNTOUCHED = 1.5
 
 
-class Scene:
-    """A touchpad and what happens to it: .camera, .rows, .columns, .rate, .duration s, .render(t)."""
+@dataclass(frozen=True)
+class Script:
+    """acts: tool name and keys, one after the other; friction: coefficient; lighting, imaging: what the pictures look like."""
 
-    def __init__(self, name, acts, rate, seed, width, height):
-        self.membrane = Membrane()
-        self.camera = mounted_camera(width, height)
-        self.pattern = DotPattern(self.membrane, self.camera, np.random.default_rng([seed, 0]))
-        self.rows, self.columns = self.pattern.rows, self.pattern.columns
-        self.renderer = Renderer(self.membrane, self.camera, Lighting(), Imaging(), seed)
-        self.contact = FrictionalContact(self.membrane, 0.4)
-        self.rate = rate
-        self.motions = [Motion(tool_named(n), k, self.membrane.centre, self.membrane.radius) for n, k in acts]
-        self.duration = max(m.times[-1] for m in self.motions) + 0.5
-        self._at = 0
-
-    def render(self, t: float) -> SimulatedFrame:
-        number = int(round(t * self.rate))
-        if number < self._at:
-            self.contact.reset(); self._at = 0
-        while self._at < number:
-            a, b = self._at / self.rate, (self._at + 1) / self.rate
-            for m in self.motions:
-                if m.covers(a) and m.covers(b):
-                    self.contact.step(m.tool, m.pose(a), m.pose(b))
-            self._at += 1
-        shape = self.contact.state.shape
-        places, uv, spread = self.pattern.seen(shape, self.camera)
-        image = self.renderer.draw(shape, (uv, spread, self.pattern.radius), number)
-        k = np.arange(len(uv))
-        return SimulatedFrame(image, TruthFrame(k, uv, places, np.zeros(len(uv), np.uint8)))
+    acts: tuple[Act, ...] = ()
+    friction: float = 0.45
+    lighting: Lighting = Lighting()
+    imaging: Imaging = Imaging()
+    duration: float = 0.0
 
 
-SCENES = {'demo': [('rectangle', [Key(1, press=-.001), Key(2, press=.0034), Key(2.5, press=.0034), Key(4.5, x=.005, press=.0034), Key(5, x=.005, press=-.002)])]}
+def _act(tool: str, *moves: Key) -> Act:
+    """A tool that comes from above to its first place and leaves upwards from its last."""
+    first, last = moves[0], moves[-1]
+    return tool, [replace(first, t=first.t - 0.25, press=-0.0015), *moves, replace(last, t=last.t + 0.25, press=-0.0015)]
+
+
+def _rectangle_drag(t: float) -> Act:
+    return _act('rectangle', Key(t, press=0.0), Key(t + 0.8, press=0.0032), Key(t + 1.1, press=0.0032), Key(t + 3.1, x=0.0060, press=0.0032),
+                Key(t + 3.4, x=0.0060, press=0.0032), Key(t + 4.0, x=0.0060, press=0.0))
+
+
+def _disc_twist(t: float) -> Act:
+    return _act('disc', Key(t, press=0.0), Key(t + 0.7, press=0.0030), Key(t + 1.0, press=0.0030), Key(t + 2.6, press=0.0030, yaw=0.75),
+                Key(t + 2.9, press=0.0030, yaw=0.75), Key(t + 3.4, press=0.0, yaw=0.75))
+
+
+def _ring_press(t: float) -> Act:
+    return _act('ring', Key(t, press=0.0), Key(t + 0.9, press=0.0030), Key(t + 1.4, press=0.0030), Key(t + 2.2, y=0.0018, press=0.0030),
+                Key(t + 2.8, y=0.0018, press=0.0))
+
+
+def _sphere_press(t: float) -> Act:
+    return _act('sphere', Key(t, x=0.003, y=-0.002, press=0.0), Key(t + 0.8, x=0.003, y=-0.002, press=0.0042),
+                Key(t + 1.3, x=0.003, y=-0.002, press=0.0042), Key(t + 1.9, x=0.003, y=-0.002, press=0.0))
+
+
+def _sphere_tilt(t: float) -> Act:
+    """A ball that rolls across the pad, then turns on the spot."""
+    return _act('sphere', Key(t, x=-0.003, press=0.0), Key(t + 0.7, x=-0.003, press=0.0036), Key(t + 2.0, x=0.003, press=0.0036, pitch=0.75),
+                Key(t + 2.9, x=0.003, press=0.0036, pitch=0.75, roll=0.35), Key(t + 3.4, x=0.003, press=0.0, pitch=0.75, roll=0.35))
+
+
+def _impact(t: float) -> Act:
+    """A ball that is in and out within a sixth of a second."""
+    return _act('sphere', Key(t, y=0.002, press=0.0), Key(t + 0.07, y=0.002, press=0.0045), Key(t + 0.17, y=0.002, press=0.0))
+
+
+def _disc_tilt(t: float) -> Act:
+    return _act('disc', Key(t, press=0.0), Key(t + 0.7, press=0.0024), Key(t + 1.5, press=0.0032, pitch=0.16), Key(t + 2.3, press=0.0032, roll=0.16),
+                Key(t + 2.9, press=0.0, roll=0.16))
+
+
+def _prism(t: float) -> Act:
+    return _act('prism', Key(t, press=0.0), Key(t + 0.8, press=0.0034), Key(t + 1.1, press=0.0034), Key(t + 2.1, press=0.0034, yaw=0.5),
+                Key(t + 2.7, press=0.0, yaw=0.5))
+
+
+def _two_spheres(t: float) -> Act:
+    return _act('two_spheres', Key(t, press=0.0), Key(t + 0.8, press=0.0034), Key(t + 1.2, press=0.0034), Key(t + 1.9, y=0.002, press=0.0034),
+                Key(t + 2.5, y=0.002, press=0.0))
+
+
+def _one_after_the_other(*acts) -> tuple[Act, ...]:
+    """The acts, each a second after the one before has gone."""
+    played, t = [], UNTOUCHED + 0.25
+    for act in acts:
+        played.append(act(t))
+        t = played[-1][1][-1].t + 1.25
+    return tuple(played)
+
+
+def _sphere_grid() -> tuple[Act, ...]:
+    """Presses of a ball at known places and depths, each from rest."""
+    acts, t = [], UNTOUCHED
+    for place, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
+        for depth in (0.0015, 0.0030, 0.0045) if place % 2 == 0 else (0.0020, 0.0040):
+            acts.append(('sphere', [Key(t, x=x, y=y, press=-0.001), Key(t + 0.3, x=x, y=y, press=depth), Key(t + 0.6, x=x, y=y, press=depth),
+                                    Key(t + 0.9, x=x, y=y, press=-0.001)]))
+            t += 1.1
+    return tuple(acts)
+
+
+SCENES: dict[str, Script] = {
+    'demo': Script(_one_after_the_other(_rectangle_drag, _disc_twist, _ring_press, _sphere_tilt, _impact)),
+    'rest': Script(duration=10.0),
+    'rectangle_drag': Script(_one_after_the_other(_rectangle_drag)),
+    'disc_twist': Script(_one_after_the_other(_disc_twist)),
+    'disc_tilt': Script(_one_after_the_other(_disc_tilt)),
+    'ring_press': Script(_one_after_the_other(_ring_press)),
+    'sphere_press': Script(_one_after_the_other(_sphere_press)),
+    'sphere_tilt': Script(_one_after_the_other(_sphere_tilt)),
+    'impact': Script(_one_after_the_other(_impact)),
+    'prism': Script(_one_after_the_other(_prism)),
+    'two_spheres': Script(_one_after_the_other(_two_spheres)),
+    'glare': Script(_one_after_the_other(_rectangle_drag), lighting=replace(Lighting(), gloss=900.0, gloss_width=0.02, largest_spot=14.0)),
+    'noise': Script(_one_after_the_other(_rectangle_drag), imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)),
+    'sphere_calibration': Script(_sphere_grid()),
+}
 
 
 def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int = 640, height: int = 480) -> Scene:
+    """The scene of that name, at rate frames/s and width x height px.
+
+    seed: of the painted dots' irregularities and the noise. Raises BadArgument for an unknown name (the message lists the known ones), a
+    rate that is not positive, or a picture that is not 4 : 3 or under 160 px wide.
+    """
     if name not in SCENES:
         raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(SCENES))}')
-    return Scene(name, SCENES[name], rate, seed, width, height)
+    if not 0 < rate < np.inf:
+        raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
+    if width < 160 or width * 3 != height * 4 or width % 4 or height % 4:
+        raise BadArgument(f'simulation: no picture of {width} x {height} px; give 640 x 480, 320 x 240 or another multiple of 4 in the ratio 4 : 3')
+    script = SCENES[name]
+    membrane, camera = Membrane(), mounted_camera(width, height)
+    pattern = DotPattern(membrane, camera, np.random.default_rng([seed, 0]))
+    motions = [Motion(tool_named(tool), keys, membrane.centre, membrane.radius) for tool, keys in script.acts]
+    duration = max([script.duration] + [motion.times[-1] + 0.75 for motion in motions])
+    renderer = Renderer(membrane, camera, script.lighting, script.imaging, seed)
+    return Scene(motions, duration, rate, script.friction, membrane, camera, pattern, renderer)

@@ -1,0 +1,138 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a state of membrane and tool to the truth of a frame."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .camera import SimulatedCamera
+from .contact import MembraneState
+from .membrane import Membrane
+from .motion import Pose, touching_height
+from .pattern import DotPattern
+from .region import ON_TOOL, Region, find_region
+from .tools import Tool
+from .truth import GROSS, INCIPIENT, NO_SLIP, NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame
+
+#: m/s: a point that moves slower than this over the tool sticks (10 um from frame to frame at 30 frames a second).
+SLIP_SPEED = 0.3e-3
+#: m: a dot nearer to the tool than this, inside the region, touches it.
+_DOT_ON_TOOL = 20e-6
+
+
+@dataclass
+class Observation:
+    """One instant: the skin's shape (n, n, 3), m; the dots' paint in the picture, spread (K, 2, 2) px/m; truth."""
+
+    shape: np.ndarray
+    spread: np.ndarray
+    truth: TruthFrame
+
+
+class Observer:
+    """Sees dots and contact of one pad through one camera; interval: s between frames."""
+
+    def __init__(self, membrane: Membrane, pattern: DotPattern, camera: SimulatedCamera, interval: float):
+        self.membrane, self.pattern, self.camera, self.interval = membrane, pattern, camera, interval
+        self._ids = np.arange(pattern.rows * pattern.columns)
+        self.untouched = self._observe_untouched()
+        self._before = None
+
+    def _observe_untouched(self) -> Observation:
+        places, uv, spread = self.pattern.seen(self.membrane.rest, self.camera)
+        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.membrane.pressure)
+        return Observation(self.membrane.rest, spread, truth)
+
+    def observe(self, state: MembraneState, tool: Tool, before: Pose, now: Pose) -> Observation:
+        """The truth of a state under a tool that moved from the pose before (a frame ago) to the pose now."""
+        region = find_region(self.membrane, state, tool, now) if len(state.touching) else None
+        if region is None:
+            self._before = None
+            return self.untouched
+        places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: _off_tool(p, tool, now))
+        nodes = state.shape.reshape(-1, 3)[self.membrane.inner][state.touching]
+        touching = self._touching_dots(places, region, tool, now)
+        states, fraction = self._slip(places, touching, nodes, state, tool, now)
+        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal)
+        truth.contacts = self._touches(state, nodes, region, tool, now)
+        truth.slipping_fraction = fraction
+        truth.slip_state = NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
+        truth.velocity = _twist(before, now, region.centroid, self.interval)
+        truth.rotation_center = _still_point(truth.velocity, region)
+        truth.wrench = np.concatenate([state.force.sum(axis=0), np.cross(nodes, state.force).sum(axis=0)])
+        truth.pressure = state.pressure
+        return Observation(state.shape, spread, truth)
+
+    def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
+        """(K,) bool: the dot lies in the region and on the tool."""
+        full = self.pattern.sampler.linear @ region.fullness.ravel()
+        return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL)
+
+    def _slip(self, places, touching, nodes, state: MembraneState, tool: Tool, pose: Pose) -> tuple[np.ndarray, float]:
+        """Dot states (K,) and the share of the contact's nodes that slip; a point that has just met the tool has not slipped on it yet."""
+        dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.membrane.inner.sum(), 3), np.nan)
+        dots_on_tool[touching] = pose.to_tool(places[touching])
+        nodes_on_tool[state.touching] = pose.to_tool(nodes)
+        before, self._before = self._before, (dots_on_tool, nodes_on_tool)
+        states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
+        if before is None:
+            return states, 0.0
+        limit = SLIP_SPEED * self.interval
+        states[_way_along(tool, before[0], dots_on_tool) > limit] = SLIPPING
+        way = _way_along(tool, before[1], nodes_on_tool)
+        return states, float((way > limit).sum() / max(np.isfinite(way).sum(), 1))
+
+    def _touches(self, state: MembraneState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
+        """One Touch for each part of the tool that touches."""
+        part_of_node = tool.part_distances(pose.to_tool(nodes)).argmin(axis=0)
+        areas = self.membrane.area_vectors(state.shape)[self.membrane.inner][state.touching]
+        touches = []
+        for part in np.unique(part_of_node):
+            mine = part_of_node == part
+            normal = region.normal if len(tool.parts) == 1 else areas[mine].sum(axis=0)
+            normal = normal / np.linalg.norm(normal)
+            centre = pose.to_sensor(np.asarray(tool.places[part]))
+            position = region.centroid if tool.tip_radius is None else centre - [0, 0, tool.tip_radius]
+            touching = touching_height(tool.parts[part], pose.turn, centre[0], centre[1], self.membrane.centre, self.membrane.radius)
+            touches.append(Touch(position, normal, touching - centre[2], float(-(state.force[mine] @ normal).sum())))
+        return touches
+
+
+def _off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
+    """Places (K, 3), m, those that interpolation between nodes has put inside the tool moved to its surface."""
+    gap = tool.distance(pose.to_tool(places))
+    inside = np.flatnonzero(gap < 0)
+    if len(inside):
+        depth, normal = tool.distance_and_normal(pose.to_tool(places[inside]))
+        places[inside] -= depth[:, None] * (normal @ pose.turn.T)
+    return places
+
+
+def _way_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
+    """Way (k,), m, along the tool's surface between places (k, 3) in the tool's frame; NaN where either is."""
+    way = now - before
+    both = np.flatnonzero(np.isfinite(way[:, 0]))
+    out = np.full(len(way), np.nan)
+    if len(both):
+        normal = tool.distance_and_normal(now[both])[1]
+        along = way[both] - np.einsum('ij,ij->i', way[both], normal)[:, None] * normal
+        out[both] = np.linalg.norm(along, axis=1)
+    return out
+
+
+def _twist(before: Pose, now: Pose, at: np.ndarray, interval: float) -> np.ndarray:
+    """(6,) velocity of the object's point at (3,), m/s, and its turn, rad/s."""
+    turn = cv2.Rodrigues(now.turn @ before.turn.T)[0].ravel()
+    return np.concatenate([at - before.to_sensor(now.to_tool(at)), turn]) / interval
+
+
+def _still_point(twist: np.ndarray, region: Region, slowest: float = 1e-3) -> np.ndarray:
+    """(3,) m, where in the contact plane an object with this twist stands still; NaN where it turns slower than slowest rad/s."""
+    spin = twist[3:] @ region.normal
+    if abs(spin) < slowest:
+        return np.full(3, np.nan)
+    along = twist[:3] - (twist[:3] @ region.normal) * region.normal
+    return region.centroid + np.cross(region.normal, along) / spin

@@ -1,0 +1,105 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The true contact region: between the nodes by their pressures' half level, at a tool's edge by the tool's own surface."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .contact import MembraneState
+from .membrane import Membrane
+from .motion import Pose
+from .tools import Tool
+
+_FINE = 4
+#: m: the skin counts as lying on the tool within this.
+ON_TOOL = 10e-6
+_GAP_SCALE = 60e-6
+
+
+@dataclass
+class Region:
+    """outlines, holes: lists of (k, 3) m; area m^2 without holes; centroid (3,) m; normal (3,) unit outwards; fullness (n, n): share of its
+    neighbourhood's contact pressure at each node, 1 inside and 0 outside."""
+
+    outlines: list
+    holes: list
+    area: float
+    centroid: np.ndarray
+    normal: np.ndarray
+    fullness: np.ndarray
+
+
+def _between(count: int) -> np.ndarray:
+    """Linear interpolation (fine, count) from count nodes to _FINE steps between them."""
+    at = np.arange((count - 1) * _FINE + 1) / _FINE
+    return np.maximum(1 - np.abs(at[:, None] - np.arange(count)), 0)
+
+
+def fullness_of(membrane: Membrane, state: MembraneState) -> np.ndarray:
+    """(n, n): each node's contact pressure over the pressure that is usual in the contact, 0 to 1."""
+    areas = membrane.area_vectors(state.shape)[membrane.inner][state.touching]
+    pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
+    # A face is pressed by the water's pressure, its edges by much more: the median is the face's. A round tip adds the skin's tension.
+    usual = max(np.median(pressed), 0.5 * state.pressure) if len(pressed) else 1.0
+    inner = np.zeros(membrane.inner.sum())
+    inner[state.touching] = np.clip(pressed / usual, 0, 1)
+    return np.pad(inner.reshape(membrane.nodes - 2, -1), 1)
+
+
+def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose) -> Region | None:
+    """The region that the tool touches in this state; None where that is nothing."""
+    fullness = fullness_of(membrane, state)
+    rows, columns = np.nonzero(fullness)
+    if not len(rows):
+        return None
+    box = slice(max(rows.min() - 2, 0), rows.max() + 3), slice(max(columns.min() - 2, 0), columns.max() + 3)
+    part = state.shape[box]
+    up, across = _between(part.shape[0]), _between(part.shape[1])
+    places = np.einsum('ai,ijk,bj->abk', up, part, across, optimize=True)
+    gap = tool.distance(pose.to_tool(places))
+    outside = np.maximum(0.5 - up @ fullness[box] @ across.T, (gap - ON_TOOL) / _GAP_SCALE)
+    return _measure(places, outside, fullness)
+
+
+def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> Region | None:
+    """Outlines and moments of where outside (a, b) is negative, on the skin's fine places (a, b, 3)."""
+    slope = np.stack(np.gradient(outside), axis=-1)
+    steep = np.sqrt((slope**2).sum(axis=-1)) + 1e-9
+    cover = np.clip(0.5 - outside / steep, 0, 1)
+    rows, columns = np.gradient(places, axis=(0, 1))
+    patches = np.cross(columns, rows)
+    sizes = np.sqrt((patches**2).sum(axis=-1)) * cover
+    area = float(sizes.sum())
+    if area <= 0:
+        return None
+    centroid = np.einsum('ab,abk->k', sizes, places) / area
+    normal = np.einsum('ab,abk->k', cover, patches)
+    outlines, holes = _contours(places, outside, slope, steep)
+    return Region(outlines, holes, area, centroid, normal / np.linalg.norm(normal), fullness)
+
+
+def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:
+    """Closed lines (k, 3) m about and inside the region: border cells, each moved along the slope to where outside is zero."""
+    lines, family = cv2.findContours((outside < 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    found = [], []
+    for line, kin in zip(lines, [] if family is None else family[0]):
+        if len(line) < 4:
+            continue
+        column, row = line[:, 0, 0], line[:, 0, 1]
+        step = np.clip(-outside[row, column] / steep[row, column], 0, 1)[:, None] * slope[row, column] / steep[row, column, None]
+        found[int(kin[3] >= 0)].append(_at(places, np.stack([row, column], axis=1) + step))
+    return found
+
+
+def _at(places: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """Places (k, 3) at rows and columns where (k, 2) of the fine grid (a, b, 3), linearly between its points."""
+    top = np.array(places.shape[:2]) - 2
+    low = np.clip(np.floor(where).astype(int), 0, top)
+    part = (where - low)[:, :, None]
+    r, c = low.T
+    near = places[r, c] * (1 - part[:, 1]) + places[r, c + 1] * part[:, 1]
+    far = places[r + 1, c] * (1 - part[:, 1]) + places[r + 1, c + 1] * part[:, 1]
+    return near * (1 - part[:, 0]) + far * part[:, 0]
