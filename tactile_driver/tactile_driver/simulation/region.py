@@ -15,7 +15,7 @@ from .tools import Tool
 
 _FINE = 4
 #: m: the skin counts as lying on the tool within this.
-ON_TOOL = 10e-6
+ON_TOOL = 20e-6
 _GAP_SCALE = 60e-6
 
 
@@ -38,12 +38,14 @@ def _between(count: int) -> np.ndarray:
     return np.maximum(1 - np.abs(at[:, None] - np.arange(count)), 0)
 
 
-def fullness_of(membrane: Membrane, state: MembraneState) -> np.ndarray:
-    """(n, n): each node's contact pressure over the pressure that is usual in the contact, 0 to 1."""
+def fullness_of(membrane: Membrane, state: MembraneState, tool: Tool) -> np.ndarray:
+    """(n, n): each node's contact pressure over the pressure that is usual in the contact, 0 to 1.
+
+    A flat face is pressed by the water alone; a round tip adds the skin's tension, the same everywhere, so the median is usual there.
+    """
     areas = membrane.area_vectors(state.shape)[membrane.inner][state.touching]
     pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
-    # A face is pressed by the water's pressure, its edges by much more: the median is the face's. A round tip adds the skin's tension.
-    usual = max(np.median(pressed), 0.5 * state.pressure) if len(pressed) else 1.0
+    usual = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure)
     inner = np.zeros(membrane.inner.sum())
     inner[state.touching] = np.clip(pressed / usual, 0, 1)
     return np.pad(inner.reshape(membrane.nodes - 2, -1), 1)
@@ -51,7 +53,7 @@ def fullness_of(membrane: Membrane, state: MembraneState) -> np.ndarray:
 
 def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose) -> Region | None:
     """The region that the tool touches in this state; None where that is nothing."""
-    fullness = fullness_of(membrane, state)
+    fullness = fullness_of(membrane, state, tool)
     rows, columns = np.nonzero(fullness)
     if not len(rows):
         return None
@@ -60,7 +62,10 @@ def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose
     up, across = _between(part.shape[0]), _between(part.shape[1])
     places = np.einsum('ai,ijk,bj->abk', up, part, across, optimize=True)
     gap = tool.distance(pose.to_tool(places))
-    outside = np.maximum(0.5 - up @ fullness[box] @ across.T, (gap - ON_TOOL) / _GAP_SCALE)
+    full = np.ascontiguousarray(up @ fullness[box] @ across.T)
+    # A line of contact narrower than a cell presses on every other node only: close it along its way.
+    full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
+    outside = np.maximum(0.5 - full, (gap - ON_TOOL) / _GAP_SCALE)
     return _measure(places, outside, fullness)
 
 
