@@ -1,0 +1,111 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dots in an image: the detector that the rest stands on, and the table of methods it can use."""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument, BadFrame
+from .candidates import find_candidates
+from .dots import Dots
+from .ground import relative_slopes
+from .look import Look, measure_look, select_channel, shrink
+from .subpixel import LikelihoodFitter
+
+POLARITIES = {'dark': -1, 'bright': 1}
+_FEWEST = 4  # dots: with fewer, what dots look like is measured anew
+_SMALLEST_FRAME = 32  # px
+
+
+class DotDetector:
+    """Finds printed dots; what they look like is measured in the first good frame and again when they stop looking so.
+
+    polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for other names.
+    """
+
+    def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
+        if polarity not in POLARITIES:
+            raise BadArgument(f'polarity {polarity!r} is unknown: choose from {", ".join(POLARITIES)}')
+        if method not in METHODS:
+            raise BadArgument(f'dot detection method {method!r} is unknown: choose from {", ".join(METHODS)}')
+        self._method = METHODS[method](POLARITIES[polarity])
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """The dots of one image, (H, W) or (H, W, 3) BGR uint8, in no order. Raises BadFrame (black, white, constant, no dots, wrong type or shape)."""
+        check_frame(image)
+        return self._method.detect(image)
+
+
+def check_frame(image: np.ndarray):
+    """Raise BadFrame, saying why, unless this is a picture that may hold dots."""
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        kind = image.dtype if isinstance(image, np.ndarray) else type(image).__name__
+        raise BadFrame(f'a frame must be an array of uint8, this is {kind}: convert it to mono8 or bgr8')
+    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+        raise BadFrame(f'a frame must be (rows, columns) or (rows, columns, 3), this is {image.shape}')
+    if min(image.shape[:2]) < _SMALLEST_FRAME:
+        raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small for dots: at least {_SMALLEST_FRAME} px a side')
+    sample = image[::7, ::5]
+    low, high = int(sample.min()), int(sample.max())
+    if high - low < 4:
+        name = 'black' if high < 8 else 'white' if low > 247 else 'constant'
+        raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
+
+
+class LikelihoodDetector:
+    """Peaks of the half-size image, then a likelihood fit of each (candidates.py, subpixel.py, ground.py)."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+        self._look: Look | None = None
+        self._fitter: LikelihoodFitter | None = None
+
+    def detect(self, image: np.ndarray) -> Dots:
+        if self._look is not None:
+            dots = self._detect(image)
+            if len(dots) >= _FEWEST:
+                return dots
+        self._look = None  # if measuring fails, the next frame starts from nothing too
+        look = measure_look(image, self._sign)
+        self._fitter = LikelihoodFitter(look.smallest, look.largest, look.blur)
+        self._look = look
+        dots = self._detect(image)
+        if len(dots) < _FEWEST:
+            raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+        return dots
+
+    def _detect(self, image):
+        look, fitter = self._look, self._fitter
+        grey = shrink(select_channel(image, look.channel), look.step)
+        places = find_candidates(grey, look)
+        if not len(places):
+            return Dots(np.empty((0, 2)), np.empty(0), np.empty(0))
+        half = fitter.half
+        padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE)
+        centre = np.rint(places).astype(np.int64)
+        patches = fitter.patches(padded, centre[:, 0], centre[:, 1])
+        offset = places - centre
+        fit = fitter.fit(patches, np.full(len(places), look.typical), offset[:, 0], offset[:, 1])
+        variance = fitter.variances(patches, fit)
+        good = self._plausible(fit, variance, centre, grey.shape)
+        slope_u, slope_v = relative_slopes(centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.ground, good, 2.5 * look.typical)
+        fitter.correct_slope(fit, slope_u, slope_v)
+        gain, area_gain = fitter.gains(fit)
+        uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)
+        sigma = np.sqrt(variance * gain)
+        scale = look.step
+        return Dots((uv[good] + 0.5) * scale - 0.5, np.pi / 4 * (fit.diameter[good] * scale) ** 2, sigma[good] * scale)
+
+    def _plausible(self, fit, variance, centre, shape):
+        """(N,) bool: of the dots' contrast and size, like a disc, whole."""
+        look = self._look
+        contrast = fit.amplitude * self._sign
+        good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest) & (fit.diameter < look.largest)
+        good &= variance < np.maximum((4 * look.noise) ** 2, (0.12 * contrast) ** 2)
+        good &= (np.abs(fit.u) < 1.4) & (np.abs(fit.v) < 1.4)
+        u, v, reach = centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.diameter / 2 + look.blur - 0.5
+        return good & (u >= reach) & (v >= reach) & (u <= shape[1] - 1 - reach) & (v <= shape[0] - 1 - reach)
+
+
+METHODS = {'likelihood': LikelihoodDetector}

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How the ground's brightness slopes about each dot, from the grounds that its neighbours were fitted with.
+
+A slope fitted within a dot's own small window would cost up to half of the accuracy of its place; neighbours give it for nothing.
+"""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+
+def relative_slopes(u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes of the ground along u and v at each dot, as shares of the ground a pixel; zero where fewer than four good neighbours are near.
+
+    u, v, ground: (N,); good: (N,) bool, whose ground counts; cell: px, about the dots' pitch: a plane is fitted over three by three cells.
+    """
+    columns, rows = int(u.max() / cell) + 2, int(v.max() / cell) + 2
+    at = np.clip((v / cell).astype(int), 0, rows - 1) * columns + np.clip((u / cell).astype(int), 0, columns - 1)
+    level = max(float(np.median(ground)), 1.0)
+    # coordinates about the cells' own centres would have to be moved when cells are added: about the image's centre they need not
+    x, y, b = (u - u.mean()) / cell, (v - v.mean()) / cell, ground / level
+    weight = good.astype(float)
+    products = (weight, weight * x, weight * y, weight * b, weight * x * x, weight * x * y, weight * y * y, weight * x * b, weight * y * b)
+    sums = np.stack([np.bincount(at, p, rows * columns) for p in products], 1).reshape(rows, columns, 9)
+    near = cv2.sepFilter2D(sums[:, :, :4], -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
+    squares = cv2.sepFilter2D(sums[:, :, 4:8], -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
+    last = cv2.sepFilter2D(np.ascontiguousarray(sums[:, :, 8]), -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
+    n, sx, sy, sb = near.reshape(-1, 4)[at].T
+    sxx, sxy, syy, sxb = squares.reshape(-1, 4)[at].T
+    return _planes(n, sx, sy, sb, sxx, sxy, syy, sxb, last.ravel()[at], cell)
+
+
+def _planes(n, sx, sy, sb, sxx, sxy, syy, sxb, syb, cell):
+    enough = n > 3.5
+    n = np.where(enough, n, 1.0)
+    mx, my, mb = sx / n, sy / n, sb / n
+    xx, xy, yy = sxx - n * mx * mx, sxy - n * mx * my, syy - n * my * my
+    xb, yb = sxb - n * mx * mb, syb - n * my * mb
+    determinant = xx * yy - xy * xy
+    enough &= (determinant > 0.02 * n * n) & (mb > 1e-3)
+    scale = np.where(enough, 1.0 / np.where(enough, determinant * mb * cell, 1.0), 0.0)
+    return (yy * xb - xy * yb) * scale, (xx * yb - xy * xb) * scale

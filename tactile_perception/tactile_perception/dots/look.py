@@ -1,0 +1,194 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What dots look like in an image, measured from that image alone: colour channel, size, contrast, blur and noise."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..errors import BadFrame
+from .shape import blurred_disc
+
+CHANNELS = ('blue', 'green', 'red', 'grey')
+_BLOCKS = (15, 31, 61, 121)  # sides of the squares that local ground is taken over, px
+_LEVELS = (0.25, 0.5)  # of the strongest contrast
+_LARGEST_FITTED = 14.0  # px: larger dots are looked at in a smaller image
+_MOST = 80  # dots that blur is measured on
+_FEWEST = 4  # dots; fewer cannot be told from dirt
+
+
+@dataclass(frozen=True)
+class Look:
+    """Measured from a frame. channel: a name in CHANNELS; step: every so many pixels are averaged into one before all else;
+    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground and noise: grey levels.
+    """
+
+    channel: str
+    step: int
+    smallest: float
+    typical: float
+    largest: float
+    blur: float
+    contrast: float
+    noise: float
+
+
+@dataclass
+class _Blobs:
+    """Roundish spots of like size: centre (N, 2), diameter (N,), score: how much they look like printed dots."""
+
+    centre: np.ndarray
+    diameter: np.ndarray
+    contrast: float
+    score: float
+
+
+def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
+    """(H, W) uint8: one channel of a BGR image, or its grey mean; a grey image passes as it is."""
+    if image.ndim == 2:
+        return image
+    if channel == 'grey':
+        return cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    return cv2.extractChannel(image, CHANNELS.index(channel))
+
+
+def shrink(grey: np.ndarray, step: int) -> np.ndarray:
+    """The image with each step x step pixels averaged into one."""
+    return grey if step == 1 else cv2.resize(grey, (grey.shape[1] // step, grey.shape[0] // step), interpolation=cv2.INTER_AREA)
+
+
+def measure_look(image: np.ndarray, sign: int) -> Look:
+    """Find the channel in which dots stand out most, their sizes, contrast and blur.
+
+    image: (H, W) or (H, W, 3) uint8; sign: 1 for dots brighter than their ground, -1 for darker. Raises BadFrame where no four like dots stand out.
+    """
+    best = None
+    for channel in CHANNELS if image.ndim == 3 else CHANNELS[-1:]:
+        grey = select_channel(image, channel)
+        noise = _noise(grey)
+        blobs = _find_blobs(grey, sign, noise)
+        if blobs is not None and (best is None or blobs.score / noise > best[0]):
+            best = blobs.score / noise, channel, grey, noise, blobs
+    if best is None:
+        raise BadFrame(f'no {"bright" if sign > 0 else "dark"} dots stand out in the frame: check light, focus and the parameter polarity')
+    return _describe(*best[1:], sign)
+
+
+def _noise(grey):
+    """Standard deviation of pixel noise, by the median size of second differences; at least that of rounding."""
+    g = grey.astype(np.int16)
+    second = g[1:-1:2, 1:-1:2] * 4 - 2 * (g[:-2:2, 1:-1:2] + g[2::2, 1:-1:2] + g[1:-1:2, :-2:2] + g[1:-1:2, 2::2])
+    second += g[:-2:2, :-2:2] + g[:-2:2, 2::2] + g[2::2, :-2:2] + g[2::2, 2::2]
+    return max(float(np.median(np.abs(second))) / (0.6745 * 6), 0.3)
+
+
+def _find_blobs(grey, sign, noise):
+    smooth = cv2.GaussianBlur(grey, (3, 3), 0).astype(np.float32) * sign
+    best = None
+    for block in _BLOCKS:
+        above = smooth - cv2.blur(smooth, (block, block))
+        strongest = np.percentile(above[::2, ::2], 99.5)
+        for level in _LEVELS:
+            if level * strongest < 3 * noise:
+                continue
+            blobs = _roundish(above, level * strongest)
+            if blobs is not None and (best is None or blobs.score > best.score):
+                best = blobs
+    return best
+
+
+def _roundish(above, threshold):
+    """Connected spots above the threshold that are round, whole and of like size, or None."""
+    _, _, stats, centre = cv2.connectedComponentsWithStats((above > threshold).astype(np.uint8), connectivity=4)
+    left, top, wide, high, area = stats[1:].T
+    inside = (left > 0) & (top > 0) & (left + wide < above.shape[1]) & (top + high < above.shape[0])
+    fill = area / (wide * high)
+    good = inside & (area >= 6) & (np.maximum(wide, high) <= 1.6 * np.minimum(wide, high) + 1) & (fill > 0.55)
+    if good.sum() < _FEWEST:
+        return None
+    area, centre = area[good].astype(float), centre[1:][good]
+    typical = np.median(np.repeat(area, np.maximum(area / area.min(), 1).astype(int)))
+    like = (area > typical / 3.5) & (area < typical * 3)
+    if like.sum() < _FEWEST:
+        return None
+    area, centre = area[like], centre[like]
+    at = np.rint(centre).astype(int)
+    contrast = float(np.median(above[at[:, 1], at[:, 0]]))
+    return _Blobs(centre, np.sqrt(4 / np.pi * area), contrast, len(area) * contrast * np.sqrt(np.median(area)))
+
+
+def _describe(channel, grey, noise, blobs, sign):
+    step = int(np.ceil(np.median(blobs.diameter) / _LARGEST_FITTED))
+    grey = shrink(grey, step)
+    centre, rough = (blobs.centre + 0.5) / step - 0.5, blobs.diameter / step
+    blur, diameter, contrast = _fit_blur(grey, centre, rough, noise / step)
+    low, middle, high = np.percentile(diameter, [2, 50, 98])
+    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.25 * float(high), blur, sign * contrast, noise / step)
+
+
+def _fit_blur(grey, centre, rough, noise):
+    """Blur that all dots share, their diameters and median contrast: the least residual over a grid, discs about the grey-weighted centres."""
+    half = int(np.ceil(np.percentile(rough, 90) / 2 + 3))
+    at = np.rint(centre).astype(int)
+    inside = ((at >= half) & (at < np.array(grey.shape[::-1]) - half)).all(1)
+    chosen = np.flatnonzero(inside)[:: max(1, int(inside.sum() / _MOST))]
+    if len(chosen) < _FEWEST:
+        raise BadFrame('the dots lie too near to the border of the frame to measure them: check the camera\'s aim')
+    reach = np.arange(-half, half + 1)
+    patches = grey[at[chosen, 1, None, None] + reach[:, None], at[chosen, 0, None, None] + reach].astype(float)
+    x, y = np.meshgrid(reach, reach)
+    best = None
+    offset = centre[chosen] - at[chosen]
+    for _ in range(2):  # the second time about better centres
+        radius = np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
+        best = _scan(patches, radius, rough[chosen])
+        offset = _recentre(patches, offset, x, y, best[1])
+    blur, diameter, contrast = best
+    scale = np.median(diameter / rough[chosen])
+    return blur, rough * scale, float(np.median(np.abs(contrast)))
+
+
+def _scan(patches, radius, rough):
+    """(blur, diameters (N,), contrasts (N,)) of least residual over a grid, contrast and ground free for each dot."""
+    diameters = np.linspace(0.6, 1.5, 28) * np.median(rough)
+    totals, found = [], []
+    blurs = np.array([0.2, 0.35, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 2.0, 2.5, 3.2])
+    window = radius < (rough / 2 + 2.5)[:, None, None]
+    for blur in blurs:
+        fits = [_residual(patches, window, blurred_disc(radius, d, blur)) for d in diameters]
+        residual, contrast = np.array([f[0] for f in fits]), np.array([f[1] for f in fits])
+        k = np.argmin(residual, 0)
+        each = np.arange(len(rough))
+        totals.append(np.median(residual[k, each]))
+        found.append((diameters[k], contrast[k, each]))
+    k = int(np.argmin(totals))
+    return _vertex(blurs, totals, k), *found[k]
+
+
+def _residual(patches, window, shape):
+    count = window.sum((1, 2))
+    p, t = patches * window, shape * window
+    mean_p, mean_t = p.sum((1, 2)) / count, t.sum((1, 2)) / count
+    ptt = (p * t).sum((1, 2)) - count * mean_p * mean_t
+    tt = np.maximum((t * t).sum((1, 2)) - count * mean_t**2, 1e-9)
+    return ((p * p).sum((1, 2)) - count * mean_p**2 - ptt**2 / tt) / count, ptt / tt
+
+
+def _vertex(grid, values, k):
+    """Place of the least value by a parabola through the least and its neighbours."""
+    if k == 0 or k == len(grid) - 1:
+        return float(grid[k])
+    a, b, _ = np.polyfit(grid[k - 1:k + 2], values[k - 1:k + 2], 2)
+    return float(np.clip(-b / (2 * a), grid[k - 1], grid[k + 1]))
+
+
+def _recentre(patches, offset, x, y, diameter):
+    """Grey-weighted centres over discs a little larger than the dots."""
+    near = np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
+    ring = (near > diameter.max() / 2 + 1.0) & (near < diameter.max() / 2 + 2.5)
+    ground = (patches * ring).sum((1, 2)) / ring.sum((1, 2))
+    weight = (patches - ground[:, None, None]) * np.clip(diameter[:, None, None] / 2 + 1.5 - near, 0, 1)
+    total = weight.sum((1, 2))
+    return np.stack([(weight * x).sum((1, 2)) / total, (weight * y).sum((1, 2)) / total], 1)
