@@ -14,7 +14,7 @@ from .region import ContactDots, Region
 from ..surface.cap import Cap
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
-_SOLID = 0.8  # share of its convex hull that a region fills (holes filled) when it is one touch
+_SOLID = 0.92  # share of its convex hull that a region fills (holes filled) when it is one touch
 
 
 @dataclass(frozen=True)
@@ -65,19 +65,19 @@ class ContactTracker:
             number = chosen.get(k)
             if number is None:
                 number, self._next = self._next, self._next + 1
-            merged = self._is_merged(number, held[k], chosen)
+            merged = self._is_merged(number, k, held, chosen)
             tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged)
             contacts.append(self._contact(number, dots, region, merged))
         self._last = tracks
         return contacts
 
-    def _is_merged(self, number: int, held: set, chosen: dict[int, int]) -> bool:
-        """Whether this contact holds what were several ones: it was merged before, or swallows one that ends now."""
-        before = self._last.get(number)
+    def _is_merged(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> bool:
+        """Whether region k holds what were several contacts: it swallows one that ends now, or did before and has not split since."""
         ended = [track for other, track in self._last.items() if other not in chosen.values()]
-        swallowed = any(len(track.held & held) > len(track.held) / 2 for track in ended)
-        split = before is not None and len(chosen) > len(self._last)
-        return swallowed or (before is not None and before.merged and not split)
+        if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
+            return True
+        before = self._last.get(number)
+        return before is not None and before.merged and sum(bool(some & before.held) for some in held) == 1
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
         position, covariance = foremost_point(dots, region)

@@ -3,6 +3,8 @@
 """Where the object's foremost part stands and how deep it is pressed, from the dots that lie on it."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..surface.cap import Cap
@@ -18,6 +20,12 @@ _BETWEEN = 0.6  # pitches from the next dot within which a place lies between do
 _QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
 
 
+def quadratic_terms(offset: np.ndarray) -> np.ndarray:
+    """(N, 6) terms 1, x, y, x^2/2, xy, y^2/2 at offset (N, 2)."""
+    x, y = offset.T
+    return np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
+
+
 def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
     """Position (3,), m, of a contact on the present surface, and its covariance (3, 3), m^2.
 
@@ -29,29 +37,36 @@ def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nd
     points = dots.xyz[region.members] - centroid
     if len(points) < _QUADRATIC:
         return centroid, covariance
-    offset, doubt = _round_tip(points, region.moments, dots.sigma)
-    if not offset.any() or not offset @ offset < 2 * region.moments.area:
+    offset, told, doubt = _round_tip(points, region.moments, dots.sigma)
+    if not told.any() or not offset @ offset < 2 * region.moments.area:
         return centroid, covariance
-    return region.surface.below(centroid[:2] + offset), covariance + doubt
+    untold = np.eye(3)
+    untold[:2, :2] -= told
+    return region.surface.below(centroid[:2] + offset), untold @ covariance @ untold + doubt
 
 
-def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) x and y, m, of the lowest point of the object under points (N, 3) from their centroid, and its covariance (3, 3); 0 for a face."""
+def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the lowest place of the object under points (N, 3) from their centroid, m: x and y, told (2, 2), covariance (3, 3) of it.
+
+    told projects on the directions along which the object is round; across them x and y are 0.
+    """
     normal = moments.normal
     frame = _tangent_frame(normal)
-    curvature, sd, directions, slope = _principal_curvatures(points @ frame.T, sigma)
-    reach = 2 * np.std(points @ frame[:2].T @ directions, axis=0)
-    curved = (curvature > _SIGNIFICANT * sd) & (curvature * reach > _BENT)
-    if curved.all() and curvature[1] < _ROUND * curvature[0]:
+    bend = _principal_bend(points @ frame.T, sigma)
+    reach = 2 * np.std(points @ frame[:2].T @ bend.directions, axis=0)
+    curved = (bend.curvature > _SIGNIFICANT * bend.curvature_sd) & (bend.curvature * reach > _BENT)
+    if curved.all() and bend.curvature[1] < _ROUND * bend.curvature[0]:
         return _sphere_tip(points, sigma)
-    offset, covariance = np.zeros(3), np.zeros((3, 3))
+    offset, told, covariance = np.zeros(2), np.zeros((2, 2)), np.zeros((3, 3))
     for k in np.flatnonzero(curved):
-        direction = directions[:, k] @ frame[:2]
-        steep = direction[2] / normal[2] + slope @ directions[:, k]
-        length = -steep / np.hypot(1, steep) / curvature[k]
-        offset += length * direction
-        covariance += np.outer(direction, direction) * (length * sd[k] / curvature[k])**2
-    return offset[:2], covariance
+        direction = bend.directions[:, k] @ frame[:2]
+        steep = direction[2] / normal[2] + bend.slope[k]
+        length = -steep / np.hypot(1, steep) / bend.curvature[k]
+        offset += length * direction[:2]
+        both = np.outer(direction[:2], direction[:2])
+        told += both / np.trace(both)
+        covariance[:2, :2] += both * ((length * bend.curvature_sd[k])**2 + bend.slope_sd[k]**2) / bend.curvature[k]**2
+    return offset, told, covariance
 
 
 def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
@@ -67,37 +82,48 @@ def _tangent_frame(normal: np.ndarray) -> np.ndarray:
     return np.stack([first, cross(normal, first), normal])
 
 
-def _principal_curvatures(local: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Curvatures (2,), smaller first, 1/m, positive where the object bulges into the sensor; their standard deviations; directions (2, 2) as columns; slope (2,)."""
-    u, v, w = local.T
-    design = np.stack([np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v], axis=1)
+@dataclass(frozen=True)
+class _Bend:
+    """How a patch curves: along each of two directions (2, 2), columns in the tangent plane, curvature (2,), 1/m, positive where the object
+    bulges into the sensor, smaller first, and slope (2,), with their standard deviations."""
+
+    directions: np.ndarray
+    curvature: np.ndarray
+    curvature_sd: np.ndarray
+    slope: np.ndarray
+    slope_sd: np.ndarray
+
+
+def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
+    """Bend of the quadratic through local (N, 3), m: along two tangents and the normal."""
+    design = quadratic_terms(local[:, :2])
     scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
-    inverse = _pseudo_inverse(design / scale)
-    found = (inverse @ w) / scale
-    residual = w - design @ found
-    noise = max(sigma, float(np.sqrt(residual @ residual / max(len(w) - 6, 1))))
-    covariance = (inverse @ inverse.T) / np.outer(scale, scale) * noise**2
-    curvature, vectors = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
-    weights = np.stack([vectors[0]**2, 2 * vectors[0] * vectors[1], vectors[1]**2], axis=1)
-    sd = np.sqrt(np.einsum('ki,ij,kj->k', weights, covariance[3:, 3:], weights))
-    return curvature, sd, vectors, found[1:3]
+    inverse = _pseudo_inverse(design / scale) / scale[:, None]
+    found = inverse @ local[:, 2]
+    residual = local[:, 2] - design @ found
+    noise = max(sigma, float(np.sqrt(residual @ residual / max(len(local) - 6, 1))))
+    covariance = inverse @ inverse.T * noise**2
+    curvature, along = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
+    weights = np.stack([along[0]**2, 2 * along[0] * along[1], along[1]**2], axis=1)
+    curvature_sd = np.sqrt(np.einsum('ki,ij,kj->k', weights, covariance[3:, 3:], weights))
+    slope_sd = np.sqrt(np.einsum('ik,ij,jk->k', along, covariance[1:3, 1:3], along))
+    return _Bend(along, curvature, curvature_sd, found[1:3] @ along, slope_sd)
 
 
 def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(design.T @ design, hermitian=True) @ design.T
 
 
-def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) x and y, m, of the centre of the sphere through points (N, 3), m, and their covariance in (3, 3); NaN where there is no sphere."""
+def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """_round_tip by the sphere through points (N, 3), m; x and y are NaN where there is none."""
     design = np.column_stack([2 * points, np.ones(len(points))])
     scale = np.abs(design).max(axis=0)
     inverse = _pseudo_inverse(design / scale)
     found = inverse @ np.sum(points**2, axis=1) / scale
     square = found[3] + found[:3] @ found[:3]
-    spread = (inverse @ inverse.T) / np.outer(scale, scale) * 4 * square * sigma**2
     covariance = np.zeros((3, 3))
-    covariance[:2, :2] = spread[:2, :2]
-    return (found[:2] if square > 0 else np.full(2, np.nan)), covariance
+    covariance[:2, :2] = ((inverse @ inverse.T) / np.outer(scale, scale))[:2, :2] * 4 * square * sigma**2
+    return (found[:2] if square > 0 else np.full(2, np.nan)), np.eye(2), covariance
 
 
 def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
@@ -122,7 +148,7 @@ def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
 
 def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
     """Largest value of the quadratic through gap (N,) at offset (N, 2), pitches: at the dots or at its top between them, no farther out."""
-    design = _quadratic(offset)
+    design = quadratic_terms(offset)
     found = np.linalg.solve(design.T @ design + 1e-9 * np.eye(6), design.T @ gap)
     best = (design @ found).max()
     bend = np.array([[found[3], found[4]], [found[4], found[5]]])
@@ -131,9 +157,3 @@ def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
     top = -np.linalg.solve(bend, found[1:3])
     between = np.min(np.hypot(*(offset - top).T)) < _BETWEEN
     return max(best, found[0] + 0.5 * found[1:3] @ top) if between else best
-
-
-def _quadratic(offset: np.ndarray) -> np.ndarray:
-    """(N, 6) terms of a quadratic in x and y at offset (N, 2)."""
-    x, y = offset.T
-    return np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)

@@ -148,7 +148,8 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     if variances[1] - variances[0] < _DIRECTION * doubt:
         return float(major), float(minor), np.nan
     angle = np.arctan2(vectors[1, 1], vectors[0, 1])
-    return float(major), float(minor), float(np.pi / 2 - (np.pi / 2 - angle) % np.pi)
+    angle = float(np.pi / 2 - (np.pi / 2 - angle) % np.pi)
+    return float(major), float(minor), angle if angle > -np.pi / 2 else np.pi / 2
 
 
 def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> float:

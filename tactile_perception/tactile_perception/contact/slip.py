@@ -116,7 +116,7 @@ class SlipEstimator:
         if known.sum() >= _FEWEST:
             linear, turn, centre = planar_twist(place[known, :2], velocity[known])
             estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
-        if centre is not None:
+        if centre is not None and np.isfinite(centre).all():
             estimate.rotation_center = np.array([*centre, place[:, 2].mean()])
 
 
