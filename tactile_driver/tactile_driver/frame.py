@@ -1,0 +1,112 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a camera source yields: frames, and the calibration of the camera that took them."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+
+from .errors import BadArgument, BadFrame
+
+ENCODINGS = ('bgr8', 'mono8')
+_TO_BGR = {'rgb8': cv2.COLOR_RGB2BGR, 'bgra8': cv2.COLOR_BGRA2BGR, 'rgba8': cv2.COLOR_RGBA2BGR}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One exposure.
+
+    image: uint8 (H, W, 3) for bgr8, (H, W) for mono8; stamp_ns: time of exposure on the clock that the source was given, ns;
+    truth: what a simulated sensor knows about the frame, else None.
+    """
+
+    image: np.ndarray
+    stamp_ns: int
+    encoding: str
+    truth: object = None
+
+
+def frame_of(image: np.ndarray | None, stamp_ns: int, place: str) -> Frame:
+    """A Frame of what OpenCV decoded: (H, W), (H, W, 3) BGR or (H, W, 4) BGRA, uint8. Raises BadFrame naming the place otherwise."""
+    if image is None or image.size == 0:
+        raise BadFrame(f'{place} cannot be decoded; it is skipped')
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
+        raise BadFrame(f'{place} is {image.dtype} of shape {image.shape}; 8-bit grey or colour is needed, it is skipped')
+    if image.ndim == 3 and image.shape[2] == 4:
+        image = cv2.cvtColor(image, cv2.COLOR_BGRA2BGR)
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    return Frame(image, stamp_ns, 'bgr8' if image.ndim == 3 else 'mono8')
+
+
+def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, stamp_ns: int, place: str) -> Frame:
+    """A Frame of an Image message's bytes; size: (height, width, step in bytes). Raises BadFrame for another encoding or size."""
+    height, width, step = size
+    if encoding not in (*ENCODINGS, *_TO_BGR):
+        raise BadFrame(f'{place} has encoding {encoding!r}; usable are {", ".join((*ENCODINGS, *_TO_BGR))}; it is skipped')
+    channels = 1 if encoding == 'mono8' else 4 if encoding in ('bgra8', 'rgba8') else 3
+    if height * width == 0 or step < width * channels or len(data) != height * step:
+        raise BadFrame(f'{place}: {len(data)} bytes do not make {width} x {height} {encoding} with {step} bytes a row; it is skipped')
+    image = np.asarray(data, np.uint8).reshape(height, step)[:, :width * channels].reshape(height, width, channels)
+    if encoding in _TO_BGR:
+        image = cv2.cvtColor(image, _TO_BGR[encoding])
+    return frame_of(image, stamp_ns, place)
+
+
+def as_encoding(frame: Frame, encoding: str) -> np.ndarray:
+    """The frame's image as mono8 (H, W) or bgr8 (H, W, 3); '' leaves it as it is."""
+    if encoding in ('', frame.encoding):
+        return frame.image
+    return cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY if encoding == 'mono8' else cv2.COLOR_GRAY2BGR)
+
+
+@dataclass(frozen=True)
+class CameraCalibration:
+    """The fields of a camera_info message: size, px; k (9,), r (9,) and p (12,) row by row; d as the model says. K of zeros: not
+    calibrated."""
+
+    width: int
+    height: int
+    k: tuple = (0.0,) * 9
+    d: tuple = ()
+    r: tuple = (0.0,) * 9
+    p: tuple = (0.0,) * 12
+    model: str = ''
+
+
+def pinhole_calibration(matrix: np.ndarray, distortion: np.ndarray, size: tuple[int, int]) -> CameraCalibration:
+    """Calibration of a single camera with K (3, 3), plumb_bob distortion (5,) and size (width, height), px."""
+    k = np.asarray(matrix, float)
+    p = np.hstack([k, np.zeros((3, 1))])
+    d = np.asarray(distortion, float)
+    return CameraCalibration(*size, *(tuple(x.ravel().tolist()) for x in (k, d, np.eye(3), p)), 'plumb_bob')
+
+
+def _numbers(document: dict, key: str, count: int | None, path: str) -> tuple:
+    try:
+        values = tuple(float(x) for x in document[key]['data'])
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadArgument(f'camera_info_path: {path} has no numbers under {key}/data; write it with camera_calibration') from error
+    if not np.isfinite(values).all() or (count is not None and len(values) != count):
+        raise BadArgument(f'camera_info_path: {key} in {path} needs {count or "any number of"} finite numbers, got {values}')
+    return values
+
+
+def load_calibration(path: str) -> CameraCalibration:
+    """The camera calibration in a YAML file as camera_calibration writes it (a file:// URL is understood). Raises BadArgument."""
+    name = path.removeprefix('file://')
+    try:
+        document = yaml.safe_load(Path(name).read_text())
+        size = int(document['image_width']), int(document['image_height'])
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, ValueError) as error:
+        raise BadArgument(f'camera_info_path: {name} is not a camera calibration ({error!r}); write it with camera_calibration') from error
+    k = _numbers(document, 'camera_matrix', 9, name)
+    if k[0] <= 0 or k[4] <= 0 or min(size) <= 0:
+        raise BadArgument(f'camera_info_path: {name} has focal lengths {k[0]}, {k[4]} px and size {size}; all must be above 0')
+    others = [_numbers(document, key, count, name)
+              for key, count in (('distortion_coefficients', None), ('rectification_matrix', 9), ('projection_matrix', 12))]
+    return CameraCalibration(*size, k, *others, str(document.get('distortion_model', 'plumb_bob')))

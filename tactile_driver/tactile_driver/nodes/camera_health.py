@@ -1,0 +1,46 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the diagnostics of camera_node say, from its state and its capture's. No ROS but the levels."""
+from __future__ import annotations
+
+import math
+
+from ..sources.capture import CaptureStatus
+from .diagnostics import ERROR, OK, WARN, Health
+
+_RATE_TOLERANCE = 0.9
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
+
+
+def unconfigured_health(problem: str, retrying: bool) -> Health:
+    """The health of a node without a source; problem: why, '' where nobody has asked for one yet; retrying: whether it is tried again."""
+    if not problem:
+        return Health(OK, 'not configured yet', {'state': 'unconfigured'})
+    what = problem + ('; tried again by itself' if retrying else '')
+    return Health(ERROR, what, {'state': 'unconfigured', 'last error': problem})
+
+
+def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) -> Health:
+    """The health of a node with an open source; about: its description; remark: something else to warn of, ''."""
+    nominal = float(about.get('rate', 0) or 0)
+    values = {'state': status.state, 'source': about.get('source', ''), 'device': about.get('path') or about.get('device', ''),
+              'serial': about.get('serial', ''), 'rate (Hz)': status.rate, 'nominal rate (Hz)': nominal if nominal > 0 else math.nan,
+              'frames': status.received, 'dropped': status.dropped, 'corrupt': status.corrupt, 'age of newest frame (s)': status.age_s,
+              'last error': status.error}
+    level, message = _judged(status, nominal, live)
+    if level == OK and remark:
+        level, message = WARN, remark
+    return Health(level, message, values)
+
+
+def _judged(status: CaptureStatus, nominal: float, live: bool) -> tuple[bytes, str]:
+    if status.state in ('lost', 'failed'):
+        return ERROR, status.error
+    if status.state != 'running':
+        return OK, {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}[status.state]
+    if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
+        return ERROR, f'no frame for {status.age_s:.1f} s; check the camera and its cable'
+    if live and nominal > 0 and status.rate < _RATE_TOLERANCE * nominal:
+        return WARN, (f'{status.rate:.1f} Hz instead of {nominal:.1f} Hz: too little light (long exposure), a slow USB port or pixel '
+                      'format, or a busy machine')
+    return OK, 'waiting for the first frame' if math.isnan(status.rate) else f'{status.rate:.1f} Hz'

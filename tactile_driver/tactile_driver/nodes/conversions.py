@@ -1,0 +1,35 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From frames to image messages."""
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from ..frame import CameraCalibration, Frame, as_encoding
+from ..sources.pacing import NS
+
+
+def header_of(stamp_ns: int, frame_id: str) -> Header:
+    """A header with the stamp stamp_ns, ns."""
+    return Header(stamp=Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS), frame_id=frame_id)
+
+
+def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:
+    """The frame as an Image in encoding bgr8 or mono8, '' for the frame's own."""
+    image = np.ascontiguousarray(as_encoding(frame, encoding))
+    data = array('B')
+    # Anything but an array('B') is converted to one element by element: 15 ms instead of 0.1.
+    data.frombytes(memoryview(image).cast('B'))
+    height, width = image.shape[:2]
+    return Image(header=header, height=height, width=width, encoding=encoding or frame.encoding, step=image.strides[0], data=data)
+
+
+def calibration_to_message(calibration: CameraCalibration) -> CameraInfo:
+    """The calibration as a CameraInfo without header."""
+    return CameraInfo(width=calibration.width, height=calibration.height, distortion_model=calibration.model, d=list(calibration.d),
+                      k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))

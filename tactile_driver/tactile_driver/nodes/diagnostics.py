@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node's health on /diagnostics, and messages that are said once."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import diagnostic_updater
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
+
+
+@dataclass(frozen=True)
+class Health:
+    """level: OK, WARN, ERROR or STALE; message: how it goes, and what to do where it goes wrong; values: name -> number or text with its
+    unit."""
+
+    level: bytes
+    message: str
+    values: dict = field(default_factory=dict)
+
+
+class NodeDiagnostics:
+    """Publishes what examine() returns, once a second and whenever update() is called. hardware_id: which sensor, as its serial number."""
+
+    def __init__(self, node: Node, task: str, hardware_id: str, examine: Callable[[], Health]):
+        self._updater = diagnostic_updater.Updater(node)
+        self._examine = examine
+        self.set_hardware_id(hardware_id)
+        self._updater.add(task, self._run)
+
+    def set_hardware_id(self, hardware_id: str) -> None:
+        """Name the sensor; 'none' where it has no name."""
+        self._updater.setHardwareID(hardware_id or 'none')
+
+    def update(self) -> None:
+        """Publish now: something changed."""
+        self._updater.force_update()
+
+    def _run(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
+        health = self._examine()
+        status.summary(health.level, health.message)
+        for name, value in health.values.items():
+            status.add(name, f'{value:.4g}' if isinstance(value, float) else str(value))
+        return status
+
+
+class SayOnce:
+    """Logs a message when it is new, and not again until it has been forgotten: a broken stream must not flood the log."""
+
+    def __init__(self, node: Node):
+        self._logger = node.get_logger()
+        self._said: set[str] = set()
+
+    def error(self, key: str, text: str) -> None:
+        """Log text as an error, once for each key."""
+        if key not in self._said:
+            self._said.add(key)
+            self._logger.error(text)
+
+    def warning(self, key: str, text: str) -> None:
+        """Log text as a warning, once for each key."""
+        if key not in self._said:
+            self._said.add(key)
+            self._logger.warning(text)
+
+    def forget(self, key: str) -> None:
+        """It is well again: the next time is news."""
+        self._said.discard(key)

@@ -1,0 +1,109 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulated sensor knows about itself, as messages on ground_truth/*."""
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from geometry_msgs.msg import Point, Point32, Polygon, Transform, Twist, Vector3, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import qos_profile_system_default
+from std_msgs.msg import Header
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
+
+from ..simulation.truth import Touch, TruthFrame
+
+_NAN = float('nan')
+_SAME_TOUCH = 5e-3
+
+
+def _point(values) -> Point:
+    return Point(x=float(values[0]), y=float(values[1]), z=float(values[2]))
+
+
+def _vector(values) -> Vector3:
+    return Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
+
+
+def _polygon(outline: np.ndarray) -> Polygon:
+    return Polygon(points=[Point32(x=float(x), y=float(y), z=float(z)) for x, y, z in outline])
+
+
+class TouchNumbers:
+    """Numbers for touches that stay while a touch lasts: the touch nearest to a previous one, within 5 mm, is the same."""
+
+    def __init__(self):
+        self._last: dict[int, np.ndarray] = {}
+        self._next = 0
+
+    def assign(self, touches: list[Touch]) -> list[int]:
+        """One number for each touch of a frame."""
+        free, numbers = dict(self._last), []
+        for touch in touches:
+            best = min(free, key=lambda k: np.linalg.norm(free[k] - touch.position), default=None)
+            if best is None or np.linalg.norm(free[best] - touch.position) > _SAME_TOUCH:
+                best, self._next = self._next, self._next + 1
+            free.pop(best, None)
+            numbers.append(best)
+        self._last = {n: touch.position for n, touch in zip(numbers, touches)}
+        return numbers
+
+
+def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -> Contacts:
+    """The separate touches."""
+    return Contacts(header=header, contacts=[
+        Contact(id=n, position=_point(t.position), normal=_vector(t.normal), depth=float(t.depth), force=float(t.force))
+        for n, t in zip(numbers, touches)])
+
+
+def region_message(truth: TruthFrame, header: Header) -> ContactRegion:
+    """Dot states, outlines, area, centroid and normal; the truth gives no axes and no motion over an interval (NaN)."""
+    unknown = Transform(translation=_vector((_NAN,) * 3))
+    unknown.rotation.x = unknown.rotation.y = unknown.rotation.z = unknown.rotation.w = _NAN
+    return ContactRegion(
+        header=header, dot_id=array('I', np.asarray(truth.dot_id, np.uint32).tobytes()),
+        dot_state=array('B', np.asarray(truth.dot_state, np.uint8).tobytes()),
+        outlines=[_polygon(o) for o in truth.outlines], holes=[_polygon(h) for h in truth.holes], area=float(truth.area),
+        centroid=_point(truth.centroid), normal=_vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN, motion=unknown,
+        motion_interval=_NAN)
+
+
+def slip_message(truth: TruthFrame, header: Header) -> Slip:
+    """Slip of the whole contact; the velocity is carried over from the region's centroid to the frame's origin."""
+    linear, turn = np.asarray(truth.velocity[:3], float), np.asarray(truth.velocity[3:], float)
+    at_origin = linear - np.cross(turn, truth.centroid)
+    return Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
+                velocity=Twist(linear=_vector(at_origin), angular=_vector(turn)), rotation_center=_point(truth.rotation_center))
+
+
+def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
+    """The wrench of the object on the sensor."""
+    message = WrenchStamped(header=header)
+    message.wrench.force, message.wrench.torque = _vector(truth.wrench[:3]), _vector(truth.wrench[3:])
+    return message
+
+
+class GroundTruth:
+    """The publishers of ground_truth/*; each message is made only when somebody subscribes."""
+
+    def __init__(self, node: Node):
+        kinds = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
+        self._publishers = {name: node.create_publisher(kind, f'ground_truth/{name}', qos_profile_system_default)
+                            for name, kind in kinds.items()}
+        self._numbers = TouchNumbers()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody subscribes."""
+        return any(p.get_subscription_count() for p in self._publishers.values())
+
+    def publish(self, truth: TruthFrame, header: Header) -> None:
+        """Publish what is subscribed, under the image's header."""
+        numbers = self._numbers.assign(truth.contacts)
+        make = {'contacts': lambda: contacts_message(truth.contacts, numbers, header),
+                'contact_region': lambda: region_message(truth, header),
+                'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
+        for name, publisher in self._publishers.items():
+            if publisher.get_subscription_count():
+                publisher.publish(make[name]())

@@ -1,0 +1,190 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A thread that reads a source: the newest frame of a live one, every frame of a recording, and a lost device again."""
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ..errors import BadFrame, DeviceLost, TactileError
+from ..frame import Frame
+from .protocol import EndOfSource, Source
+
+_IDLE_S = 0.02
+_RATE_WINDOW = 120
+
+
+class Backoff:
+    """Waiting times that double from first to last, s, until reset."""
+
+    def __init__(self, first: float = 0.5, last: float = 10.0):
+        self._first, self._last = first, last
+        self._next = first
+
+    def next(self) -> float:
+        """How long to wait now, s."""
+        wait, self._next = self._next, min(2 * self._next, self._last)
+        return wait
+
+    def reset(self) -> None:
+        """Begin again with the first waiting time."""
+        self._next = self._first
+
+
+@dataclass(frozen=True)
+class CaptureStatus:
+    """How the capture goes. state: running, paused, lost, ended or failed; received, dropped (never delivered), corrupt: frames; rate: Hz
+    as
+    measured, NaN until known; age_s: since the newest frame came, NaN before the first; error: the last failure's message, kept after
+    recovery."""
+
+    state: str
+    received: int
+    dropped: int
+    corrupt: int
+    rate: float
+    age_s: float
+    error: str
+
+
+class Capture:
+    """Reads an open source in a thread of its own.
+
+    source: opened by the caller, closed by stop; wanted: says whether anybody wants frames; report: called with each new message about a
+    failure
+    or its end (level 'error' or 'info', text); backoff: waiting times for a lost device. Of a live source only the newest frame is kept.
+    """
+
+    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None):
+        self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
+        self._slot: deque[Frame] = deque()
+        self._changed = threading.Condition()
+        self._stopped = threading.Event()
+        self._active = threading.Event()
+        self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
+        self._status = CaptureStatus('paused', 0, 0, 0, float('nan'), float('nan'), '')
+        self._overwritten = self._bad = 0
+        self._size = None
+        self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
+        self._thread.start()
+
+    def resume(self) -> None:
+        """Let frames through."""
+        self._active.set()
+
+    def pause(self) -> None:
+        """Hold a recording; a live source is read on, to no use."""
+        self._active.clear()
+        with self._changed:
+            self._slot.clear()
+            self._arrivals.clear()
+            self._changed.notify_all()
+
+    def stop(self) -> None:
+        """End the thread and close the source."""
+        self._stopped.set()
+        with self._changed:
+            self._changed.notify_all()
+        self._thread.join(timeout=5.0)
+        self._source.close()
+
+    def take(self, timeout: float) -> Frame | None:
+        """The next frame, or None after timeout s without one."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._slot or self._stopped.is_set(), timeout)
+            frame = self._slot.popleft() if self._slot else None
+            self._changed.notify_all()
+        return frame
+
+    @property
+    def status(self) -> CaptureStatus:
+        """How the capture goes, now."""
+        with self._changed:
+            arrivals = list(self._arrivals)
+        now = time.monotonic()
+        # Only the last seconds count, so that a stopped camera reads 0 and not what it once did.
+        recent = [t for t in arrivals if now - t < 4.0]
+        rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else float('nan') if not arrivals else 0.0
+        return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else float('nan'),
+                       dropped=self._overwritten + self._source.skipped, corrupt=self._bad + self._source.corrupt)
+
+    def _set(self, **changes) -> None:
+        self._status = replace(self._status, **changes)
+
+    def _run(self) -> None:
+        while not self._stopped.is_set():
+            if self._status.state == 'lost':
+                self._reopen()
+            elif self._status.state in ('ended', 'failed') or not self._due():
+                self._stopped.wait(_IDLE_S)
+            else:
+                self._read_one()
+
+    def _due(self) -> bool:
+        """Whether to read the source now."""
+        active = self._active.is_set()
+        if self._status.state in ('running', 'paused'):
+            self._set(state='running' if active else 'paused')
+        return self._source.live or (active and (self._wanted() or not self._source.on_demand))
+
+    def _read_one(self) -> None:
+        try:
+            frame = self._source.read(self._active.is_set() and self._wanted())
+            if frame is not None:
+                self._check_size(frame)
+        except EndOfSource as end:
+            self._set(state='ended')
+            self._report('info', str(end))
+        except BadFrame as error:
+            self._bad += 1
+            self._failed(error)
+        except DeviceLost as error:
+            self._failed(error, 'lost')
+        except Exception as error:  # anything else would end the thread without a word
+            self._failed(error, 'failed')
+        else:
+            self._arrived(frame)
+
+    def _failed(self, error: Exception, state: str | None = None) -> None:
+        text = str(error) if isinstance(error, TactileError) else f'reading failed: {error!r}; clean up and configure again'
+        if state or self._bad == 1:
+            self._report('error', text)
+        self._set(error=text, state=state or self._status.state)
+
+    def _check_size(self, frame: Frame) -> None:
+        size = frame.image.shape[1], frame.image.shape[0]
+        self._size = self._size or size
+        if size != self._size:
+            raise BadFrame(f'a frame of {size[0]} x {size[1]} px among frames of {self._size[0]} x {self._size[1]} px; it is skipped')
+
+    def _arrived(self, frame: Frame | None) -> None:
+        self._backoff.reset()
+        with self._changed:
+            self._arrivals.append(time.monotonic())
+            self._status = replace(self._status, received=self._status.received + 1)
+            if frame is None or not self._active.is_set():
+                return
+            if self._source.live:
+                self._overwritten += len(self._slot)
+                self._slot.clear()
+            else:
+                self._changed.wait_for(lambda: not self._slot or self._stopped.is_set() or not self._active.is_set())
+            self._slot.append(frame)
+            self._changed.notify_all()
+
+    def _reopen(self) -> None:
+        if self._stopped.wait(self._backoff.next()):
+            return
+        try:
+            self._source.open()
+        except DeviceLost as error:
+            self._set(error=str(error))
+        except TactileError as error:
+            self._failed(error, 'failed')
+        else:
+            self._size = None
+            self._set(state='running')
+            self._report('info', f'device is back: {self._source.describe()}')
