@@ -1,0 +1,74 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers the dots of a printed grid: row and column of each, from one frame on its own."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_perception.dots.anchor import anchor_lattice
+from tactile_perception.dots.lattice import find_lattice
+from tactile_perception.errors import BadArgument
+
+MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for each other
+SMOOTHNESS = 0.45  # of the pitch: a dot further off the middle of its neighbours in the grid is a false one
+
+
+@dataclass
+class GridNumbers:
+    """Numbers of N dots. id: (N,) int64, row * columns + column, -1 where not certain; certain: bool; reason: empty, or why nothing is numbered."""
+
+    id: np.ndarray
+    certain: bool
+    reason: str
+
+
+@dataclass
+class Numbered:
+    """Dots of an earlier frame: uv (N, 2) px and their id (N,) int64."""
+
+    uv: np.ndarray
+    id: np.ndarray
+
+
+def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
+    """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
+
+    previous: the last certain frame, which makes it faster and helps where outer rows are hidden; image_size: (width, height) px, tells that an
+    outer row has left the image. Rows may run up to 38 degrees off the image's. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
+    """
+    uv = _checked(uv, rows, columns)
+    good = np.flatnonzero(np.isfinite(uv).all(axis=1))
+    id = np.full(len(uv), -1)
+    found, reason = _number(uv[good], (rows, columns), previous, image_size)
+    id[good] = found
+    return GridNumbers(id, not reason, reason)
+
+
+def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    uv = np.asarray(uv, np.float64)
+    if uv.ndim != 2 or uv.shape[1] != 2:
+        raise BadArgument(f'uv must have the shape (N, 2), not {uv.shape}')
+    if rows < 2 or columns < 2:
+        raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; use rows = columns = 0 with the tracker for other patterns')
+    return uv
+
+
+def _number(uv, shape, previous, image_size) -> tuple[np.ndarray, str]:
+    none = np.full(len(uv), -1)
+    lattice = find_lattice(uv)
+    if lattice is None:
+        return none, f'{len(uv)} dots found, and they form no grid'
+    if abs(lattice.angle) > MAX_ANGLE:
+        return none, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart'
+    member = np.flatnonzero(lattice.member)
+    rc = lattice.rc[member] - lattice.rc[member].min(axis=0)
+    before = None if previous is None else (previous.uv, np.stack(np.divmod(previous.id, shape[1]), axis=1))
+    anchor = anchor_lattice(rc, uv[member], shape, lattice.pitch, before, image_size)
+    if not anchor.certain:
+        return none, anchor.reason
+    rc = rc + anchor.offset
+    inside = np.all((rc >= 0) & (rc < shape), axis=1)
+    none[member[inside]] = rc[inside, 0] * shape[1] + rc[inside, 1]
+    return none, ''

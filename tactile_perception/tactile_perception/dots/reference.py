@@ -1,0 +1,95 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the dots are while nothing touches: taken from the first frames, following slow drift, frozen while something touches."""
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_perception.dots.rest_shape import rest_suspicion
+from tactile_perception.errors import BadArgument
+
+QUIET = 5.0  # standard deviations: a dot that leaves the common affine motion by more is being moved by something that touches
+QUIET_FLOOR = 0.1  # px: what small changes of light do to a dot's centroid is no touch
+QUIET_SHARE = 0.01  # of the dots may be off by more, as false ones are
+
+
+class Reference:
+    """Untouched places of numbered dots, px.
+
+    time_constant_s: how fast slow drift is followed. frames: the first so many untouched frames are averaged evenly. A dot seen
+    first later on gets its place when it is seen in an untouched frame.
+    """
+
+    def __init__(self, time_constant_s: float = 30.0, frames: int = 10):
+        if not (time_constant_s > 0 and frames >= 1):
+            raise BadArgument(f'time_constant_s > 0 and frames >= 1 are needed, not {time_constant_s} and {frames}')
+        self._time_constant_s, self._frames = time_constant_s, frames
+        self.restart()
+
+    def restart(self) -> None:
+        """The next frame is the new reference."""
+        self.id = np.zeros(0, np.int64)
+        self.uv = np.zeros((0, 2))
+        self._count = np.zeros(0)
+        self._stamp_s = None
+        self.touched = False
+        self.suspicious = ''
+
+    def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int, touched: bool | None = None) -> np.ndarray:
+        """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN for a dot without a rest place.
+
+        touched: what a later stage knows; None leaves it to the dots themselves. columns: of the grid, 0 for other patterns.
+        """
+        if not len(self.id):
+            self._begin(id, uv, columns)
+        rest = self.places(id)
+        self.touched = self._moved(uv, uv - rest, sigma) if touched is None else bool(touched)
+        if not self.touched:
+            self._follow(id, uv, rest, stamp_s)
+            rest = self.places(id)
+        self._stamp_s = stamp_s
+        return uv - rest
+
+    def places(self, id: np.ndarray) -> np.ndarray:
+        """(N, 2) rest places of dots id (N,), NaN where not known."""
+        at, known = self._index(id)
+        return np.where(known[:, None], self.uv[at], np.nan)
+
+    def _index(self, id: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = np.minimum(np.searchsorted(self.id, id), len(self.id) - 1)
+        return at, self.id[at] == id
+
+    def _begin(self, id: np.ndarray, uv: np.ndarray, columns: int) -> None:
+        self._insert(id, uv)
+        self.suspicious = rest_suspicion(id, uv, columns) if columns else ''
+
+    def _insert(self, id: np.ndarray, uv: np.ndarray) -> None:
+        order = np.argsort(np.r_[self.id, id], kind='stable')
+        self.id = np.r_[self.id, id][order]
+        self.uv = np.vstack([self.uv, uv])[order]
+        self._count = np.r_[self._count, np.zeros(len(id))][order]
+
+    def _follow(self, id: np.ndarray, uv: np.ndarray, rest: np.ndarray, stamp_s: float) -> None:
+        """The places go towards the dots: evenly over the first frames, then with the time constant."""
+        known = np.isfinite(rest[:, 0])
+        at = self._index(id[known])[0]
+        elapsed = 0.0 if self._stamp_s is None else max(0.0, stamp_s - self._stamp_s)
+        slow = np.minimum(1.0, elapsed / self._time_constant_s)
+        gain = np.where(self._count[at] < self._frames, 1 / (self._count[at] + 1), slow)
+        self.uv[at] += gain[:, None] * (uv[known] - self.uv[at])
+        self._count[at] += 1
+        if not known.all():
+            self._insert(id[~known], uv[~known])
+
+    def _moved(self, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray) -> bool:
+        """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image)."""
+        known = np.isfinite(duv[:, 0])
+        if known.sum() < 8:
+            return False
+        basis = np.column_stack([np.ones(known.sum()), uv[known] - uv[known].mean(axis=0)])
+        kept = np.ones(known.sum(), bool)
+        for _ in range(2):
+            common = basis @ np.linalg.lstsq(basis[kept], duv[known][kept], rcond=None)[0]
+            off = np.linalg.norm(duv[known] - common, axis=1)
+            kept = off <= np.percentile(off, 80)
+        return bool(np.mean(off > np.maximum(QUIET * sigma[known], QUIET_FLOOR)) > QUIET_SHARE)

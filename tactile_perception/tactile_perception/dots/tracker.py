@@ -1,0 +1,71 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From images to numbered dots with displacements: the stages detect, number or link, and reference, composed."""
+from __future__ import annotations
+
+import numpy as np
+
+from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.dots import Dots, DotTracks
+from tactile_perception.dots.grid import Numbered, number_grid
+from tactile_perception.dots.reference import Reference
+from tactile_perception.dots.tracks import Linker
+from tactile_perception.errors import BadArgument, BadFrame
+
+
+class DotTracker:
+    """Dots of one camera, frame by frame.
+
+    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detector: anything with
+    detect(image) -> Dots, in place of DotDetector(polarity). reference: of untouched places, Reference() if not given.
+    """
+
+    def __init__(self, rows: int, columns: int, polarity: str = 'dark', detector=None, reference: Reference | None = None):
+        if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
+            raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
+        self.rows, self.columns = rows, columns
+        self.reference = Reference() if reference is None else reference
+        self._detector = DotDetector(polarity) if detector is None else detector
+        self._linker = Linker()
+        self._previous: Numbered | None = None
+        self._stamp_s = -np.inf
+        self._size: tuple | None = None
+
+    def set_reference(self) -> None:
+        """The next frame is the new untouched state."""
+        self.reference.restart()
+
+    def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
+        """Numbered dots of an image, uint8 (H, W) or (H, W, 3) BGR, taken at stamp_s; dots without a certain number are left out.
+
+        touched: whether something touches, if a later stage knows. Raises BadFrame for an image or a stamp that cannot be used, and
+        when no dot can be numbered for certain; the next good frame is processed as if the bad one had not been.
+        """
+        self._check(image, stamp_s)
+        dots = self._detector.detect(image)
+        if not len(dots):
+            raise BadFrame('no dots found: is the light on, the polarity right, the view free?')
+        id = self._number(dots, stamp_s, image.shape[1::-1])
+        self._stamp_s, self._size = stamp_s, image.shape
+        seen = np.flatnonzero(id >= 0)
+        id, uv, sigma = id[seen], dots.uv[seen], dots.sigma[seen]
+        duv = self.reference.update(id, uv, sigma, stamp_s, self.columns, touched)
+        return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
+
+    def _check(self, image: np.ndarray, stamp_s: float) -> None:
+        if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
+            raise BadFrame('the image is empty or not an array of uint8 with two or three dimensions')
+        if self._size is not None and image.shape != self._size:
+            raise BadFrame(f'the image changed its shape from {self._size} to {image.shape}; start a new tracker if that is meant')
+        if not stamp_s > self._stamp_s:
+            raise BadFrame(f'stamp {stamp_s} s does not come after the last one, {self._stamp_s} s: repeated, going back, or not a number')
+
+    def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
+        if not self.rows:
+            return self._linker.update(dots.uv, stamp_s)
+        numbers = number_grid(dots.uv, self.rows, self.columns, self._previous, size)
+        if not numbers.certain:
+            raise BadFrame(f'dots not numbered: {numbers.reason}')
+        seen = numbers.id >= 0
+        self._previous = Numbered(dots.uv[seen], numbers.id[seen])
+        return numbers.id

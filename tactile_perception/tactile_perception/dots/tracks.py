@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tracks for patterns that are no grid: dots of successive frames linked one to one, by Hungarian assignment with motion prediction."""
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+
+from tactile_perception.errors import BadArgument
+
+NEW, TRACKED, LOST = 0, 1, 2
+
+
+class Linker:
+    """Gives each dot a number that stays its own, frame by frame.
+
+    gate: a dot is looked for within so many median spacings of where constant velocity predicts it. confirm: a dot that appears after the first
+    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found again; then
+    its number is gone for good, none is ever used twice.
+    """
+
+    def __init__(self, gate: float = 0.7, confirm: int = 3, keep_s: float = 2.0):
+        if not (gate > 0 and confirm >= 1 and keep_s >= 0):
+            raise BadArgument(f'gate > 0, confirm >= 1 and keep_s >= 0 are needed, not {gate}, {confirm}, {keep_s}')
+        self._gate, self._confirm, self._keep_s = gate, confirm, keep_s
+        self._next_id = 0
+        self.reset()
+
+    def reset(self) -> None:
+        """Forgets all tracks; numbers go on after the last one given."""
+        self.id = np.zeros(0, np.int64)
+        self.uv = np.zeros((0, 2))
+        self.state = np.zeros(0, np.uint8)
+        self._velocity = np.zeros((0, 2))
+        self._seen = np.zeros(0, np.int64)
+        self._seen_s = np.zeros(0)
+
+    def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
+        """Track number (N,) int64 of each dot at uv (N, 2) px, -1 while NEW; stamp_s must grow from call to call."""
+        first = not len(self.id)
+        track, dot = self._assign(uv, stamp_s)
+        self._advance(track, uv[dot], stamp_s)
+        self._retire(stamp_s)
+        number = np.full(len(uv), -1)
+        number[dot] = track_id = self._linked_id
+        number[dot[~np.isin(track_id, self.id[self.state == TRACKED])]] = -1
+        free = np.setdiff1d(np.arange(len(uv)), dot)
+        born = self._begin(uv[free], stamp_s, self._confirm if first else 1)
+        if first or self._confirm == 1:
+            number[free] = born
+        return number
+
+    def _assign(self, uv: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of tracks and of the dots linked to them."""
+        ahead = np.minimum(stamp_s - self._seen_s, self._keep_s)[:, None] * (self.state != LOST)[:, None]
+        predicted = self.uv + self._velocity * ahead
+        return assign(predicted, uv, self._gate * _spacing(self.uv))
+
+    def _advance(self, track: np.ndarray, uv: np.ndarray, stamp_s: float) -> None:
+        self._linked_id = self.id[track]
+        elapsed = (stamp_s - self._seen_s[track])[:, None]
+        follows = (self.state[track] != LOST)[:, None] & (elapsed > 0)
+        self._velocity[track] = np.where(follows, (uv - self.uv[track]) / np.where(elapsed > 0, elapsed, 1), 0)
+        self.uv[track] = uv
+        self._seen_s[track] = stamp_s
+        self._seen[track] += 1
+        missed = np.ones(len(self.id), bool)
+        missed[track] = False
+        self.state[track] = np.where(self._seen[track] >= self._confirm, TRACKED, NEW)
+        self.state[missed & (self.state == TRACKED)] = LOST
+        self._seen[missed & (self.state == NEW)] = -1  # a NEW one that is missed once was a false dot
+
+    def _retire(self, stamp_s: float) -> None:
+        keep = (self._seen >= 0) & ((self.state != LOST) | (stamp_s - self._seen_s <= self._keep_s))
+        for name in ('id', 'uv', 'state', '_velocity', '_seen', '_seen_s'):
+            setattr(self, name, getattr(self, name)[keep])
+
+    def _begin(self, uv: np.ndarray, stamp_s: float, seen: int) -> np.ndarray:
+        count = len(uv)
+        born = np.arange(self._next_id, self._next_id + count)
+        self._next_id += count
+        self.id = np.r_[self.id, born]
+        self.uv = np.vstack([self.uv, uv])
+        self.state = np.r_[self.state, np.full(count, TRACKED if seen >= self._confirm else NEW, np.uint8)]
+        self._velocity = np.vstack([self._velocity, np.zeros((count, 2))])
+        self._seen = np.r_[self._seen, np.full(count, seen)]
+        self._seen_s = np.r_[self._seen_s, np.full(count, float(stamp_s))]
+        return born
+
+
+def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarray, np.ndarray]:
+    """One to one links between places (M, 2) and dots (N, 2), px, nearer than gate, of least sum of squares: indices (K,) of places and of dots.
+
+    An unlinked place costs the gate's square. Only where several are within reach of each other is anything to be solved.
+    """
+    none = np.zeros(0, np.int64)
+    if not len(places) or not len(dots) or not gate > 0:
+        return none, none
+    near = cKDTree(places).sparse_distance_matrix(cKDTree(dots), gate, output_type='coo_matrix')
+    row, column = near.row.astype(np.int64), near.col.astype(np.int64)
+    plain = (np.bincount(row, minlength=len(places))[row] == 1) & (np.bincount(column, minlength=len(dots))[column] == 1)
+    hard_row, r = np.unique(row[~plain], return_inverse=True)
+    hard_column, c = np.unique(column[~plain], return_inverse=True)
+    cost = np.full((len(hard_row), len(hard_column)), gate**2)
+    cost[r, c] = near.data[~plain] ** 2
+    a, b = linear_sum_assignment(cost)
+    linked = cost[a, b] < gate**2
+    return np.r_[row[plain], hard_row[a[linked]]], np.r_[column[plain], hard_column[b[linked]]]
+
+
+def _spacing(uv: np.ndarray) -> float:
+    """Median distance, px, to the nearest other dot; 0 for fewer than two."""
+    if len(uv) < 2:
+        return 0.0
+    return float(np.median(cKDTree(uv).query(uv, 2)[0][:, 1]))
