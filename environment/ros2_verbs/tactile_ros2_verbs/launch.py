@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`ros2 launch`, used where the package ros2launch is absent: the same command line, over the same launch service."""
 
-import argparse
 import pathlib
+import signal
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from launch import LaunchContext, LaunchDescription, LaunchService
@@ -26,7 +26,7 @@ class LaunchCommand(CommandExtension):
         parser.add_argument('-s', '--show-args', '--show-arguments', action='store_true', help='Show the arguments of the launch file')
         parser.add_argument('package_name', help='Package that holds the launch file, or path of a launch file')
         parser.add_argument('launch_file_name', nargs='?', help='Name of the launch file, when a package was given')
-        parser.add_argument('launch_arguments', nargs=argparse.REMAINDER, help='Arguments as name:=value')
+        parser.add_argument('launch_arguments', nargs='*', help='Arguments as name:=value')
 
     def main(self, *, parser, args):
         """Find the file, then show its arguments, print it, or run it; return the exit code."""
@@ -76,13 +76,11 @@ def show_arguments(description):
     print("Arguments (pass arguments as '<name>:=<value>'):" if declared else 'No arguments.')
     for argument in declared:
         print(f"\n    '{argument.name}':\n        {argument.description}")
-        if argument.choices:
-            print(f'        one of: {", ".join(argument.choices)}')
         if argument.default_value is not None:
-            print(f"        (default: '{''.join(part.describe() for part in argument.default_value)}')")
+            print(f"        (default: {' + '.join(part.describe() for part in argument.default_value)})")
 
 
-class ExitCodes:
+class Processes:
     """Watches the processes of a launch: `failed` holds the names of those that did not end cleanly."""
 
     def __init__(self):
@@ -104,7 +102,8 @@ class ExitCodes:
 
 def run(entity, words, noninteractive, debug):
     """Run the entity until all its processes have ended; return 0 when launch and each process ended cleanly, else 1."""
-    codes = ExitCodes()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
+    processes = Processes()
     service = LaunchService(argv=words, noninteractive=noninteractive, debug=debug)
-    service.include_launch_description(LaunchDescription(codes.handlers() + [entity]))
-    return 1 if service.run() or codes.failed else 0
+    service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
+    return 1 if service.run() or processes.failed else 0

@@ -1,0 +1,38 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+# make demo, make test, make lint: each sets up what is missing first (setup.bash).
+
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint setup clean
+
+# make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
+demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
+  $(if $(PARAMS),params:='$(PARAMS)') $(if $(CALIBRATION),calibration:='$(CALIBRATION)') $(if $(RVIZ),rviz:=$(RVIZ)) \
+  $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
+
+# make test TESTS="test/style tactile_driver" PYTEST="-k name -x"
+TESTS ?= tactile_driver/test tactile_perception/test tactile_bringup/test test
+
+help:
+	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
+	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording'
+	@echo 'make test   all tests; the report goes to out/test-results.xml'
+	@echo 'make lint   style and spelling alone'
+	@echo 'make clean  takes away what make and setup.bash built, the environment included'
+
+setup:
+	@source ./setup.bash
+
+demo:
+	@source ./setup.bash && ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
+
+test:
+	@mkdir -p out
+	@source ./setup.bash && python3 -m pytest $(wildcard $(TESTS)) --junit-xml=out/test-results.xml $(PYTEST)
+
+lint:
+	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)
+
+clean:
+	rm -rf .env build install log out
