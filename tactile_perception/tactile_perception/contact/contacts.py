@@ -39,8 +39,9 @@ class ContactTracker:
     """Contacts frame by frame.
 
     A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
-    not farther than its own pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its number; the
-    contact is AMBIGUOUS as long as it lasts undivided. Of parts that a region splits into, the one with most dots in common keeps the number.
+    not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
+    number; the contact is AMBIGUOUS as long as it lasts undivided. Of parts that a region splits into, the one with most dots in
+    common keeps the number.
     calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
     """
 
@@ -84,7 +85,8 @@ class ContactTracker:
         depth = deepest(dots, region, self._cap)
         normal = region.moments.normal
         force = np.nan if dots.force is None else float(-normal @ _force(dots, region))
-        return ContactEstimate(number, position, normal, depth, force, covariance, self._flags(dots, region, position, depth, merged), region.members)
+        flags = self._flags(dots, region, position, depth, merged)
+        return ContactEstimate(number, position, normal, depth, force, covariance, flags, region.members)
 
     def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
         place = region.outline.grid_points
@@ -109,7 +111,8 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
     pairs = []
     for k, region in enumerate(regions):
         for number, track in last.items():
-            gap = np.linalg.norm(region.moments.centroid - track.centroid) - np.sqrt(region.moments.area / np.pi) - np.sqrt(track.area / np.pi)
+            radii = np.sqrt(region.moments.area / np.pi) + np.sqrt(track.area / np.pi)
+            gap = np.linalg.norm(region.moments.centroid - track.centroid) - radii
             common = len(held[k] & track.held)
             if common or gap < 1.5 * region.pitch:
                 pairs.append((-common, gap, number, k))

@@ -18,6 +18,9 @@ _ROUND = 2.5  # largest ratio of the principal curvatures of what is taken for a
 _REACH = 2.6  # pitches around the deepest dot within which depth is smoothed by a quadratic
 _BETWEEN = 0.6  # pitches from the next dot within which a place lies between dots
 _QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
+_FEWEST = 5  # dots needed for the four of one that curves the same all round
+_ROUND_ONLY = np.eye(6)[:, :4] + np.outer(np.eye(6)[5], np.eye(4)[3])  # from those four numbers to the six
+_FINGERTIP = 8e-3  # m, radius of a usual fingertip
 
 
 def quadratic_terms(offset: np.ndarray) -> np.ndarray:
@@ -29,14 +32,14 @@ def quadratic_terms(offset: np.ndarray) -> np.ndarray:
 def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
     """Position (3,), m, of a contact on the present surface, and its covariance (3, 3), m^2.
 
-    The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where the
-    object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not curve (a face, an edge), it is the
-    area centroid of the region.
+    The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where
+    the object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not
+    curve (a face, an edge), it is the area centroid of the region. Too few dots leave the shape open, and the covariance says so.
     """
     centroid, covariance = _centroid(dots, region)
     points = dots.xyz[region.members] - centroid
-    if len(points) < _QUADRATIC:
-        return centroid, covariance
+    if len(points) < _FEWEST:
+        return centroid, covariance + _unknown_shape(region.moments.normal)
     offset, told, doubt = _round_tip(points, region.moments, dots.sigma)
     if not told.any() or not offset @ offset < 2 * region.moments.area:
         return centroid, covariance
@@ -69,6 +72,12 @@ def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.n
     return offset, told, covariance
 
 
+def _unknown_shape(normal: np.ndarray) -> np.ndarray:
+    """(3, 3) m^2: were it a fingertip, its tip would stand off the middle of its region as far as the surface is tilted."""
+    away = np.array([normal[0], normal[1], 0.0]) * _FINGERTIP
+    return np.outer(away, away)
+
+
 def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
     centroid = region.moments.centroid
     sds = [region.boundary_sd([loop[:, k] - centroid[k] for loop in region.outline.loops]) / region.moments.area for k in range(3)]
@@ -95,13 +104,15 @@ class _Bend:
 
 
 def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
-    """Bend of the quadratic through local (N, 3), m: along two tangents and the normal."""
-    design = quadratic_terms(local[:, :2])
+    """Bend of the quadratic through local (N, 3), m: along two tangents and the normal; few dots tell one that is the same all round."""
+    terms = quadratic_terms(local[:, :2])
+    kind = np.eye(6) if len(local) >= _QUADRATIC else _ROUND_ONLY
+    design = terms @ kind
     scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
-    inverse = _pseudo_inverse(design / scale) / scale[:, None]
+    inverse = kind @ (_pseudo_inverse(design / scale) / scale[:, None])
     found = inverse @ local[:, 2]
-    residual = local[:, 2] - design @ found
-    noise = max(sigma, float(np.sqrt(residual @ residual / max(len(local) - 6, 1))))
+    residual = local[:, 2] - terms @ found
+    noise = max(sigma, float(np.sqrt(residual @ residual / (len(local) - kind.shape[1]))))
     covariance = inverse @ inverse.T * noise**2
     curvature, along = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
     weights = np.stack([along[0]**2, 2 * along[0] * along[1], along[1]**2], axis=1)

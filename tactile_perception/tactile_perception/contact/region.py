@@ -27,8 +27,8 @@ _MASK_SCALE = 8  # pixels a pitch, of the raster that tells which dots lie in wh
 class ContactDots:
     """What is known of the dots of one frame; entry k of each array belongs to the same dot.
 
-    rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,), above
-    0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
+    rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
+    above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
     deviation of a coordinate of xyz, m. Raises BadArgument for shapes that differ or numbers that are not finite.
     """
 
@@ -50,7 +50,7 @@ class ContactDots:
             if values is not None and (np.shape(values) != shape or not np.isfinite(values).all()):
                 raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave dots out that are not known')
         if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
-            raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and positive sigma, got {self.rows} x {self.columns}, {self.sigma}')
+            raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
 
     def grid(self, values: np.ndarray) -> np.ndarray:
         """values (N, ...) laid out (rows, columns, ...), NaN where no dot was seen."""
@@ -108,17 +108,16 @@ def find_regions(dots: ContactDots) -> list[Region]:
     if not outlines:
         return []
     moments = MomentField(surface)
-    row, column = np.divmod(np.asarray(dots.ids), dots.columns)
-    regions = [Region(outline, moments.of(outline), _within(outline, row, column, (dots.rows, dots.columns)), moments.pitch, surface) for outline in outlines]
+    regions = [Region(outline, moments.of(outline), _within(outline, dots), moments.pitch, surface) for outline in outlines]
     return [region for region in regions if region.moments.area > 0]
 
 
-def _within(outline: Outline, row: np.ndarray, column: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(N,) bool: the dots at (row, column) that lie in the outline and in none of its holes."""
-    mask = np.zeros(((shape[0] + 1) * _MASK_SCALE, (shape[1] + 1) * _MASK_SCALE), np.uint8)
+def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
+    """(N,) bool: the dots that lie in the outline and in none of its holes."""
+    mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
     loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
     cv2.fillPoly(mask, loops, 1)
-    place = np.stack([row, column]) * _MASK_SCALE + _MASK_SCALE // 2
+    place = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * _MASK_SCALE + _MASK_SCALE // 2
     return mask[place[0], place[1]] > 0
 
 

@@ -26,9 +26,9 @@ _WINDOW_S = 0.15  # time over which the contact's own movement is measured
 class SlipEstimate:
     """The fields of tactile_msgs/Slip; NaN: not known.
 
-    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the touched dots, NaN when nothing touches; linear, angular: (3,) m/s, rad/s, twist of the
-    object over the surface at the frame's origin, 0 while all sticks; rotation_center: (3,) m; x, y: (S,) m, places of the slipping dots; vx, vy: (S,)
-    m/s, of the object over the surface there.
+    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the touched dots, NaN when nothing touches; linear, angular: (3,) m/s, rad/s,
+    twist of the object over the surface at the frame's origin, 0 while all sticks; rotation_center: (3,) m; x, y: (S,) m, places of the
+    slipping dots; vx, vy: (S,) m/s, of the object over the surface there.
     """
 
     state: int = NONE
@@ -46,7 +46,8 @@ class SlipEstimator:
     """Slip frame by frame.
 
     While some dots stick, they carry the object's motion and the others' slip is measured against it. Once all slip, the object is only
-    seen by where it touches: its contact moves on while the dots stay. That tells a translation; a turn in place stays unknown.
+    seen by where it touches: its contact moves on while the dots stay. That tells a translation (too slow a one where a face is larger
+    than its contact, whose border then lags behind); a turn in place stays unknown, but friction tells its centre.
     """
 
     def __init__(self):

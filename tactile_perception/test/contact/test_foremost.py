@@ -56,6 +56,16 @@ def test_depth_of_a_ring_is_at_its_inner_edge(pad):
     assert deepest(dots, find_regions(dots)[0], pad.cap) == pytest.approx(rest - 11e-3, abs=0.1e-3)
 
 
+def test_light_touch_of_a_fingertip_and_one_too_light(pad):
+    for tip, limit, known in ((12.65e-3, 0.15e-3, True), (12.75e-3, 1.5e-3, False)):
+        dots = pad.sphere(tip=(3e-3, 0, tip), noise=10e-6)
+        region, = find_regions(dots)
+        position, covariance = foremost_point(dots, region)
+        assert (region.members.sum() >= 5) == known and region.members.sum() < 9
+        error = position[0] - 3e-3
+        assert abs(error) < limit and abs(error) < 3 * np.sqrt(covariance[0, 0])
+
+
 def test_one_dot(pad):
     dots = pad.disc(radius=0.3e-3, height=12.5e-3)
     region, = find_regions(dots)

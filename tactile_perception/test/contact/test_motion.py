@@ -77,6 +77,7 @@ def test_recordings(recording, name, pad):
         found = motion.process(dots, stamp).motion
         if found is not None and np.mean(dots.state[dots.state > 0] == 1) > 0.5:
             tip = truth['obj_p'][k - 1].astype(float)
-            errors.append([np.linalg.norm(found.apply(tip[None])[0] - tip - truth['obj_disp'][k]), np.linalg.norm(found.rotation_vector - truth['obj_rotvec'][k])])
+            shift = found.apply(tip[None])[0] - tip - truth['obj_disp'][k]
+            errors.append([np.linalg.norm(shift), np.linalg.norm(found.rotation_vector - truth['obj_rotvec'][k])])
     shift, turn = np.median(errors, axis=0)
     assert len(errors) > 8 and shift < 20e-6 and np.degrees(turn) < 0.3

@@ -20,8 +20,8 @@ def test_nothing_touches(pad):
     estimate = describe(dots, [])
     assert (estimate.area, estimate.outlines, estimate.holes) == (0, [], [])
     assert len(estimate.dot_state) == 529 and not estimate.dot_state.any()
-    for unknown in (estimate.centroid, estimate.normal, estimate.orientation, estimate.major_axis, estimate.motion_rotation, estimate.motion_interval):
-        assert np.isnan(unknown).all()
+    for name in ('centroid', 'normal', 'orientation', 'major_axis', 'motion_rotation', 'motion_interval'):
+        assert np.isnan(getattr(estimate, name)).all()
 
 
 def test_no_dots_at_all(pad):
@@ -80,7 +80,8 @@ def test_motion_is_carried(pad):
 def test_quaternion_is_that_of_the_rotation(vector):
     angle = np.linalg.norm(vector)
     axis = np.array(vector) / max(angle, 1e-9)
-    np.testing.assert_allclose(quaternion(rotation_matrix(np.array(vector, float))), [*np.sin(angle / 2) * axis, np.cos(angle / 2)], atol=1e-9)
+    found = quaternion(rotation_matrix(np.array(vector, float)))
+    np.testing.assert_allclose(found, [*np.sin(angle / 2) * axis, np.cos(angle / 2)], atol=1e-9)
 
 
 def test_missing_dots_change_little(pad):

@@ -84,7 +84,7 @@ def test_gross_translation_is_seen_by_the_contact_moving_on(pad):
 def test_gross_turn_has_a_centre_but_no_speed(pad):
     chain = Chain(pad)
     for _ in range(8):
-        estimate = chain.process(gross(pad, (1e-3, -0.5e-3), lambda xyz: np.stack([-(xyz[:, 1] + 0.5e-3), xyz[:, 0] - 1e-3, -1 + 0 * xyz[:, 0]], 1)))
+        estimate = chain.process(gross(pad, (1e-3, -0.5e-3), lambda xyz: np.cross([0, 0, 1], xyz - [1e-3, -0.5e-3, 0])))
     np.testing.assert_allclose(estimate.rotation_center[:2], [1e-3, -0.5e-3], atol=0.1e-3)
     assert np.isnan(estimate.linear).all() and np.isnan(estimate.vx).all()
 
