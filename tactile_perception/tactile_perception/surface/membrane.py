@@ -22,7 +22,10 @@ _COLD = (1.0, .7, .4, .25, .15, .1, .06, .06)
 _WARM = (.25, .1, .06)
 # A touched dot's pressure over the fluid's: 1 under a flat face, 2 to 3 under a ball or along an edge.
 _TOUCHED_MEAN, _TOUCHED_SPREAD = 1.3, .8
-_TOUCHED_SHARE, _COUPLING = .12, 4.0
+# Log odds of a dot among free neighbours (minus that: among touched ones).
+_COUPLING = 4.0
+_PRESSURE_ROUNDS = (.3, .15, .08, .06)
+_FILL, _KNOWN = (.15, .06), 3e-6
 _LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
 _WEAK_HOLD = 1e-3
 
@@ -52,7 +55,10 @@ class MembraneState:
         return self.pressure / self.fluid_pressure
 
     def wrench(self) -> tuple[np.ndarray, np.ndarray]:
-        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load."""
+        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load; 0 where none carries half
+        of the fluid's pressure."""
+        if not (self.load > .5).any():
+            return np.zeros(3), np.zeros(3)
         carried = self.force * self.touched[:, None]
         return carried.sum(0), np.cross(self.xyz, carried).sum(0)
 
@@ -75,11 +81,14 @@ class Membrane:
             raise BadArgument(f'membrane: only {known.sum()} of {self.mesh.size} dots have a rest place; take a new reference')
         self.rest = fill_rest(self.mesh, rest, known)
         self.forces = MembraneForces(self.mesh, self.rest, self.material)
+        self._response = None
+        self.pitch = float(np.median(np.linalg.norm(np.diff(self.rest.reshape(rows, columns, 3), axis=1), axis=2)))
 
     def solve(self, origin: np.ndarray, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray,
               previous: MembraneState | None = None, steps: tuple[float, ...] | None = None) -> MembraneState:
         """The membrane from measured ranges (N,) m +- sigma (N,) m along unit rays (N, 3) from origin (3,) to the dots numbered ids (N,).
 
+        sigma is each range's own error; errors that neighbours share (of the optics' calibration) do not belong in it: they bend nothing.
         A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free dots in each
         step (more and smaller: closer to the answer). Raises BadArgument for ids outside the grid.
         """
@@ -87,8 +96,68 @@ class Membrane:
         cold = problem.cold
         schedule = steps or (_COLD if cold else _WARM)
         for index, misfit in enumerate(schedule):
-            problem.step(misfit, judge=index > 0 or not cold, doubt=index > 0)
+            problem.step(misfit, renew=index > 0 or not cold, doubt=index > 0)
         return self.at(problem.places, problem.pressure, problem.touched, problem.seen, problem.ranges)
+
+    def load_variance(self, origin: np.ndarray, rays: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges of given weight (K,), 1/m^2."""
+        if self._response is None:
+            self._response = self._unit_response(origin, rays)
+        seen = weight[weight > 0]
+        if len(seen) == 0:
+            return np.full(self.mesh.size, 1e3)
+        information = (self._response**2) @ weight
+        return 1 / np.maximum(information, 1e-3)
+
+    def _unit_response(self, origin, rays):
+        """(K, K) m: how far each dot moves along its ray (columns) under a load of one fluid pressure on one dot (rows), from rest."""
+        rest = np.ascontiguousarray(self.rest.T)
+        _, slopes, _, _, area = self.forces.along_rays(rest, rays, self.material.rest_pressure)
+        size, inner = self.mesh.size, np.flatnonzero(self.mesh.inner)
+        dense = np.zeros((size, size))
+        dense[np.arange(size)[None], self.mesh.stencil] = slopes
+        scaled = dense[np.ix_(inner, inner)] / (self.material.rest_pressure * area[inner])[:, None]
+        response = np.zeros((size, size))
+        response[np.ix_(inner, inner)] = np.linalg.inv(scaled).T
+        return response
+
+    def evaluate(self, xyz: np.ndarray, ids: np.ndarray, origin: np.ndarray | None = None) -> MembraneState:
+        """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure from it.
+
+        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, two steps along their rays follow, which
+        the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
+        """
+        ids = _checked_ids(ids, self.mesh.size)
+        xyz = np.asarray(xyz, float)
+        seen = np.zeros(self.mesh.size, bool)
+        seen[ids] = np.isfinite(xyz).all(1)
+        moved = np.zeros_like(self.rest)
+        moved[ids] = xyz - self.rest[ids]
+        places = np.ascontiguousarray((self.rest + self.mesh.fill(moved, seen)).T)
+        pressure, touched = self._fluid_pressure(places)
+        state = self.at(places, pressure, touched, seen, np.full(self.mesh.size, np.nan))
+        if origin is None or seen.all() or not seen.any():
+            return state
+        away = xyz - origin
+        ranges = np.linalg.norm(away, axis=1)
+        known = np.full(len(ids), _KNOWN)
+        return self.solve(origin, away / ranges[:, None], ranges, known, ids, state, _FILL)
+
+    def _fluid_pressure(self, places: np.ndarray) -> tuple[float, np.ndarray]:
+        """Pressure, Pa, that leaves nothing over on free dots, and the probability (K,) that a dot is not one."""
+        elastic, share = self.forces.evaluate(places, 0.0)
+        area = np.sqrt((share * share).sum(0))
+        carried = -(elastic * share).sum(0)[self.mesh.inner]
+        push = ((share - self.forces.rest_residual) * share).sum(0)[self.mesh.inner]
+        pressure = max(float(np.median(carried / push)), .1 * self.material.rest_pressure)
+        touched = np.zeros(self.mesh.size)
+        for misfit in _PRESSURE_ROUNDS:
+            force = elastic + pressure * (share - self.forces.rest_residual)
+            load = (force * share).sum(0) / (pressure * area**2)
+            touched = judge(self.mesh, load, touched, misfit)
+            weight = (1 - touched)[self.mesh.inner] + 1e-9
+            pressure = max(float(weight @ (carried * push) / (weight @ push**2)), .1 * self.material.rest_pressure)
+        return pressure, touched
 
     def at(self, places: np.ndarray, pressure: float, touched: np.ndarray, seen: np.ndarray, ranges: np.ndarray) -> MembraneState:
         """The loads at places (3, K) under a fluid pressure, Pa: no solve, one evaluation."""
@@ -99,6 +168,24 @@ class Membrane:
         return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
                              pressure=np.where(inner, (force * normal).sum(0) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
                              seen=seen, ranges=ranges)
+
+
+def judge(mesh: GridMesh, load: np.ndarray, touched: np.ndarray, misfit: float, variance: np.ndarray | float = 0.0) -> np.ndarray:
+    """Probability (K,) that a dot is touched, from its own load (K,) and its neighbours' last probabilities touched (K,).
+
+    misfit: standard deviation of a free dot's load; variance: of load by errors of measurement.
+    """
+    wide, narrow = _TOUCHED_SPREAD**2 + variance, misfit**2 + variance
+    gain = ((load**2) / narrow - (load - _TOUCHED_MEAN)**2 / wide + np.log(narrow / wide)) / 2
+    odds = np.clip(gain + _COUPLING * (2 * mesh.neighbour_mean(touched) - 1), -30, 30)
+    return np.where(mesh.inner, 1 / (1 + np.exp(-odds)), 0.0)
+
+
+def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
+    ids = np.asarray(ids, int)
+    if len(ids) and (ids.min() < 0 or ids.max() >= size):
+        raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; check dots.rows and dots.columns')
+    return ids
 
 
 def fill_rest(mesh: GridMesh, rest: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -118,9 +205,7 @@ class _Problem:
     def __init__(self, membrane: Membrane, origin, rays, ranges, sigma, ids, previous):
         self.mesh, self.forces = membrane.mesh, membrane.forces
         size = self.mesh.size
-        ids = np.asarray(ids, int)
-        if len(ids) and (ids.min() < 0 or ids.max() >= size):
-            raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots')
+        ids = _checked_ids(ids, size)
         self.origin = origin[:, None]
         self.seen = np.zeros(size, bool)
         self.seen[ids] = True
@@ -157,30 +242,26 @@ class _Problem:
         if self.cold:
             self.ranges = np.where(has, self.measured, self.ranges)
         self.anchor = self.ranges
+        self.misfit = 1.0
+        self.doubt = membrane.load_variance(self.origin, self.rays, self.weight)
 
     @property
     def places(self) -> np.ndarray:
         """(3, K) m."""
         return self.origin + self.ranges * self.rays
 
-    def step(self, misfit: float, judge: bool, doubt: bool):
-        """One Gauss-Newton step; judge: renew the dots' probabilities first; doubt: give less weight to ranges that do not fit (glare)."""
+    def step(self, misfit: float, renew: bool, doubt: bool):
+        """One Gauss-Newton step; renew: find the dots' probabilities anew first; doubt: give less weight to ranges that do not fit (glare)."""
         leftover, slopes, by_pressure, normal, area = self.forces.along_rays(self.places, self.rays, self.pressure)
         scale = 1 / (self.pressure * area)
         load, slopes, by_pressure = leftover * scale, slopes * scale, by_pressure * scale
-        if judge:
-            self.touched = self._judge(load, misfit)
+        if renew:
+            pull = (1 - self.touched) / self.misfit**2 * load + self.touched / _TOUCHED_SPREAD**2 * (load - _TOUCHED_MEAN)
+            self.touched = judge(self.mesh, load + self.doubt * pull, self.touched, misfit, self.doubt)
+        self.misfit = misfit
         free = np.where(self.mesh.inner, (1 - self.touched) / misfit**2, 0.0)
         held = np.where(self.mesh.inner, self.touched / _TOUCHED_SPREAD**2, 0.0)
         self._move(slopes, free + held, (free + held) * load - held * _TOUCHED_MEAN, by_pressure, doubt)
-
-    def _judge(self, load, misfit):
-        """Probability (K,) that a dot is touched, from its own load and its neighbours' last probabilities."""
-        touched = -.5 * ((load - _TOUCHED_MEAN) / _TOUCHED_SPREAD)**2 - np.log(_TOUCHED_SPREAD)
-        free = -.5 * (load / misfit)**2 - np.log(misfit)
-        prior = np.log(_TOUCHED_SHARE / (1 - _TOUCHED_SHARE)) + _COUPLING * self.mesh.neighbour_mean(self.touched)
-        odds = np.clip(touched - free + prior, -30, 30)
-        return np.where(self.mesh.inner, 1 / (1 + np.exp(-odds)), 0.0)
 
     def _move(self, slopes, weight, weighted_load, by_pressure, doubt):
         """Solve for the ranges and the pressure together: the banded part by Cholesky, the pressure as its border."""
