@@ -18,10 +18,10 @@ from .tools import Tool
 #: N/m: weight between the two directions; near the geometric mean of the membrane's softest and stiffest answer.
 _COUPLING = 15.0
 _OVER_RELAXATION = 1.6
-_LINEARISATIONS = 3
-_SWEEPS = 14
+_LINEARISATIONS = 6
+_SWEEPS = 10
 #: m: a round that moves no node further ends the step early.
-_CLOSE_ENOUGH = 1e-6
+_CLOSE_ENOUGH = 4e-6
 #: m: nodes nearer to the tool than this take part; a new set is taken with a margin, so that its inverse serves for many frames.
 _NEAR, _NEAR_MARGIN = 0.0006, 0.0016
 
@@ -81,7 +81,7 @@ class FrictionalContact:
         held[self._near] = self._held
         self._near = np.flatnonzero((gap < _NEAR_MARGIN) | self._was_touching)
         self._held = held[self._near]
-        block = self.membrane.compliance[np.ix_(self._near, self._near)]
+        block = self.membrane.compliance[np.ix_(self._near, self._near)].astype(float)
         self._local = block
         factor, _ = lapack.dpotrf(block + np.eye(len(block)) / _COUPLING, lower=1)
         lower, _ = lapack.dpotri(factor, lower=1)

@@ -99,7 +99,7 @@ class Membrane:
         self._solve = splu(free.tocsc()).solve
         factor, _ = lapack.dpotrf(free.toarray(), lower=1)
         lower, _ = lapack.dpotri(factor, lower=1)
-        self.compliance = np.tril(lower) + np.tril(lower, -1).T
+        self.compliance = (np.tril(lower) + np.tril(lower, -1).T).astype(np.float32)
 
     def _balance(self):
         """Take up what the discrete skin lacks of balance on the exact sphere, so that rest is rest to the last digit."""

@@ -64,7 +64,7 @@ class Observer:
         truth.rotation_center = _still_point(truth.velocity, region)
         truth.wrench = np.concatenate([state.force.sum(axis=0), np.cross(nodes, state.force).sum(axis=0)])
         truth.pressure = state.pressure
-        return Observation(state.shape, spread, truth)
+        return Observation(state.shape.astype(np.float32), spread.astype(np.float32), truth)
 
     def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
         """(K,) bool: the dot lies in the region and on the tool."""

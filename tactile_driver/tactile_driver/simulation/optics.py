@@ -47,10 +47,10 @@ def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarr
 
 
 class Illumination:
-    """What the skin sends into one camera under one lighting."""
+    """What the skin sends into one camera under one lighting; blur: px, standard deviation of the lens's spot."""
 
-    def __init__(self, camera: SimulatedCamera, lighting: Lighting):
-        self._lighting = lighting
+    def __init__(self, camera: SimulatedCamera, lighting: Lighting, blur: float):
+        self._lighting, self._blur = lighting, blur
         self._sources = np.concatenate([camera.centre[None], lamp_places(lighting)])
         self._absorption = np.asarray(lighting.absorption, np.float32)
         self._gain = np.asarray(lighting.gain, np.float32)
@@ -96,8 +96,10 @@ class Illumination:
         rest = ((here + slope @ step)**2).sum(axis=(1, 2))
         per_pixel = slope @ np.linalg.inv(pixel)
         width = self._lighting.gloss_width
-        form = per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._lighting.largest_spot**2
-        return uv[row, column] + (pixel @ step)[..., 0], form, self._lighting.gloss * np.exp(-rest / (2 * width**2))
+        sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._lighting.largest_spot**2)
+        blurred = sharp + self._blur**2 * np.eye(2)
+        peak = self._lighting.gloss * np.exp(-rest / (2 * width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
+        return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak
 
 
 def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -12,10 +12,14 @@ from .camera import SimulatedCamera
 from .membrane import Membrane
 from .optics import Illumination, Lighting, vignette
 
-#: px: light is computed once for each cell of this size; it changes slowly, only dots and the rim are sharp.
+#: px: light is worked out once for each cell of this size; it changes slowly, only dots, spots and the rim are sharp.
 _CELL = 4
+#: px: where the camera sees which point of the skin changes more slowly still.
+_WIDE_CELL = 8
 _INVERSE_STEPS = 5
 _PIXEL_VARIANCE = 1 / 12
+#: a smooth step 3 t^2 - 2 t^3 that reaches this many deviations to each side has the variance of the blur.
+_STEP_WIDTH = 5**0.5
 
 
 @dataclass(frozen=True)
@@ -39,12 +43,14 @@ class Renderer:
     def __init__(self, membrane: Membrane, camera: SimulatedCamera, lighting: Lighting, imaging: Imaging, seed: int):
         self.membrane, self.camera, self.imaging = membrane, camera, imaging
         self._seed = seed
-        self._illumination = Illumination(camera, lighting)
         self._spread = np.sqrt((imaging.blur * camera.width / 640)**2 + _PIXEL_VARIANCE)
+        self._illumination = Illumination(camera, lighting, self._spread)
         self._set_up_cells()
         self._pad = self._pad_cover()
         size = camera.width * camera.height * 3
-        self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * size, dtype=np.float32)
+        shape = (camera.height, camera.width, 3)
+        self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
+        self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
 
     def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
         """The picture (height, width, 3) uint8 BGR of the skin's shape (n, n, 3), m.
@@ -52,90 +58,104 @@ class Renderer:
         uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
         noise; None for a picture without noise.
         """
-        light, spots = self._cell_light(shape)
-        picture = cv2.resize(light, (self.camera.width, self.camera.height), interpolation=cv2.INTER_LINEAR)
+        light, spots = self._cell_light(shape.astype(np.float32))
         passed = self._passed(uv, spread, radius)
-        picture = cv2.multiply(picture, cv2.merge([passed, passed, passed]), dst=picture)
-        self._add_spots(picture, *spots)
-        return self._expose(picture, number)
+        cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
+        cv2.multiply(self._picture, cv2.merge([passed, passed, passed], self._work), dst=self._picture)
+        self._add_spots(self._picture, *spots)
+        return self._expose(number)
 
-    def _expose(self, picture: np.ndarray, number: int | None) -> np.ndarray:
-        """Shot and read noise, saturation and eight bits."""
+    def _expose(self, number: int | None) -> np.ndarray:
+        """Shot and read noise, saturation and eight bits of the picture in hand."""
+        picture, work = self._picture, self._work
         if number is not None:
             start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
-            noise = self._noise_bank[start:start + picture.size].reshape(picture.shape)
-            deviation = picture * np.float32(self.imaging.shot_noise)
-            deviation += np.float32(self.imaging.read_noise**2)
-            cv2.sqrt(deviation, deviation)
-            cv2.multiply(deviation, noise, dst=deviation)
-            picture = cv2.add(picture, deviation, dst=deviation)
+            np.multiply(picture, np.float32(self.imaging.shot_noise), out=work)
+            work += np.float32(self.imaging.read_noise**2)
+            cv2.sqrt(work, work)
+            cv2.multiply(work, self._noise_bank[start:start + picture.size].reshape(picture.shape), dst=work)
+            cv2.add(picture, work, dst=picture)
         return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
 
     def _set_up_cells(self):
-        """Cell centres, and for the resting pad which grid place of the skin each cell sees and how that moves with the picture."""
+        """For the resting pad: which grid place of the skin each wide cell sees, and how that moves with the picture."""
         camera, n = self.camera, self.membrane.nodes
-        columns = np.arange(_CELL / 2 - 0.5, camera.width, _CELL)
-        rows = np.arange(_CELL / 2 - 0.5, camera.height, _CELL)
+        columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
-        self._fall_off = vignette(camera, columns, rows)[..., None]
         hit = self.membrane.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
-        square = self.membrane.square_of_dome(hit).reshape(self._goal.shape)
-        self._rest_place = ((np.clip(square, -1, 1) + 1) * (n - 1) / 2).astype(np.float32)
-        down, across = np.gradient(self._rest_place, _CELL, axis=(0, 1))
-        self._steer = np.stack([across, down], axis=-1)
+        square = np.clip(self.membrane.square_of_dome(hit).reshape(self._goal.shape), -1, 1)
+        self._rest_place = ((square + 1) * (n - 1) / 2).astype(np.float32)
+        self._steer_down, self._steer_across = np.gradient(self._rest_place, _WIDE_CELL, axis=(0, 1))
+        columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
+        self._fall_off = vignette(camera, columns, rows)[..., None]
 
-    def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Diffuse light (h, w, 3) and mirror light (h, w), grey levels, of the cells."""
+    def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
         seen = self.camera.project(shape).astype(np.float32)
         place = self._rest_place
         for _ in range(_INVERSE_STEPS):
             off = self._goal - _look_up(seen, place)
-            place = place + (self._steer @ off[..., None])[..., 0]
+            place = place + off[..., :1] * self._steer_across + off[..., 1:] * self._steer_down
             np.clip(place, 0, self.membrane.nodes - 1, out=place)
-        normals = self.membrane.area_vectors(shape).astype(np.float32).reshape(shape.shape)
+        normals = self.membrane.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
-        light, spots = self._illumination.look(shape.astype(np.float32), normals, seen)
+        light, spots = self._illumination.look(shape, normals, seen)
+        place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Share (height, width) of each pixel's light that the housing and the dots leave, as the blurred lens sees it."""
-        camera, soft = self.camera, np.sqrt(5) * self._spread
-        # The smooth step below has the lens spot's variance when it is sqrt(5) deviations wide to each side.
-        scale = np.sqrt(np.abs(np.linalg.det(spread)))
-        half = int(np.ceil((np.linalg.svd(spread, compute_uv=False)[:, 0] * radius).max() + soft))
-        reach = np.arange(-half, half + 1)
-        corner = np.round(uv).astype(int)
-        off = (corner - uv).astype(np.float32)
-        x, y = off[:, 0, None] + reach.astype(np.float32), off[:, 1, None] + reach.astype(np.float32)
-        inverse = np.linalg.inv(spread)
-        form = (inverse.transpose(0, 2, 1) @ inverse * (scale / (2 * soft))[:, None, None]**2).astype(np.float32)
-        cover = (2 * form[:, 0, 1, None] * y)[:, :, None] * x[:, None, :]
-        cover += (form[:, 0, 0, None] * x * x)[:, None, :]
-        cover += (form[:, 1, 1, None] * y * y)[:, :, None]
-        np.sqrt(np.maximum(cover, 0, out=cover), out=cover)
-        np.subtract((0.5 + radius * scale / (2 * soft)).astype(np.float32)[:, None, None], cover, out=cover)
-        np.clip(cover, 0, 1, out=cover)
-        cover *= cover * (3 - 2 * cover)
-        wide = camera.width + 2 * half
-        column, row = np.clip(corner[:, 0], 0, camera.width - 1), np.clip(corner[:, 1], 0, camera.height - 1)
-        index = ((row[:, None] + reach + half) * wide)[:, :, None] + (column[:, None] + reach + half)[:, None, :]
-        total = np.bincount(index.ravel(), cover.ravel(), wide * (camera.height + 2 * half)).reshape(-1, wide)
-        total = np.minimum(total[half:-half, half:-half], 1).astype(np.float32)
+        camera = self.camera
+        size = np.einsum('kij,kij->k', spread, spread)
+        largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
+        reach = np.ceil(largest * radius + _STEP_WIDTH * self._spread).astype(int)
+        margin = int(reach.max())
+        wide = camera.width + 2 * margin
+        corner = np.clip(np.round(uv), 0, [camera.width - 1, camera.height - 1]).astype(int)
+        starts = (corner[:, 1] + margin) * wide + corner[:, 0] + margin
+        places, covers = [], []
+        for half in np.unique(reach):
+            some = reach == half
+            steps = np.arange(-half, half + 1)
+            covers.append(self._dot_patches(corner[some] - uv[some], spread[some], radius[some], steps.astype(np.float32)).ravel())
+            places.append((starts[some, None] + (steps[:, None] * wide + steps).ravel()).ravel())
+        total = np.bincount(np.concatenate(places), np.concatenate(covers), wide * (camera.height + 2 * margin)).reshape(-1, wide)
+        total = total[margin:-margin, margin:-margin].astype(np.float32)
+        np.minimum(total, 1, out=total)
         total *= -self.imaging.ink
         total += 1
         return cv2.multiply(total, self._pad, dst=total)
 
+    def _dot_patches(self, off: np.ndarray, spread: np.ndarray, radius: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Cover (k, s, s) of dots, 0 to 1, at pixel steps (s,) about pixels that lie off (k, 2) px from the dots' centres.
+
+        The edge is a smooth step across the ellipse, as wide as gives it the lens spot's variance.
+        """
+        scale = np.sqrt(np.abs(np.linalg.det(spread))) / (2 * _STEP_WIDTH * self._spread)
+        inverse = np.linalg.inv(spread) * scale[:, None, None]
+        form = (inverse.transpose(0, 2, 1) @ inverse).astype(np.float32)
+        x, y = off[:, 0, None].astype(np.float32) + steps, off[:, 1, None].astype(np.float32) + steps
+        cover = (2 * form[:, 0, 1, None] * y)[:, :, None] * x[:, None, :]
+        cover += (form[:, 0, 0, None] * x * x)[:, None, :]
+        cover += (form[:, 1, 1, None] * y * y)[:, :, None]
+        np.sqrt(np.maximum(cover, 0, out=cover), out=cover)
+        np.subtract((0.5 + radius * scale).astype(np.float32)[:, None, None], cover, out=cover)
+        np.clip(cover, 0, 1, out=cover)
+        cover *= cover * (3 - 2 * cover)
+        return cover
+
     def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):
         """Add the lamps' mirror images to the picture, in place."""
-        half = 24
         for (u, v), f, strength in zip(place, form, peak):
             if not (0 <= u < self.camera.width and 0 <= v < self.camera.height) or strength < 0.5:
                 continue
-            left, top = max(int(u) - half, 0), max(int(v) - half, 0)
-            patch = picture[top:int(v) + half + 1, left:int(u) + half + 1]
+            half_x, half_y = (int(np.ceil(3.2 * np.sqrt(f[k, k] / np.linalg.det(f)))) for k in (1, 0))
+            left, top = max(int(u) - half_x, 0), max(int(v) - half_y, 0)
+            box = slice(top, int(v) + half_y + 1), slice(left, int(u) + half_x + 1)
+            patch = picture[box]
             x, y = np.arange(patch.shape[1]) + left - u, np.arange(patch.shape[0])[:, None] + top - v
             shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
-            patch += (shine * self._pad[top:int(v) + half + 1, left:int(u) + half + 1])[..., None].astype(np.float32)
+            patch += (shine * self._pad[box])[..., None].astype(np.float32)
 
     def _pad_cover(self) -> np.ndarray:
         """Share (height, width) of each pixel that shows the pad and not its housing."""

@@ -28,7 +28,7 @@ class Script:
     """acts: tool name and keys, one after the other; friction: coefficient; lighting, imaging: what the pictures look like."""
 
     acts: tuple[Act, ...] = ()
-    friction: float = 0.45
+    friction: float = 0.35
     lighting: Lighting = Lighting()
     imaging: Imaging = Imaging()
     duration: float = 0.0
@@ -41,8 +41,8 @@ def _act(tool: str, *moves: Key) -> Act:
 
 
 def _rectangle_drag(t: float) -> Act:
-    return _act('rectangle', Key(t, press=0.0), Key(t + 0.8, press=0.0032), Key(t + 1.1, press=0.0032), Key(t + 3.1, x=0.0060, press=0.0032),
-                Key(t + 3.4, x=0.0060, press=0.0032), Key(t + 4.0, x=0.0060, press=0.0))
+    return _act('rectangle', Key(t, press=0.0), Key(t + 0.8, press=0.0032), Key(t + 1.1, press=0.0032), Key(t + 3.1, x=0.0055, press=0.0032),
+                Key(t + 3.4, x=0.0055, press=0.0032), Key(t + 4.0, x=0.0055, press=0.0))
 
 
 def _disc_twist(t: float) -> Act:
