@@ -1,0 +1,168 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact regions and states by each method over recordings with truth: a table of error against time.
+
+    python test/benchmark/regions.py [--noise 20e-6] [--output table.md] [recording ...]
+
+Recordings are found by TACTILE_RECORDINGS. Places are measured along the camera's rays with noise of the given standard deviation (what colour or area
+leave), so that the table judges the contact stage alone; the methods run in turn on each frame, timed one by one. `places` says what a method is
+given: measured ones, or those that the membrane makes of them. `labels` draws the region of the true labels: what no judgement of dots can exceed.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from tactile_perception.contact.contacts import ContactTracker
+from tactile_perception.contact.grid_surface import to_grid
+from tactile_perception.contact.methods import Judgement, make_method
+from tactile_perception.contact.outline import label_score
+from tactile_perception.contact.region import ContactDots, describe, find_regions
+from tactile_perception.errors import TactileError
+from tactile_perception.surface.cap import Cap
+from tactile_perception.surface.membrane import Membrane
+from tactile_perception.surface.membrane_forces import MembraneMaterial
+
+sys.path.insert(0, str(Path(__file__).parent))
+from region_scores import contact_counts, f1, place_errors, region_iou, slip_counts, true_loops  # noqa: E402
+
+ROWS = COLUMNS = 23
+PAPER = {'paper.d_max': 0.91e-3, 'paper.delta_d': 0.19e-3}
+HEAD = ('recording', 'method', 'contact F1', 'sticking F1', 'slipping F1', 'IoU', 'centroid mm', 'depth mm', 'area ratio', 'places ms', 'states ms',
+        'region ms')
+
+
+@dataclass
+class Score:
+    """What one method has made of one recording so far."""
+
+    contact: np.ndarray = field(default_factory=lambda: np.zeros(3, int))
+    sticking: np.ndarray = field(default_factory=lambda: np.zeros(3, int))
+    slipping: np.ndarray = field(default_factory=lambda: np.zeros(3, int))
+    overlaps: list = field(default_factory=list)
+    places: list = field(default_factory=list)
+    times: list = field(default_factory=list)
+
+    def add(self, judged: Judgement, ids, xyz, truth, frame: int, cap: Cap) -> None:
+        """Judge one frame and the region drawn from it; the drawing is timed."""
+        start = time.perf_counter()
+        dots = ContactDots(ROWS, COLUMNS, ids, xyz, truth['dot_rest_xyz'][ids].astype(float), judged.score, judged.state)
+        regions = find_regions(dots)
+        estimate = describe(dots, regions)
+        contacts = ContactTracker(cap).process(dots, regions)
+        self.times[-1].append(time.perf_counter() - start)
+        self.contact += contact_counts(judged.state > 0, truth, frame, ids)
+        sticking, slipping = slip_counts(judged.state, truth, frame, ids)
+        self.sticking, self.slipping = self.sticking + sticking, self.slipping + slipping
+        overlap = region_iou(estimate.outlines + estimate.holes, true_loops(truth, frame))
+        if np.isfinite(overlap):
+            self.overlaps.append(overlap)
+        if contacts and truth['contact_area'][frame] > 0:
+            self.places.append(place_errors(estimate.centroid, contacts[0].depth, estimate.area, truth, frame))
+
+    def row(self) -> list[float]:
+        """Numbers of a table row, in the order of HEAD."""
+        places = np.median(np.abs(self.places), axis=0) * [1e3, 1e3, 1] if self.places else np.full(3, np.nan)
+        overlap = np.mean(self.overlaps) if self.overlaps else np.nan
+        return [f1(*self.contact), f1(*self.sticking), f1(*self.slipping), overlap, *places, *(1e3 * np.median(self.times, axis=0))]
+
+
+class Labels:
+    """The true labels in place of a method."""
+
+    def __init__(self, truth):
+        self.truth, self.frame = truth, -1
+
+    def judge(self, ids, xyz, stamp_s) -> Judgement:
+        """States as they are."""
+        self.frame += 1
+        state = self.truth['dot_state'][self.frame][ids].astype(np.uint8)
+        contact = self.truth['dot_contact'][self.frame].astype(float)
+        score = label_score(to_grid(np.arange(len(contact)), contact, ROWS, COLUMNS)).ravel()[ids]
+        return Judgement(np.where(contact[ids] > 0, np.maximum(state, 1), 0), score, None, np.full(6, np.nan))
+
+
+def load(name: str) -> tuple[dict, dict]:
+    """Truth and sensor description of a recording."""
+    folder = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated' / name
+    if not (folder / 'truth.npz').exists():
+        sys.exit(f'{folder}/truth.npz is not there: set TACTILE_RECORDINGS to the folder of recordings')
+    with np.load(folder / 'truth.npz') as truth:
+        return {key: truth[key] for key in truth.files}, json.loads((folder / 'sensor.json').read_text())
+
+
+def methods_for(truth: dict, sensor: dict) -> dict:
+    """Name: (places, method)."""
+    info, rest = sensor['info'], truth['dot_rest_xyz'].astype(float)
+    material = MembraneMaterial(info['shear_modulus_times_thickness'], info['rest_gauge_pressure'], info['curvature_radius'])
+    table = {'membrane': ('membrane', make_method('membrane', ROWS, COLUMNS, material, PAPER)),
+             'paper': ('membrane', make_method('paper', ROWS, COLUMNS, material, PAPER)),
+             'paper ': ('measured', make_method('paper', ROWS, COLUMNS, material, PAPER)),
+             'labels': ('measured', Labels(truth))}
+    for _, method in table.values():
+        if not isinstance(method, Labels):
+            method.renew(rest)
+    return table
+
+
+def run(name: str, noise: float, seed: int = 0) -> dict[str, Score]:
+    """Scores of all methods on one recording."""
+    truth, sensor = load(name)
+    camera, info = sensor['cameras'][0], sensor['info']
+    origin = -np.array(camera['R_cam_from_sensor']).T @ np.array(camera['t_cam_from_sensor'])
+    rest = truth['dot_rest_xyz'].astype(float)
+    membrane = Membrane(rest, ROWS, COLUMNS, MembraneMaterial(info['shear_modulus_times_thickness'], info['rest_gauge_pressure'], info['curvature_radius']))
+    table, rng, previous = methods_for(truth, sensor), np.random.default_rng(seed), None
+    scores = {key: Score() for key in table}
+    for frame, stamp in enumerate(truth['timestamps']):
+        ids = np.flatnonzero(truth['visible'][frame])
+        rays = truth['dot_xyz'][frame][ids] - origin
+        ranges = np.linalg.norm(rays, axis=1)
+        rays = rays / ranges[:, None]
+        ranges = ranges + rng.normal(0, noise, len(ids))
+        start = time.perf_counter()
+        previous = membrane.solve(origin, rays, ranges, np.full(len(ids), max(noise, 1e-6)), ids, previous)
+        solved = time.perf_counter() - start
+        for key, (places, method) in table.items():
+            xyz = previous.xyz[ids] if places == 'membrane' else origin + ranges[:, None] * rays
+            start = time.perf_counter()
+            judged = method.judge(ids, xyz, float(stamp))
+            scores[key].times.append([solved if places == 'membrane' else 0.0, time.perf_counter() - start])
+            scores[key].add(judged, ids, xyz, truth, frame, Cap(info['curvature_radius'], info['cap_height']))
+    return scores
+
+
+def table(rows: list[tuple]) -> str:
+    """Rows as a Markdown table."""
+    lines = ['| ' + ' | '.join(HEAD) + ' |', '|' + '---|' * len(HEAD)]
+    lines += ['| ' + ' | '.join([*row[:2], *('-' if np.isnan(value) else f'{value:.2f}' for value in row[2:])]) + ' |' for row in rows]
+    return '\n'.join(lines)
+
+
+def main() -> None:
+    """Run, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('recordings', nargs='*', default=['tp_rect_drag', 'tp_disc_twist', 'tp_ring_press'])
+    parser.add_argument('--noise', type=float, default=20e-6, help='standard deviation of a measured range, m')
+    parser.add_argument('--output', type=Path, help='Markdown file to write')
+    arguments = parser.parse_args()
+    rows = [(name, key, *score.row()) for name in arguments.recordings for key, score in run(name, arguments.noise).items()]
+    for key in dict.fromkeys(row[1] for row in rows):
+        rows.append(('mean', key, *np.nanmean([row[2:] for row in rows if row[1] == key], axis=0)))
+    text = table(rows)
+    print(text)
+    if arguments.output:
+        arguments.output.write_text(text + '\n')
+
+
+if __name__ == '__main__':
+    try:
+        main()
+    except TactileError as error:
+        sys.exit(str(error))
