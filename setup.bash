@@ -22,7 +22,7 @@ _tactile_leave() {
         [[ -z ${!name:-} ]] || export "$name=$(_tactile_without "${!name}" "$old/")"
         [[ -n ${!name:-} ]] || unset "$name"
     done
-    unset TACTILE_FALLBACK ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION VIRTUAL_ENV
+    unset TACTILE_FALLBACK _ROS_WHEELS_BOOTSTRAP_COMPLETE ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION VIRTUAL_ENV
 }
 
 # _tactile_enter BASE: puts the fallback environment's ROS 2 into the shell's variables.
@@ -32,6 +32,12 @@ _tactile_enter() {
     export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
     export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
     unset PYTHONHOME
+    # The wheels' bootstrapper would set this path by starting every Python twice, in an order of chance; set here, it keeps still.
+    local folder libraries=$1/venv/lib
+    for folder in "$1"/venv/lib/python3.*/site-packages/ros_*.libs; do
+        libraries=$libraries:$folder
+    done
+    export LD_LIBRARY_PATH=$libraries${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
     source "$1/underlay/install/local_setup.bash"
 }
 

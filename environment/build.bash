@@ -17,7 +17,7 @@ source "$here/system.bash"
 # The environment of colcon's children must be the same whoever calls: nothing of an earlier shell, the venv first.
 use_venv() {
     export VIRTUAL_ENV=$venv PATH="$venv/bin:$PATH" AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv ROS_VERSION=2 ROS_DISTRO=jazzy
-    unset PYTHONPATH PYTHONHOME COLCON_PREFIX_PATH
+    unset PYTHONPATH PYTHONHOME COLCON_PREFIX_PATH LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
 }
 
 make_venv() {

@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""setup.bash leaves the user's shell whole, is quick when nothing is missing, and finds what it promises."""
+
+import os
+import pathlib
+import subprocess
+import time
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def shell(script, **variables):
+    """Run the script in a bash of its own, far from the checkout; return the finished process."""
+    return subprocess.run(['bash', '-c', script], cwd='/', capture_output=True, text=True, timeout=120,
+                          env=dict(os.environ, ROOT=str(ROOT), **variables))
+
+
+@pytest.mark.parametrize('options', ['+eu', '-eu'])
+def test_options_of_the_shell_stay(options):
+    done = shell(f'set {options}; before=$-; source "$ROOT/setup.bash"; test "$before" = "$-" && echo same')
+    assert done.stdout.strip() == 'same', done.stderr
+
+
+def test_sourced_twice_it_adds_nothing():
+    done = shell('source "$ROOT/setup.bash"; first=$PATH:$PYTHONPATH:$AMENT_PREFIX_PATH; source "$ROOT/setup.bash"; '
+                 'test "$first" = "$PATH:$PYTHONPATH:$AMENT_PREFIX_PATH" && echo same')
+    assert done.stdout.strip() == 'same', done.stderr
+
+
+def test_it_leaves_no_function_behind():
+    assert shell('source "$ROOT/setup.bash"; declare -F').stdout.count('_tactile') == 0
+
+
+def test_quick_when_nothing_is_missing():
+    shell('source "$ROOT/setup.bash"')
+    times = []
+    for _ in range(3):
+        start = time.monotonic()
+        assert shell('source "$ROOT/setup.bash"').returncode == 0
+        times.append(time.monotonic() - start)
+    assert sorted(times)[1] < 2.0
+
+
+def test_commands_and_packages_are_found():
+    done = shell('source "$ROOT/setup.bash"; command -v ros2 colcon pytest && ros2 pkg list')
+    assert {'tactile_msgs', 'tactile_driver', 'tactile_perception', 'tactile_bringup'} <= set(done.stdout.split()), done.stderr
+
+
+def test_run_instead_of_sourced_it_says_so():
+    done = subprocess.run(['bash', str(ROOT / 'setup.bash')], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 1
+    assert 'source setup.bash' in done.stderr
+
+
+def test_missing_compiler_is_named_with_the_line_to_type(tmp_path):
+    for command in ('cut', 'python3', 'tr', 'uname', 'cmake', 'make'):
+        (tmp_path / command).symlink_to(subprocess.check_output(['bash', '-c', f'command -v {command}'], text=True).strip())
+    for name, text in (('id', 'echo 1000'), ('apt-get', 'exit 1')):
+        (tmp_path / name).write_text(f'#!/bin/bash\n{text}\n')
+        (tmp_path / name).chmod(0o755)
+    bash = subprocess.check_output(['bash', '-c', 'command -v bash'], text=True).strip()
+    for command in ('bash', 'g++'):
+        if command == 'bash':
+            (tmp_path / command).symlink_to(bash)
+    script = 'say() { echo "$*"; }; fail() { echo "$*"; exit 1; }; source "$ROOT/environment/system.bash"; require_system'
+    done = subprocess.run([bash, '-c', script], capture_output=True, text=True, timeout=20,
+                          env={'PATH': str(tmp_path), 'ROOT': str(ROOT), 'HOME': str(tmp_path)})
+    assert done.returncode == 1
+    assert 'sudo apt-get install -y g++' in done.stdout, done.stdout + done.stderr
