@@ -1,0 +1,89 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The colour of the light ground around each dot, as logarithms of channel ratios."""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument, BadFrame
+
+POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
+DARK, GLARE = 0.93, 1.12  # a point under/over these parts of its ring's upper quartile is ink, shadow or a specular spot
+NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
+
+
+def check_image(image: np.ndarray) -> np.ndarray:
+    """The image itself when it is (H, W, 3) uint8 and neither black nor white; BadFrame (what is wrong) otherwise."""
+    if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        shape = getattr(image, 'shape', None)
+        raise BadFrame(f'surface: need a colour image (H, W, 3) uint8 in BGR order, got {shape}; set the camera to bgr8')
+    return image
+
+
+def ring_radius(uv: np.ndarray) -> float:
+    """Radius, px, of the ring to sample around dots at uv (N, 2): half of the median distance to the nearest other dot, the middle of the gap."""
+    if len(uv) < 9:
+        raise BadArgument(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
+    points = np.ascontiguousarray(uv, float)
+    square = ((points[:, None] - points[None]) ** 2).sum(-1)
+    np.fill_diagonal(square, np.inf)
+    return 0.5 * float(np.median(np.sqrt(square.min(1))))
+
+
+def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
+    """Sums of 3x3 pixels (N, POINTS, 3), float32, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
+    height, width = image.shape[:2]
+    angle = np.arange(POINTS) * (2 * np.pi / POINTS)
+    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    point = np.rint(uv[:, None] + ring).astype(np.int32)
+    inside = (point[..., 0] >= 1) & (point[..., 0] < width - 1) & (point[..., 1] >= 1) & (point[..., 1] < height - 1)
+    index = np.where(inside, point[..., 1] * width + point[..., 0], 0)
+    sums = cv2.boxFilter(image, cv2.CV_16U, (3, 3), normalize=False).reshape(-1, 3).take(index, axis=0).astype(np.float32)
+    sums[~inside] = 0.0
+    return sums
+
+
+def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Colour around dots: logarithms of blue/red and green/red (N, 2), and the number of ring points that count (N,).
+
+    image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on a specular spot or outside of the image do not
+    count; ratios are NaN where fewer than a quarter of the points do, or where a channel is dark. Raises BadFrame for a wrong image.
+    """
+    sums = ring_sums(check_image(image), uv, radius)
+    total = sums.sum(2)
+    level = np.partition(total, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
+    saturated = sums.max(2) >= 9 * 254
+    keep = (total > DARK * level) & (total < GLARE * level) & ~saturated
+    count = keep.sum(1)
+    mean = np.einsum('nkc,nk->nc', sums, keep.astype(np.float32)) / np.maximum(count, 1)[:, None]
+    good = (count >= POINTS // 4) & (mean.min(1) > NOISE_FLOOR * 9)
+    logs = np.log(np.where(good[:, None], mean, np.nan), dtype=float)
+    return logs[:, :2] - logs[:, 2:], count
+
+
+def background_ratios(image: np.ndarray, radius: float, step: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Colour of the ground between the dots over the whole image, at rest: places uv (M, 2) px, log ratios (M, 2), pixels used (M,).
+
+    image: (H, W, 3), uint8 or float mean of several frames; radius: half of the dots' pitch, px. Cells of step x step pixels; a pixel counts
+    where it is nearly as bright as the brightest around it.
+    """
+    values = np.ascontiguousarray(image, np.float32)
+    smooth = cv2.blur(values.sum(2), (3, 3))
+    size = 2 * int(np.ceil(radius)) + 1
+    ground = smooth > DARK * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
+    ground &= (smooth > 0.2 * np.percentile(smooth, 90)) & (values.max(2) < 254)
+    ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
+    return _cells(values, ground, step)
+
+
+def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means over cells of step x step pixels of those in ground: places (M, 2), log ratios (M, 2), pixels used (M,)."""
+    rows, columns = (side // step for side in ground.shape)
+    mask = ground[:rows * step, :columns * step]
+    v, u = np.mgrid[0:rows * step, 0:columns * step].astype(np.float32)
+    stack = np.dstack([values[:rows * step, :columns * step], u, v, np.ones_like(u)]) * mask[..., None]
+    sums = stack.reshape(rows, step, columns, step, 6).sum((1, 3), dtype=float).reshape(-1, 6)
+    sums = sums[(sums[:, 5] >= step * step // 4) & (sums[:, :3].min(1) > NOISE_FLOOR * sums[:, 5])]
+    logs = np.log(sums[:, :3])
+    return sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], sums[:, 5]

@@ -1,0 +1,148 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the untouched pad tells about its water: its rest shape is known, so each background pixel is a place with a known path."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ..camera import CameraModel
+from ..errors import BadArgument, BadFrame
+from .cap import Cap
+from .optics import WaterModel
+from .optics_colour import background_ratios, check_image, log_ratios, ring_radius
+from .optics_path import LightPath
+
+MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
+RIM_MARGIN = 0.04   # of the cap's height: nearer to the rim the picture is blurred into what lies outside
+
+
+@dataclass(frozen=True)
+class OpticsPrior:
+    """What is known of the design before any image: (mean, standard deviation) each; lengths in m.
+
+    The defaults are a camera with a ring of lamps around its lens and a window somewhere between it and the rim, in units of the
+    camera's distance from the rim plane (as_lengths). They matter where an untouched pad alone must do: it cannot tell the window's
+    place from the lamps' well.
+    """
+
+    window: tuple[float, float] = (-0.20, 0.20)
+    lamp_height: tuple[float, float] = (0.0, 0.075)
+    lamp_radius: tuple[float, float] = (0.375, 0.15)
+    ambient: tuple[float, float] = (0.25, 0.15)
+
+    def as_lengths(self, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
+        """Means (4,) and standard deviations (4,) of window_z, lamp_z, lamp_radius (m) and ambient for this camera."""
+        unit = abs(camera.centre[2])
+        mean = np.array([self.window[0] * unit, camera.centre[2] + self.lamp_height[0] * unit, self.lamp_radius[0] * unit, self.ambient[0]])
+        return mean, np.array([self.window[1] * unit, self.lamp_height[1] * unit, self.lamp_radius[1] * unit, self.ambient[1]])
+
+
+@dataclass
+class Colours:
+    """Measured colours at known places: log ratios (M, 2) with covariances (M, 2, 2) at places (M, 3) m with normals (M, 3)."""
+
+    ratios: np.ndarray
+    covariances: np.ndarray
+    places: np.ndarray
+    normals: np.ndarray
+
+
+def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Log ratios (M, 2) for parameters q (8,): two constants, two absorptions (1/m), window_z, lamp_z, lamp_radius (m), ambient."""
+    path = LightPath(*q[4:8], tuple(centre))
+    return q[:2] - path.lengths(places, normals)[:, None] * q[2:4]
+
+
+def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
+    """Most likely parameters q (8,), their covariance (8, 8) and the root mean square of the whitened residuals."""
+    mean, sd = prior.as_lengths(camera)
+    root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+
+    def residuals(q):
+        gap = predict(q, colours.places, colours.normals, camera.centre) - colours.ratios
+        whitened = np.einsum('nij,nj->ni', root, gap)
+        return np.concatenate([np.sign(whitened).ravel() * _soften(np.abs(whitened)).ravel(), (q[4:] - mean) / sd])
+
+    start = _start(colours, mean, camera)
+    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
+    result = least_squares(residuals, start, x_scale=scale, max_nfev=100)
+    noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
+    return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
+
+
+def _soften(size: np.ndarray) -> np.ndarray:
+    """Residuals up to 3 as they are, larger ones with the square root of Huber's loss: a few glaring cells must not bend the fit."""
+    return np.where(size <= 3, size, np.sqrt(np.maximum(6 * size - 9, 0)))
+
+
+def _start(colours: Colours, mean: np.ndarray, camera: CameraModel) -> np.ndarray:
+    """Parameters (8,) to start from: prior geometry, constants and absorptions by linear regression."""
+    length = LightPath(*mean, tuple(camera.centre)).lengths(colours.places, colours.normals)
+    line = np.polyfit(length, colours.ratios, 1)
+    return np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
+
+
+def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
+    """Colours of the untouched pad's ground between its dots; noise: (2, 2) covariance of one pixel's log ratios. Raises BadFrame."""
+    uv, ratios, pixels = background_ratios(image, radius)
+    rays = camera.rays(uv)
+    places = cap.meet(camera.centre, rays)
+    on_cap = places[:, 2] > RIM_MARGIN * cap.height
+    if on_cap.sum() < 100:
+        raise BadFrame(f'surface: only {on_cap.sum()} cells of the untouched pad show its ground; check light, exposure and camera pose')
+    places = places[on_cap]
+    covariances = noise / pixels[on_cap][:, None, None] + np.eye(2) * MODEL_FLOOR**2
+    return Colours(ratios[on_cap], covariances, places, (places - [0, 0, cap.centre_z]) / cap.curvature_radius)
+
+
+def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
+    """The water of a pad from its untouched image alone.
+
+    image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
+    BadArgument where the water leaves no colour.
+    """
+    radius = ring_radius(uv)
+    ratios, count = log_ratios(check_image(image), uv, radius)
+    noise = _ring_noise(ratios, cap.meet(camera.centre, camera.rays(uv)))
+    q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * 144), camera, prior)
+    return model_from(q, covariance, noise, radius, camera, cap)
+
+
+def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Covariance (2, 2) of log ratios (N, 2) over rings, from what a smooth surface over places (N, 3) does not explain."""
+    x, y, _ = places.T / np.abs(places).max()
+    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+    if known.sum() < 30:
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure')
+    terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
+    gap = ratios[known] - terms @ np.linalg.lstsq(terms, ratios[known], rcond=None)[0]
+    near = (np.abs(gap) < 4 * 1.4826 * np.median(np.abs(gap), axis=0)).all(1)
+    return np.cov(gap[near].T) + np.eye(2) * 1e-10
+
+
+def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius: float, camera: CameraModel, cap: Cap) -> WaterModel:
+    """The model for parameters q (8,) with covariance (8, 8): absorptions must be positive, else BadArgument says so."""
+    if (q[2:4] <= 0).any():
+        raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, or fill red water')
+    path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
+    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, scale_sigma(q, covariance, camera, cap))
+
+
+def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
+    """Relative standard deviation of a dent's depth that covariance (8, 8) of the parameters leaves, for dents of that depth (m) over the cap."""
+    side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
+    x, y = (part.ravel() for part in np.meshgrid(side, side))
+    z = cap.centre_z + np.sqrt(cap.curvature_radius**2 - x**2 - y**2)
+    rest = np.column_stack([x, y, z])
+    normals = (rest - [0, 0, cap.centre_z]) / cap.curvature_radius
+    rays = (rest - camera.centre) / np.linalg.norm(rest - camera.centre, axis=1, keepdims=True)
+    places = rest - dent * rays
+    step = 1e-4 * np.maximum(np.abs(q), np.sqrt(np.diag(covariance)) + 1e-9)
+    base = predict(q, places, normals, camera.centre)
+    jacobian = np.stack([(predict(q + e, places, normals, camera.centre) - base) @ q[2:4] for e in np.diag(step)], 1) / step
+    slope = (predict(q, places + 1e-5 * rays, normals, camera.centre) - base) @ q[2:4] / 1e-5
+    gain = jacobian / slope[:, None]
+    return float(np.sqrt(np.mean(np.einsum('ni,ij,nj->n', gain, covariance, gain)))) / dent

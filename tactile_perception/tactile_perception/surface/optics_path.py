@@ -1,0 +1,48 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far light travels through the water: from a ring of lamps through a window to the membrane, and back to the camera.
+
+Beer and Lambert: a colour channel c fades by exp(-absorption_c * length). Brightness that all channels share (lamps, shading,
+vignetting, exposure) cancels in the ratio of two channels; what stays is a difference of absorptions times one length per place.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+LAMPS = 8  # the ring is even: eight points integrate it to 1e-4 of a length
+
+
+@dataclass(frozen=True)
+class LightPath:
+    """Where the water begins and where the light comes from, in the sensor frame.
+
+    window_z: m, plane where the water begins; lamp_z, lamp_radius: m, ring of lamps around the camera's axis;
+    ambient: share of light that comes from all sides (0: only the lamps' own direction counts); centre: (3,) camera's centre, m.
+    """
+
+    window_z: float
+    lamp_z: float
+    lamp_radius: float
+    ambient: float
+    centre: tuple[float, float, float]
+
+    def lengths(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Lengths (N,), m, in the water to and from places (N, 3), m, with unit normals (N, 3) that point out of the pad."""
+        depth = places[:, 2] - self.window_z
+        out = places - np.asarray(self.centre)
+        slant = np.sqrt((out**2).sum(1)) / out[:, 2]
+        return depth * (slant + self._lamp_slant(places, normals))
+
+    def _lamp_slant(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Mean of 1 / cos(angle to the z axis) of the light that arrives, weighted by irradiance: inverse square, and cosine on the surface."""
+        angle = np.arange(LAMPS) * (2 * np.pi / LAMPS)
+        dx = places[:, :1] - (self.centre[0] + self.lamp_radius * np.cos(angle))
+        dy = places[:, 1:2] - (self.centre[1] + self.lamp_radius * np.sin(angle))
+        dz = places[:, 2:] - self.lamp_z
+        square = dx * dx + dy * dy + dz * dz
+        distance = np.sqrt(square)
+        facing = (dx * normals[:, :1] + dy * normals[:, 1:2] + dz * normals[:, 2:]) / distance
+        weight = (np.maximum(facing, 0.0) + max(self.ambient, 0.0) + 1e-6) / square
+        return (weight * distance).sum(1) / (weight.sum(1) * dz[:, 0])
