@@ -1,18 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The named failures of tactile perception; each message says what, where and what to do."""
+"""The named failures of tactile perception, those that it shares with the drivers among them; each message says what, where and what to do."""
+from tactile_driver.errors import BadArgument, BadFrame, TactileError
 
-
-class TactileError(Exception):
-    """Base of all failures raised by this package."""
-
-
-class BadArgument(TactileError, ValueError):
-    """An argument or parameter is wrong: its name, value and range are in the message."""
-
-
-class BadFrame(TactileError):
-    """A frame cannot be used (black, constant, wrong size, no dots ...): count it, report it, skip it."""
+__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'DegenerateFit', 'TactileError']
 
 
 class BadCalibration(TactileError, ValueError):

@@ -1,0 +1,141 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Between messages and the core's arrays; live nodes and offline tools use the same functions."""
+from __future__ import annotations
+
+from array import array
+from collections.abc import Mapping
+
+import numpy as np
+from cv_bridge import CvBridge, CvBridgeError
+from geometry_msgs.msg import Point, Point32, Polygon, Quaternion, Transform, Twist, Vector3, WrenchStamped
+from sensor_msgs.msg import CameraInfo, Image
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+
+from ..contact.contacts import ContactEstimate
+from ..contact.region import ContactRegionEstimate
+from ..contact.slip import SlipEstimate
+from ..dots import dots
+from ..errors import BadFrame
+
+_COLOUR = ('bgr8', 'rgb8', 'bgra8', 'rgba8', 'yuv422', 'yuv422_yuy2')
+_GREY = ('mono8', 'mono16')
+_BRIDGE = CvBridge()
+
+
+def image_to_array(message: Image) -> np.ndarray:
+    """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one. Raises BadFrame for an encoding or size that cannot be used."""
+    if message.encoding not in _COLOUR + _GREY:
+        raise BadFrame(f'image: encoding {message.encoding!r} is not supported; the driver has to publish one of {", ".join(_COLOUR + _GREY)}')
+    if message.height * message.step != len(message.data) or not message.height * message.width:
+        raise BadFrame(f'image: {message.height} rows of {message.step} bytes do not make the {len(message.data)} bytes of data; the frame is cut')
+    try:
+        return _BRIDGE.imgmsg_to_cv2(message, 'mono8' if message.encoding in _GREY else 'bgr8')
+    except (CvBridgeError, ValueError, TypeError) as error:
+        raise BadFrame(f'image: {message.width} x {message.height} {message.encoding} cannot be decoded: {error}') from error
+
+
+def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
+    """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another model."""
+    matrix = np.array(message.k, float).reshape(3, 3)
+    if not matrix.any():
+        return None
+    if message.distortion_model not in ('plumb_bob', ''):
+        raise BadFrame(f'camera_info: distortion model {message.distortion_model!r} is not supported; use plumb_bob')
+    distortion = np.zeros(5)
+    distortion[:len(message.d)] = message.d
+    return matrix, distortion
+
+
+def stamp_seconds(header) -> float:
+    """A header's stamp, s."""
+    return header.stamp.sec + 1e-9 * header.stamp.nanosec
+
+
+def _floats(values: np.ndarray) -> array:
+    return array('f', np.ascontiguousarray(values, np.float32).tobytes())
+
+
+def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
+    """DotTracks under the image's header."""
+    message = DotTracks(header=header, rows=tracks.rows, columns=tracks.columns)
+    message.id = array('I', np.ascontiguousarray(tracks.id, np.uint32).tobytes())
+    message.u, message.v = _floats(tracks.uv[:, 0]), _floats(tracks.uv[:, 1])
+    message.du, message.dv = _floats(tracks.duv[:, 0]), _floats(tracks.duv[:, 1])
+    message.area = _floats(tracks.area)
+    if tracks.xyz is not None:
+        message.x, message.y, message.z = (_floats(column) for column in tracks.xyz.T)
+    return message
+
+
+def tracks_from_message(message: DotTracks) -> dots.DotTracks:
+    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame where arrays differ in length."""
+    count = len(message.id)
+    for name in ('u', 'v', 'area', 'du', 'dv'):
+        if len(getattr(message, name)) != count:
+            raise BadFrame(f'dots: {name} has {len(getattr(message, name))} entries, id has {count}; whoever publishes dots has to fill both alike')
+    if {len(message.x), len(message.y), len(message.z)} not in ({0}, {count}):
+        raise BadFrame(f'dots: x, y, z have {len(message.x)}, {len(message.y)}, {len(message.z)} entries, id has {count}')
+    columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
+    xyz = np.column_stack([columns['x'], columns['y'], columns['z']]) if count and len(message.x) else None
+    return dots.DotTracks(message.rows, message.columns, np.asarray(message.id, np.int64), np.column_stack([columns['u'], columns['v']]),
+                          columns['area'], np.full(count, np.nan), np.column_stack([columns['du'], columns['dv']]), xyz)
+
+
+def polygon(points: np.ndarray) -> Polygon:
+    """Points (n, 3), m, as a Polygon."""
+    return Polygon(points=[Point32(x=x, y=y, z=z) for x, y, z in np.asarray(points, float).tolist()])
+
+
+def point(xyz: np.ndarray) -> Point:
+    """A place (3,), m."""
+    x, y, z = map(float, xyz)
+    return Point(x=x, y=y, z=z)
+
+
+def vector(xyz: np.ndarray) -> Vector3:
+    """A direction, displacement or force (3,)."""
+    x, y, z = map(float, xyz)
+    return Vector3(x=x, y=y, z=z)
+
+
+def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
+    """ContactRegion under the image's header."""
+    x, y, z, w = map(float, estimate.motion_rotation)
+    return ContactRegion(
+        header=header, dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
+        dot_state=array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes()),
+        outlines=[polygon(points) for points in estimate.outlines], holes=[polygon(points) for points in estimate.holes],
+        area=float(estimate.area), centroid=point(estimate.centroid), normal=vector(estimate.normal), orientation=float(estimate.orientation),
+        major_axis=float(estimate.major_axis), minor_axis=float(estimate.minor_axis),
+        motion=Transform(translation=vector(estimate.motion_translation), rotation=Quaternion(x=x, y=y, z=z, w=w)),
+        motion_interval=float(estimate.motion_interval))
+
+
+def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
+    """Contacts under the image's header."""
+    return Contacts(header=header, contacts=[
+        Contact(id=e.id, position=point(e.position), normal=vector(e.normal), depth=float(e.depth), force=float(e.force),
+                position_covariance=np.asarray(e.position_covariance, float).ravel(), flags=e.flags) for e in estimates])
+
+
+def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
+    """A wrench (6,), N and N m, of the object on the sensor at the frame's origin."""
+    message = WrenchStamped(header=header)
+    message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
+    return message
+
+
+def slip_to_message(estimate: SlipEstimate, header) -> Slip:
+    """Slip under the image's header."""
+    return Slip(header=header, state=estimate.state, slipping_fraction=float(estimate.slipping_fraction),
+                velocity=Twist(linear=vector(estimate.linear), angular=vector(estimate.angular)), rotation_center=point(estimate.rotation_center),
+                x=_floats(estimate.x), y=_floats(estimate.y), vx=_floats(estimate.vx), vy=_floats(estimate.vy))
+
+
+def camera_info_message(camera: Mapping, header) -> CameraInfo:
+    """A recording's camera (width, height, K, dist_k1_k2_p1_p2_k3) as a CameraInfo."""
+    matrix = np.asarray(camera['K'], float)
+    return CameraInfo(header=header, width=int(camera['width']), height=int(camera['height']), distortion_model='plumb_bob',
+                      d=[float(d) for d in camera['dist_k1_k2_p1_p2_k3']], k=matrix.ravel(), r=np.eye(3).ravel(),
+                      p=np.column_stack([matrix, np.zeros(3)]).ravel())

@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""convert_recording: a touchpad's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter file beside it."""
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.conversions import header_of, image_to_message
+from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+
+from ..errors import TactileError
+from ..nodes.conversions import camera_info_message
+from ..nodes.serialization import MessageCodec
+from .bags import BagWriter
+from .progress import Progress
+from .recording import Recording
+
+
+def convert(recording: Recording, target: Path, namespace: str) -> int:
+    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames. Raises TactileError."""
+    codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
+    with BagWriter(target, codec.store) as writer:
+        for stamp_ns, topic, message in Progress(_messages(recording, namespace), 'messages'):
+            writer.write(prefix + topic, *_typed(codec, message, stamp_ns))
+    return len(recording)
+
+
+def _typed(codec: MessageCodec, message, stamp_ns: int) -> tuple[str, int, bytes]:
+    type_name, data = codec.encode(message)
+    return type_name, stamp_ns, data
+
+
+def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """(stamp, topic, message) in order; ground truth comes after its image, as from a simulated sensor."""
+    numbers = TouchNumbers()
+    # A stamp of zero means «no time» to much of ROS.
+    shift = 1.0 if recording.stamps[0] < 1.0 else 0.0
+    for index, stamp in enumerate(recording.stamps):
+        stamp_ns = round((stamp + shift) * 1e9)
+        header, truth = header_of(stamp_ns, frame_id), recording.truth(index)
+        yield stamp_ns, 'camera_info', camera_info_message(recording.camera, header)
+        yield stamp_ns, 'image_raw', image_to_message(Frame(recording.image(index), stamp_ns, 'bgr8'), '', header)
+        yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
+        yield stamp_ns, 'ground_truth/contact_region', region_message(truth, header)
+        yield stamp_ns, 'ground_truth/slip', slip_message(truth, header)
+        yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
+
+
+def sensor_parameters(sensor: dict) -> dict[str, object]:
+    """Name -> value of the sensor's parameters that sensor.json tells."""
+    camera, info = sensor['cameras'][0], sensor['info']
+    rows, columns = (int(n) + 1 for n in np.max(sensor['dots']['row_col'], axis=0))
+    rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
+    return {'rows': rows, 'columns': columns, 'cap.curvature_radius': float(info['curvature_radius']), 'cap.height': float(info['cap_height']),
+            'camera.rotation': rotation.tolist(), 'camera.translation': [float(x) for x in camera['t_cam_from_sensor']],
+            'membrane.shear_stiffness': float(info['shear_modulus_times_thickness']), 'membrane.rest_pressure': float(info['rest_gauge_pressure'])}
+
+
+def main(args: list[str] | None = None) -> int:
+    """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
+    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/ and truth.npz')
+    parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
+    parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
+    given = parser.parse_args(args)
+    try:
+        recording = Recording(given.input)
+        frames = convert(recording, given.output, given.namespace)
+    except TactileError as error:
+        print(f'convert_recording: {error}', file=sys.stderr)
+        return 1
+    params = given.output.with_name(given.output.name + '.yaml')
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': sensor_parameters(recording.sensor)}}, sort_keys=False))
+    print(f'{given.output}: {frames} frames; parameters of the sensor: {params}')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,95 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png, truth.npz (true places, states, loads)."""
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
+
+from ..errors import TactileError
+
+# A slip is called incipient from this part of the contact on, gross from the other.
+_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
+
+
+class BadRecordingFolder(TactileError, ValueError):
+    """A recording folder lacks a file or a field."""
+
+
+class Recording:
+    """One folder, read lazily. Raises BadRecordingFolder where a file is missing.
+
+    sensor: content of sensor.json; stamps: (T,) s; camera: the first camera's entry of sensor.json.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        self.sensor = json.loads(self._file('sensor.json').read_text())
+        with np.load(self._file('truth.npz')) as truth:
+            self._truth = {name: truth[name] for name in truth.files}
+        self._images = sorted(p for p in self._file('frames').iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
+        self.stamps = self._truth['timestamps']
+        self.camera = self.sensor['cameras'][0]
+        if len(self._images) != len(self.stamps):
+            raise BadRecordingFolder(f'recording {self.folder}: {len(self._images)} images in frames/ but {len(self.stamps)} stamps in truth.npz')
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def _file(self, name: str) -> Path:
+        path = self.folder / name
+        if not path.exists():
+            raise BadRecordingFolder(f'recording {self.folder}: no {name} in it')
+        return path
+
+    def image(self, index: int) -> np.ndarray:
+        """Frame index as (height, width, 3) uint8 BGR."""
+        image = cv2.imread(str(self._images[index]), cv2.IMREAD_COLOR)
+        if image is None:
+            raise BadRecordingFolder(f'recording {self.folder}: {self._images[index].name} is no image')
+        return image
+
+    def truth(self, index: int) -> TruthFrame:
+        """The truth of frame index in the form in which a simulated sensor gives it; unknown is NaN."""
+        truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
+        outlines, holes = self._loops(index)
+        touched = truth['dot_contact'].any()
+        fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if touched else np.nan
+        return TruthFrame(
+            dot_id=self._ids, dot_uv=truth['uv'].astype(float), dot_xyz=truth['dot_xyz'].astype(float), dot_state=truth['dot_state'].astype(np.uint8),
+            outlines=outlines, holes=holes, area=float(truth['contact_area']), centroid=truth['contact_centroid'].astype(float),
+            contacts=self._touches(truth) if touched else [], slip_state=_slip_state(fraction), slipping_fraction=fraction,
+            wrench=np.concatenate([truth['force'], truth['moment_sensor']]).astype(float), pressure=float(truth['pressure']))
+
+    @property
+    def _ids(self) -> np.ndarray:
+        row, column = self._truth['dot_rc'].T
+        return row * (int(self._truth['dot_rc'][:, 1].max()) + 1) + column
+
+    def _loops(self, index: int) -> tuple[list, list]:
+        start, xyz = self._truth['loop_start'], self._truth['loop_xyz'].astype(float)
+        mine = np.flatnonzero(self._truth['loop_frame'] == index)
+        loops = [(bool(self._truth['loop_is_hole'][k]), xyz[start[k]:start[k + 1]]) for k in mine]
+        return [loop for hole, loop in loops if not hole], [loop for hole, loop in loops if hole]
+
+    def _touches(self, truth: dict) -> list[Touch]:
+        """One touch a tool; a static recording holds presses of a round tool at known places, told by the tool's tip."""
+        parts = np.flatnonzero(truth['part_area'] > 0)
+        if len(parts) > 1:
+            return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
+        place = truth['obj_p'] if self.sensor.get('static') else truth['contact_centroid']
+        return [_touch(place, truth['depth'], truth['force'])]
+
+
+def _touch(position, depth, force) -> Touch:
+    return Touch(np.asarray(position, float), np.full(3, np.nan), float(depth), float(-force[2]))
+
+
+def _slip_state(fraction: float) -> int:
+    if not fraction >= _INCIPIENT_FROM:
+        return NO_SLIP
+    return GROSS if fraction >= _GROSS_FROM else INCIPIENT
