@@ -80,7 +80,7 @@ def _unknown_shape(normal: np.ndarray) -> np.ndarray:
 
 def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
     centroid = region.moments.centroid
-    sds = [region.boundary_sd([loop[:, k] - centroid[k] for loop in region.outline.loops]) / region.moments.area for k in range(3)]
+    sds = region.boundary_sd([loop - centroid for loop in region.outline.loops]) / region.moments.area
     count = max(int(region.members.sum()), 1)
     return centroid, np.diag(np.square(sds)) + np.diag([0, 0, dots.sigma**2 / count])
 
@@ -122,7 +122,8 @@ def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
 
 
 def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
-    return np.linalg.pinv(design.T @ design, hermitian=True) @ design.T
+    """(C, N) of design (N, C) with columns of about 1; what the dots do not tell stays 0."""
+    return np.linalg.solve(design.T @ design + 1e-10 * np.eye(design.shape[1]), design.T)
 
 
 def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -56,7 +56,7 @@ class MomentField:
 
     def __init__(self, surface: DotSurface):
         wide = surface.wide
-        vector = cross(np.gradient(wide, axis=1), np.gradient(wide, axis=0))
+        vector = cross(_slope(wide, 1), _slope(wide, 0))
         density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))[..., None]
         self.pitch = float(np.sqrt(np.median(density)))
         x, y = wide[..., :1], wide[..., 1:2]
@@ -71,8 +71,14 @@ class MomentField:
         return Moments(float(total[_AREA]), total[_VECTOR], total[_FIRST], total[_SECOND])
 
     def _around(self, loop: np.ndarray) -> np.ndarray:
-        middle = 0.5 * (loop + np.roll(loop, -1, axis=0))
-        ends = values_at(self._along, np.concatenate([loop, middle]))
-        start, half = ends[:len(loop)], ends[len(loop):]
-        step = np.roll(loop[:, 0], -1) - loop[:, 0]
-        return step @ (start + 4 * half + np.roll(start, -1, axis=0)) / 6  # Simpson along each side
+        after = np.concatenate([loop[1:], loop[:1]])
+        return (after[:, 0] - loop[:, 0]) @ values_at(self._along, 0.5 * (loop + after))
+
+
+def _slope(wide: np.ndarray, axis: int) -> np.ndarray:
+    """Central differences of wide (rows, columns, C) along axis, one-sided at its ends."""
+    line = np.moveaxis(wide, axis, 0)
+    slope = np.empty_like(line)
+    slope[1:-1] = 0.5 * (line[2:] - line[:-2])
+    slope[0], slope[-1] = line[1] - line[0], line[-1] - line[-2]
+    return np.moveaxis(slope, 0, axis)

@@ -14,11 +14,11 @@ from .dot_surface import DotSurface, cubic_weights
 from .grid_surface import fill_unseen
 
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
-# Segments of a cell by which corners are inside (1 top left, 2 top right, 4 bottom right, 8 bottom left): edge it comes from, edge it goes
-# to, with the inside on the side of growing row when going along growing column, so that outlines turn from +x to +y. Two diagonal
-# corners: first the pair where the middle is outside, then the pair where it is inside.
-_SEGMENTS = {1: (_TOP, _LEFT), 2: (_RIGHT, _TOP), 4: (_BOTTOM, _RIGHT), 8: (_LEFT, _BOTTOM), 3: (_RIGHT, _LEFT), 6: (_BOTTOM, _TOP),
-             12: (_LEFT, _RIGHT), 9: (_TOP, _BOTTOM), 7: (_BOTTOM, _LEFT), 11: (_RIGHT, _BOTTOM), 13: (_TOP, _RIGHT), 14: (_LEFT, _TOP)}
+# Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom right, 8 bottom left): edge it comes from, edge it goes
+# to, so that outlines turn from +column to +row. Cells with two diagonal corners (5, 10) have two: those of the pair of codes given,
+# first where the middle is outside, then where it is inside.
+_FROM = np.array([0, _TOP, _RIGHT, _RIGHT, _BOTTOM, 0, _BOTTOM, _BOTTOM, _LEFT, _TOP, 0, _RIGHT, _LEFT, _TOP, _LEFT, 0])
+_TO = np.array([0, _LEFT, _TOP, _LEFT, _RIGHT, 0, _TOP, _LEFT, _BOTTOM, _BOTTOM, 0, _BOTTOM, _RIGHT, _RIGHT, _TOP, 0])
 _SADDLES = {5: ((1, 4), (13, 7)), 10: ((2, 8), (14, 11))}
 # A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
 _LABEL_SPREAD = np.array([0.107, 0.786, 0.107])
@@ -97,34 +97,31 @@ def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
     Linear between nodes; around what is above, loops turn from +column to +row, around holes the other way (marching squares,
     diagonal cells settled by their mean).
     """
-    columns = field.shape[1]
-    above = (field > level).astype(np.uint8)
+    above = (field > level).view(np.uint8)
     code = above[:-1, :-1] + 2 * above[:-1, 1:] + 4 * above[1:, 1:] + 8 * above[1:, :-1]
-    cells = np.flatnonzero((code > 0) & (code < 15))
-    row, column = np.divmod(cells, columns - 1)
-    follows = _linked(code.ravel()[cells], row, column, field, level)
+    row, column = np.nonzero((code > 0) & (code < 15))
+    code = code[row, column]
+    saddle = (code == 5) | (code == 10)
+    if saddle.any():
+        row, column, code = _settled(field, level, row, column, code, saddle)
+    node = row * field.shape[1] + column
+    edges = np.stack([2 * node, 2 * node + 3, 2 * (node + field.shape[1]), 2 * node + 1])  # top, right, bottom, left
+    each = np.arange(len(node))
+    follows = dict(zip(edges[_FROM[code], each].tolist(), edges[_TO[code], each].tolist()))
     return [_crossings(np.array(loop), field, level) for loop in _cycles(follows)]
 
 
-def _linked(code, row, column, field, level) -> dict[int, int]:
-    """For each crossed edge the next one around. Edge 2 n leaves node n along its row, edge 2 n + 1 along its column."""
-    width = field.shape[1]
-    node = row * width + column
-    edge = np.stack([2 * node, 2 * (node + 1) + 1, 2 * (node + width), 2 * node + 1])
-    follows: dict[int, int] = {}
-    for kind, (start, end) in _SEGMENTS.items():
-        chosen = code == kind
-        follows.update(zip(edge[start, chosen].tolist(), edge[end, chosen].tolist()))
-    for kind, pairs in _SADDLES.items():
-        for k in np.flatnonzero(code == kind):
-            middle = field[row[k]:row[k] + 2, column[k]:column[k] + 2].mean() > level
-            for part in pairs[int(middle)]:
-                start, end = _SEGMENTS[part]
-                follows[int(edge[start, k])] = int(edge[end, k])
-    return follows
+def _settled(field, level, row, column, code, saddle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """row, column, code of all cells with each of the diagonal ones as the two segments that its mean asks for."""
+    more = []
+    for k in np.flatnonzero(saddle):
+        middle = field[row[k]:row[k] + 2, column[k]:column[k] + 2].mean() > level
+        more += [(row[k], column[k], part) for part in _SADDLES[int(code[k])][int(middle)]]
+    return tuple(np.concatenate([old[~saddle], new]) for old, new in zip((row, column, code), np.array(more).T))
 
 
 def _cycles(follows: dict[int, int]) -> list[list[int]]:
+    """Loops of edges: edge 2 n leaves node n along its row, edge 2 n + 1 along its column."""
     loops = []
     while follows:
         first, here = follows.popitem()

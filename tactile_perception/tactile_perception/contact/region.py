@@ -70,8 +70,8 @@ class Region:
     pitch: float
     surface: DotSurface
 
-    def boundary_sd(self, values: list[np.ndarray]) -> float:
-        """Standard deviation of an integral over the region whose integrand on outline and holes is values [(M,), ...]."""
+    def boundary_sd(self, values: list[np.ndarray]) -> np.ndarray:
+        """Standard deviations (C,) of integrals over the region whose integrands on outline and holes are values [(M, C), ...]."""
         return boundary_sd(self.outline.loops, values, self.pitch)
 
 
@@ -143,7 +143,7 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     variances, vectors = np.linalg.eigh(moments.spread)
     minor, major = 4 * np.sqrt(np.maximum(variances, 0))
     offsets = [(loop[:, :2] - moments.centroid[:2]) @ vectors for loop in loops]
-    doubt = boundary_sd(loops, [off[:, 1]**2 - off[:, 0]**2 for off in offsets], pitch) / moments.area
+    doubt = boundary_sd(loops, [off[:, 1:]**2 - off[:, :1]**2 for off in offsets], pitch)[0] / moments.area
     if variances[1] - variances[0] < _DIRECTION * doubt:
         return float(major), float(minor), np.nan
     angle = np.arctan2(vectors[1, 1], vectors[0, 1])
@@ -151,14 +151,18 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     return float(major), float(minor), angle if angle > -np.pi / 2 else np.pi / 2
 
 
-def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> float:
-    """Standard deviation of an integral over a region that errors of its outline make.
+def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> np.ndarray:
+    """Standard deviations (C,) of integrals over a region that errors of its outline make.
 
-    loops: [(M, 3), ...] m, outline and holes; values: [(M,), ...], the integrand there. Each stretch of OUTLINE_LENGTH pitches is taken to
+    loops: [(M, 3), ...] m, outline and holes; values: [(M, C), ...], the integrands there. Each stretch of OUTLINE_LENGTH pitches is taken to
     be off by OUTLINE_SIGMA pitches on its own.
     """
-    squares = sum(float(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) @ value**2) for loop, value in zip(loops, values))
+    squares = sum(_side_lengths(loop) @ value**2 for loop, value in zip(loops, values))
     return OUTLINE_SIGMA * pitch * np.sqrt(OUTLINE_LENGTH * pitch * squares)
+
+
+def _side_lengths(loop: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.sum((np.concatenate([loop[1:], loop[:1]]) - loop)**2, axis=1))
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
