@@ -1,0 +1,94 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""`ros2 launch` as this repository's users type it: file and package form, arguments, exit codes, Ctrl-C."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytestmark = pytest.mark.ros
+LAUNCH_FILE = """
+import sys
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+
+def generate_launch_description():
+    return LaunchDescription([
+        DeclareLaunchArgument('code', default_value='0', description='What the process exits with'),
+        DeclareLaunchArgument('seconds', default_value='0', description='How long it runs'),
+        ExecuteProcess(cmd=[sys.executable, '-S', '-c', '''
+import signal, sys, time
+signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
+print("at work", flush=True)
+time.sleep(float(sys.argv[2]))
+sys.exit(int(sys.argv[1]))
+''', LaunchConfiguration('code'), LaunchConfiguration('seconds')], output='screen'),
+    ])
+"""
+
+
+@pytest.fixture
+def launch_file(tmp_path):
+    path = tmp_path / 'one_process.launch.py'
+    path.write_text(LAUNCH_FILE)
+    return str(path)
+
+
+def launch(*words):
+    return subprocess.run(['ros2', 'launch', *words], capture_output=True, text=True, timeout=60)
+
+
+def test_show_args_names_arguments_and_defaults(launch_file):
+    done = launch(launch_file, '--show-args')
+    assert done.returncode == 0
+    assert "'code':" in done.stdout and 'How long it runs' in done.stdout and "(default: '0')" in done.stdout
+
+
+def test_ends_with_0_when_the_process_ends_cleanly(launch_file):
+    done = launch(launch_file)
+    assert done.returncode == 0
+    assert 'at work' in done.stdout
+
+
+@pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason="ROS 2's own ros2launch does not tell failed processes by its exit code")
+def test_ends_with_1_when_the_process_fails(launch_file):
+    assert launch(launch_file, 'code:=3').returncode == 1
+
+
+def test_control_c_ends_it_with_0(launch_file):
+    process = subprocess.Popen(['ros2', 'launch', launch_file, 'seconds:=60'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                               start_new_session=True)
+    while 'at work' not in process.stdout.readline():
+        assert process.poll() is None
+    start = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait(timeout=20) == 0
+    assert time.monotonic() - start < 5.0
+    assert 'finished cleanly' in process.stdout.read()
+    process.stdout.close()
+
+
+@pytest.mark.parametrize('words, told', [
+    (('no_such_package', 'x.launch.py'), 'no_such_package'),
+    (('tactile_bringup', 'no_such_file.launch.py'), 'no_such_file.launch.py'),
+])
+def test_what_is_not_there_is_named(words, told):
+    done = launch(*words)
+    assert done.returncode != 0
+    assert told in done.stderr + done.stdout
+
+
+def test_a_word_that_is_no_argument_is_refused(launch_file):
+    done = launch(launch_file, 'code=3')
+    assert done.returncode != 0
+    assert 'code=3' in done.stderr + done.stdout
+
+
+def test_python_of_the_launch_is_the_environment():
+    assert launch('--help').returncode == 0
+    assert sys.prefix == os.environ.get('VIRTUAL_ENV', sys.prefix)
