@@ -12,7 +12,7 @@ demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH
   $(if $(RECORD),record:='$(RECORD)') $(if $(OUT),out:='$(OUT)') $(ARGS)
 
 # make test TESTS="test/style tactile_driver" PYTEST="-k name -x"
-TESTS ?= tactile_driver/test tactile_perception/test tactile_bringup/test test
+TESTS ?= $(wildcard tactile_*/test) test
 
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
@@ -29,7 +29,7 @@ demo:
 
 test:
 	@mkdir -p out
-	@source ./setup.bash && python3 -m pytest $(wildcard $(TESTS)) --junit-xml=out/test-results.xml $(PYTEST)
+	@source ./setup.bash && python3 -m pytest $(TESTS) --junit-xml=out/test-results.xml $(PYTEST)
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)
