@@ -17,7 +17,7 @@ from .rendering import Renderer
 from .truth import SimulatedFrame
 
 #: m: a tool that moves further than this between two frames is followed in several steps.
-_LONGEST_STEP = 0.4e-3
+_LONGEST_STEP = 0.8e-3
 _TOOL_SIZE = 0.006
 
 

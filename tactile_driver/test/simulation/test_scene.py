@@ -1,0 +1,56 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.scenes import open_scene
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return open_scene('impact', width=320, height=240)
+
+
+def test_same_time_gives_the_same_frame_in_any_order(scene):
+    times = [0.5, 1.9, 1.85, 0.0, 2.4]
+    first = [scene.render(t) for t in times]
+    again = open_scene('impact', width=320, height=240)
+    for t, frame in sorted(zip(times, first), key=lambda pair: pair[0]):
+        other = again.render(t)
+        np.testing.assert_array_equal(other.image, frame.image)
+        np.testing.assert_array_equal(other.truth.dot_uv, frame.truth.dot_uv)
+
+
+def test_scene_repeats_but_its_noise_does_not(scene):
+    early, late = scene.render(1.9), scene.render(1.9 + scene.duration)
+    np.testing.assert_array_equal(early.truth.dot_xyz, late.truth.dot_xyz)
+    assert (early.image != late.image).mean() > 0.2
+    np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
+
+
+def test_seed_changes_paint_and_noise(scene):
+    other = open_scene('impact', seed=1, width=320, height=240)
+    off = other.render(0).truth.dot_uv - scene.render(0).truth.dot_uv
+    assert 0.1 < off.std() < 1.5
+
+
+def test_untouched_frames_are_alike_and_empty(scene):
+    for t in (0.0, 0.7, 1.4):
+        truth = scene.render(t).truth
+        assert not truth.dot_state.any() and truth.contacts == [] and (truth.wrench == 0).all()
+        np.testing.assert_array_equal(truth.dot_uv, scene.render(0).truth.dot_uv)
+
+
+def test_impact_is_over_within_a_fifth_of_a_second(scene):
+    depths = [max([touch.depth for touch in scene.observe(k).truth.contacts], default=0.0) for k in range(scene.frames)]
+    touched = np.flatnonzero(depths)
+    assert 3 <= len(touched) <= 7 and touched[-1] - touched[0] == len(touched) - 1
+    assert 0.003 < max(depths) < 0.0046
+
+
+def test_picture_shows_the_press(scene):
+    deepest = int(np.argmax([-scene.observe(k).truth.wrench[2] for k in range(scene.frames)]))
+    rest, pressed = (scene.render_clean(k / scene.rate).image.astype(int) for k in (0, deepest))
+    centre = np.round(scene.camera.project(scene.observe(deepest).truth.centroid)).astype(int)
+    box = slice(centre[1] - 12, centre[1] + 13), slice(centre[0] - 12, centre[0] + 13)
+    assert np.percentile(pressed[box][..., 2], 90) > np.percentile(rest[box][..., 2], 90) + 8
