@@ -14,15 +14,17 @@ from .region import ContactDots, Region
 from ..surface.cap import Cap
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
-_SOLID = 0.92  # share of its convex hull that a region fills (holes filled) when it is one touch
+_SOLID = 0.88  # share of its convex hull that a region fills (holes filled) when it is one touch
+_SHAPED = 12  # dots in a region from which on its shape is told
+_LASTING = 5  # frames from which on a touch is one of its own, not a part of one that is just beginning
 
 
 @dataclass(frozen=True)
 class ContactEstimate:
     """The fields of tactile_msgs/Contact, and the dots that belong to it.
 
-    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the normal, NaN when
-    unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the frame's dots.
+    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the mean normal of the
+    region, NaN when unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the frame's dots.
     """
 
     id: int
@@ -40,7 +42,7 @@ class ContactTracker:
 
     A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
     not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
-    number; the contact is AMBIGUOUS as long as it lasts undivided. Of parts that a region splits into, the one with most dots in
+    number; the contact is AMBIGUOUS as long as it lasts undivided, if both had lasted. Of parts that a region splits into, the one with most dots in
     common keeps the number.
     calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
     """
@@ -67,31 +69,31 @@ class ContactTracker:
             if number is None:
                 number, self._next = self._next, self._next + 1
             merged = self._is_merged(number, k, held, chosen)
-            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged)
+            age = self._last[number].age + 1 if number in self._last else 1
+            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
             contacts.append(self._contact(number, dots, region, merged))
         self._last = tracks
         return contacts
 
     def _is_merged(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> bool:
         """Whether region k holds what were several contacts: it swallows one that ends now, or did before and has not split since."""
-        ended = [track for other, track in self._last.items() if other not in chosen.values()]
+        ended = [track for other, track in self._last.items() if other not in chosen.values() and track.age >= _LASTING]
         if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
             return True
         before = self._last.get(number)
         return before is not None and before.merged and sum(bool(some & before.held) for some in held) == 1
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
-        position, covariance = foremost_point(dots, region)
-        depth = deepest(dots, region, self._cap)
-        normal = region.moments.normal
-        force = np.nan if dots.force is None else float(-normal @ _force(dots, region))
+        position, covariance, normal = foremost_point(dots, region)
+        depth = np.maximum(deepest(dots, region, self._cap), 0.0)
+        force = np.nan if dots.force is None else max(float(-region.moments.normal @ _force(dots, region)), 0.0)
         flags = self._flags(dots, region, position, depth, merged)
-        return ContactEstimate(number, position, normal, depth, force, covariance, flags, region.members)
+        return ContactEstimate(number, position, normal, float(depth), force, covariance, flags, region.members)
 
     def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
         place = region.outline.grid_points
         flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
-        if merged or _solidity(place) < _SOLID:
+        if merged or (np.count_nonzero(region.members) >= _SHAPED and _solidity(place) < _SOLID):
             flags |= AMBIGUOUS
         beyond = self._depth is not None and depth > self._depth
         outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
@@ -104,6 +106,7 @@ class _Track:
     centroid: np.ndarray
     area: float
     merged: bool
+    age: int
 
 
 def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:

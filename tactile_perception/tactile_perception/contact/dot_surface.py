@@ -76,3 +76,10 @@ class DotSurface:
             slopes = np.stack([down - here, right - here], axis=1) / step
             place = place + np.clip(np.linalg.lstsq(slopes, xy - here, rcond=None)[0], -1, 1)
         return self.points(place[None])[0]
+
+    def normal_below(self, xy: np.ndarray, reach: float) -> np.ndarray:
+        """Unit normal (3,), out of the sensor, of the surface at xy (2,), m, as it slopes over reach, m, on each side."""
+        steps = reach * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+        ahead, behind, right, left = (self.below(xy + step) for step in steps)
+        normal = np.cross(ahead - behind, right - left)
+        return normal / np.linalg.norm(normal)

@@ -29,8 +29,8 @@ def quadratic_terms(offset: np.ndarray) -> np.ndarray:
     return np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
 
 
-def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
-    """Position (3,), m, of a contact on the present surface, and its covariance (3, 3), m^2.
+def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position (3,), m, of a contact on the present surface, its covariance (3, 3), m^2, and the unit normal (3,) of the surface there.
 
     The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where
     the object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not
@@ -39,13 +39,14 @@ def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nd
     centroid, covariance = _centroid(dots, region)
     points = dots.xyz[region.members] - centroid
     if len(points) < _FEWEST:
-        return centroid, covariance + _unknown_shape(region.moments.normal)
+        return centroid, covariance + _unknown_shape(region.moments.normal), region.moments.normal
     offset, told, doubt = _round_tip(points, region.moments, dots.sigma)
     if not told.any() or not offset @ offset < 2 * region.moments.area:
-        return centroid, covariance
+        return centroid, covariance, region.moments.normal
     untold = np.eye(3)
     untold[:2, :2] -= told
-    return region.surface.below(centroid[:2] + offset), untold @ covariance @ untold + doubt
+    place = region.surface.below(centroid[:2] + offset)
+    return place, untold @ covariance @ untold + doubt, region.surface.normal_below(place[:2], region.pitch)
 
 
 def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

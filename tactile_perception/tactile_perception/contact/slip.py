@@ -146,17 +146,10 @@ def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, f
 
 
 def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
-    """(2,) m: point about which friction (S, 2) turns, NaN where it all points one way (a translation); None where that is not told.
+    """(2,) m: point about which friction force (S, 2) at place (S, 2) turns, NaN for a translation; None where there is none.
 
-    Friction on the surface points the way the object slides over it, at a right angle to the arm from the centre: force . (place - c) = 0.
+    Friction on the surface points the way the object slides over it, so that its field has the centre of the field of velocities.
     """
-    size = np.linalg.norm(force, axis=1)
-    if len(place) < _FEWEST or not size.max() > 0:
+    if len(place) < _FEWEST or not np.any(force) or not np.ptp(place, axis=0).any():
         return None
-    unit = force / np.maximum(size, 1e-3 * size.max())[:, None]
-    middle = place.mean(axis=0)
-    radius = np.sqrt(np.mean(np.sum((place - middle)**2, axis=1)))
-    if np.linalg.norm(unit.mean(axis=0)) > _FAR / np.hypot(1, _FAR):
-        return np.full(2, np.nan)
-    offset = np.linalg.lstsq(unit, np.sum(unit * (place - middle), axis=1), rcond=None)[0]
-    return middle + offset if np.linalg.norm(offset) < _FAR * radius else np.full(2, np.nan)
+    return planar_twist(place, force)[2]

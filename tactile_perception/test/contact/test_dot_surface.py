@@ -32,6 +32,13 @@ def test_below_finds_the_point_under_a_place(pad):
     assert point[2] == pytest.approx(pad.cap.heights(point[None, :2])[0], abs=1e-6)
 
 
+def test_normal_below_is_the_caps(pad):
+    surface = DotSurface(pad.rest.reshape(23, 23, 3))
+    place = surface.below(np.array([3e-3, -2e-3]))
+    true = (place - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius
+    np.testing.assert_allclose(surface.normal_below(place[:2], pad.pitch), true, atol=2e-3)
+
+
 def test_unseen_dots_are_continued(pad):
     grid = pad.rest.reshape(23, 23, 3).copy()
     true = grid[10, 12].copy()
