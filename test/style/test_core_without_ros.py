@@ -3,6 +3,7 @@
 """The algorithms, the sources and the simulation import where there is no ROS at all."""
 
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -25,10 +26,11 @@ for name in sys.argv[1:]:
 
 
 def core_modules(package):
-    """Return the names of all modules of the package outside nodes/."""
+    """Return the names of all modules of the package outside nodes/ that are no commands: these read and write ROS messages."""
+    commands = set(re.findall(r"= ([\w.]+):main'", (ROOT / package / 'setup.py').read_text()))
     root = ROOT / package
     found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if 'nodes' not in path.parts]
-    return sorted('.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found)
+    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found} - commands)
 
 
 @pytest.mark.parametrize('package', ['tactile_driver', 'tactile_perception'])
