@@ -15,5 +15,6 @@ def test_both_include_folders_are_replaced():
     spec = importlib.util.spec_from_file_location('fix_cmake_paths', PATH)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    text = 'set(x "/opt/python/cp311-cp311/include/python3.11;/opt/python/cp311-cp311/lib/python3.11/site-packages/numpy/_core/include;/usr")'
+    prefix = '/opt/python/cp311-cp311'
+    text = f'set(x "{prefix}/include/python3.11;{prefix}/lib/python3.11/site-packages/numpy/_core/include;/usr")'
     assert module.fix(text) == f'set(x "{sysconfig.get_paths()["include"]};{numpy.get_include()};/usr")'
