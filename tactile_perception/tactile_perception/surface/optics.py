@@ -11,12 +11,11 @@ from ..camera import CameraModel
 from ..dots.dots import DotTracks
 from ..errors import BadArgument
 from .cap import Cap
-from .optics_colour import POINTS, log_ratios
+from .optics_colour import POINTS, RING, log_ratios
 from .optics_grid import bend, normals, smooth, to_grid
 from .optics_path import LightPath
 
-STEP = 1e-5       # m, to differentiate a length along a ray
-DISAGREE = 2.5    # standard deviations by which two ratios may disagree before their disagreement widens sigma
+DISAGREE = 2.5  # standard deviations by which two ratios may disagree before their disagreement widens sigma
 
 
 @dataclass(frozen=True)
@@ -24,7 +23,8 @@ class WaterModel:
     """Colour -> range. Made by optics_fit.fit_rest (untouched pad alone) or improved by calibration.touchpad.fit_touchpad.
 
     path: the light's way; constants: (2,) log blue/red and green/red at no water; absorptions: (2,) 1/m, how much more blue and green
-    fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px;
+    fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px; ring_offset: m, by which a mean over
+    that ring exceeds the range in its centre on the cap at rest;
     scale_sigma: relative standard deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share.
     """
 
@@ -34,6 +34,7 @@ class WaterModel:
     noise: np.ndarray
     ring: float
     cap: Cap = Cap()
+    ring_offset: float = 0.0
     scale_sigma: float = 0.05
     offset_sigma: float = 1e-5
 
@@ -61,7 +62,7 @@ class WaterModel:
         facing = self._facing(first - rest, rest, rays, camera.centre, tracks, rest_normals)
         second, slope = self._march(length, camera.centre, rays, first, facing)
         shift = second - rest
-        return rest + shift - self._ring_bias(shift, tracks) - self._rest_bias(camera, tracks, rest), sigma / slope
+        return rest + shift - self._ring_bias(shift, tracks) - self.ring_offset, sigma / slope
 
     def _lengths(self, ratios: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,) that explain both ratios best, and their standard deviations; wider where the two ratios disagree (glare)."""
@@ -76,9 +77,8 @@ class WaterModel:
         return length, widen * np.sqrt(POINTS / np.maximum(count, 1) / information)
 
     def _march(self, length, centre, rays, start, facing) -> tuple[np.ndarray, np.ndarray]:
-        """Ranges (N,) along rays where the path has that length: one secant step; and the path's slope (N,), 1, along the ray."""
-        here = self.path.lengths(centre + start[:, None] * rays, facing)
-        slope = (self.path.lengths(centre + (start + STEP)[:, None] * rays, facing) - here) / STEP
+        """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""
+        here, slope = self.path.lengths(centre + start[:, None] * rays, facing, rays)
         return start + (length - here) / slope, slope
 
     def _facing(self, shift, rest, rays, centre, tracks, rest_normals) -> np.ndarray:
@@ -91,16 +91,14 @@ class WaterModel:
         return normals(grid, to_grid(rest_normals, tracks.id, tracks.rows, tracks.columns)).reshape(-1, 3)[tracks.id]
 
     def _ring_bias(self, shift: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """What a mean over a ring adds to the value in its centre, radius^2 / 4 times the Laplacian: of the shift since rest."""
+        """What a mean over a ring adds to the value in its centre, radius^2 / 4 times the Laplacian: of the shift since rest.
+
+        The shift is smoothed first: otherwise its noise, not its shape, would be bent.
+        """
         if tracks.rows < 3 or tracks.columns < 3:
             return np.zeros_like(shift)
-        return bend(to_grid(shift, tracks.id, tracks.rows, tracks.columns)).ravel()[tracks.id] / 16  # the ring's radius is half a pitch
-
-    def _rest_bias(self, camera: CameraModel, tracks: DotTracks, rest: np.ndarray) -> np.ndarray:
-        """The same for the cap at rest, from four points of the ring: small and smooth, so one value serves all dots."""
-        ring = np.array([[1, 0], [-1, 0], [0, 1], [0, -1.0]]) * self.ring
-        around = self.cap.ranges(camera.centre, camera.rays((tracks.rest_uv[:, None] + ring).reshape(-1, 2)))
-        return np.nanmedian(around.reshape(-1, 4).mean(1) - rest) * np.ones(len(rest))
+        even = smooth(to_grid(shift, tracks.id, tracks.rows, tracks.columns))
+        return bend(even).ravel()[tracks.id] * (RING**2 / 4)
 
     def with_constants(self, constants: np.ndarray) -> 'WaterModel':
         """The same water under lamps or a white balance that have drifted: constants (2,), the rest unchanged."""

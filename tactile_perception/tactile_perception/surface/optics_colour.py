@@ -10,6 +10,8 @@ from ..errors import BadArgument, BadFrame
 
 POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
 DARK, GLARE = 0.93, 1.12  # a point under/over these parts of its ring's upper quartile is ink, shadow or a specular spot
+SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
+RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
 
@@ -22,25 +24,29 @@ def check_image(image: np.ndarray) -> np.ndarray:
 
 
 def ring_radius(uv: np.ndarray) -> float:
-    """Radius, px, of the ring to sample around dots at uv (N, 2): half of the median distance to the nearest other dot, the middle of the gap."""
+    """Radius, px, of the ring to sample around dots at uv (N, 2): RING times the median distance to the nearest other dot."""
     if len(uv) < 9:
         raise BadArgument(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
     points = np.ascontiguousarray(uv, float)
     square = ((points[:, None] - points[None]) ** 2).sum(-1)
     np.fill_diagonal(square, np.inf)
-    return 0.5 * float(np.median(np.sqrt(square.min(1))))
+    return RING * float(np.median(np.sqrt(square.min(1))))
 
 
 def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
     """Sums of 3x3 pixels (N, POINTS, 3), float32, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
     height, width = image.shape[:2]
     angle = np.arange(POINTS) * (2 * np.pi / POINTS)
-    ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    point = np.rint(uv[:, None] + ring).astype(np.int32)
-    inside = (point[..., 0] >= 1) & (point[..., 0] < width - 1) & (point[..., 1] >= 1) & (point[..., 1] < height - 1)
-    index = np.where(inside, point[..., 1] * width + point[..., 0], 0)
-    sums = cv2.boxFilter(image, cv2.CV_16U, (3, 3), normalize=False).reshape(-1, 3).take(index, axis=0).astype(np.float32)
-    sums[~inside] = 0.0
+    column = np.rint(uv[:, :1] + radius * np.cos(angle)).astype(np.int32)
+    row = np.rint(uv[:, 1:] + radius * np.sin(angle)).astype(np.int32)
+    inside = (column >= 1) & (column < width - 1) & (row >= 1) & (row < height - 1)
+    left, right = int(np.clip(column.min() - 1, 0, width - 1)), int(np.clip(column.max() + 2, 1, width))
+    top, bottom = int(np.clip(row.min() - 1, 0, height - 1)), int(np.clip(row.max() + 2, 1, height))
+    box = cv2.boxFilter(image[top:bottom, left:right], cv2.CV_16U, (3, 3), normalize=False)
+    index = np.where(inside, (row - top) * (right - left) + (column - left), 0)
+    sums = box.reshape(-1, 3).take(index, axis=0).astype(np.float32)
+    if not inside.all():
+        sums[~inside] = 0.0
     return sums
 
 
@@ -50,13 +56,14 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.nda
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on a specular spot or outside of the image do not
     count; ratios are NaN where fewer than a quarter of the points do, or where a channel is dark. Raises BadFrame for a wrong image.
     """
+    if len(uv) == 0:
+        return np.zeros((0, 2)), np.zeros(0, int)
     sums = ring_sums(check_image(image), uv, radius)
-    total = sums.sum(2)
+    total = sums[..., 0] + sums[..., 1] + sums[..., 2]
     level = np.partition(total, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
-    saturated = sums.max(2) >= 9 * 254
-    keep = (total > DARK * level) & (total < GLARE * level) & ~saturated
+    keep = (total > DARK * level) & (total < GLARE * level) & (sums[..., 2] < SATURATED)
     count = keep.sum(1)
-    mean = np.einsum('nkc,nk->nc', sums, keep.astype(np.float32)) / np.maximum(count, 1)[:, None]
+    mean = np.matmul(keep[:, None].astype(np.float32), sums)[:, 0] / np.maximum(count, 1)[:, None]
     good = (count >= POINTS // 4) & (mean.min(1) > NOISE_FLOOR * 9)
     logs = np.log(np.where(good[:, None], mean, np.nan), dtype=float)
     return logs[:, :2] - logs[:, 2:], count
@@ -65,7 +72,7 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.nda
 def background_ratios(image: np.ndarray, radius: float, step: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Colour of the ground between the dots over the whole image, at rest: places uv (M, 2) px, log ratios (M, 2), pixels used (M,).
 
-    image: (H, W, 3), uint8 or float mean of several frames; radius: half of the dots' pitch, px. Cells of step x step pixels; a pixel counts
+    image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px. Cells of step x step pixels; a pixel counts
     where it is nearly as bright as the brightest around it.
     """
     values = np.ascontiguousarray(image, np.float32)

@@ -53,7 +53,7 @@ class Colours:
 def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Log ratios (M, 2) for parameters q (8,): two constants, two absorptions (1/m), window_z, lamp_z, lamp_radius (m), ambient."""
     path = LightPath(*q[4:8], tuple(centre))
-    return q[:2] - path.lengths(places, normals)[:, None] * q[2:4]
+    return q[:2] - path.lengths(places, normals)[0][:, None] * q[2:4]
 
 
 def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
@@ -80,7 +80,7 @@ def _soften(size: np.ndarray) -> np.ndarray:
 
 def _start(colours: Colours, mean: np.ndarray, camera: CameraModel) -> np.ndarray:
     """Parameters (8,) to start from: prior geometry, constants and absorptions by linear regression."""
-    length = LightPath(*mean, tuple(camera.centre)).lengths(colours.places, colours.normals)
+    length = LightPath(*mean, tuple(camera.centre)).lengths(colours.places, colours.normals)[0]
     line = np.polyfit(length, colours.ratios, 1)
     return np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
 
@@ -128,7 +128,17 @@ def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius:
     if (q[2:4] <= 0).any():
         raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, or fill red water')
     path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
-    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, scale_sigma(q, covariance, camera, cap))
+    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, ring_offset(radius, camera, cap), scale_sigma(q, covariance, camera, cap))
+
+
+def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
+    """By how much, m, a mean over a ring of radius px exceeds the range in its centre on the cap at rest: small and smooth, one value serves."""
+    side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
+    x, y = (part.ravel() for part in np.meshgrid(side, side))
+    uv = camera.project(np.column_stack([x, y, np.full(x.size, 0.7 * cap.height)]))
+    ring = np.array([[1, 0], [-1, 0], [0, 1], [0, -1.0]]) * radius
+    around = cap.ranges(camera.centre, camera.rays((uv[:, None] + ring).reshape(-1, 2))).reshape(-1, 4).mean(1)
+    return float(np.nanmedian(around - cap.ranges(camera.centre, camera.rays(uv))))
 
 
 def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
