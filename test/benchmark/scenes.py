@@ -79,6 +79,7 @@ def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0
     at = np.clip(np.rint(uv).astype(int), 0, np.asarray(size) - 1)
     reach = cv2.dilate((spots > 2.0).astype(np.uint8), np.ones((13, 13), np.uint8))
     covered = reach[at[:, 1], at[:, 0]] > 0
+    merged |= _touching(uv, diameter, present)
     return Scene(name, np.clip(clean, 0, 255), uv, row, column, diameter, amplitude * scale[at[:, 1], at[:, 0]], present, covered, merged, psf)
 
 
@@ -117,6 +118,14 @@ def _drop_and_merge(uv, diameter, rng):
         uv[k] = uv[j] - step / distance * min(touching, distance)
         merged[[k, j]] = True
     return uv, present, merged
+
+
+def _touching(uv, diameter, present):
+    """(N,) bool: printed less than half a pixel from another dot's edge."""
+    gap = np.hypot(*(uv[:, None] - uv).transpose(2, 0, 1)) - (diameter[:, None] + diameter) / 2
+    gap[:, ~present] = np.inf
+    np.fill_diagonal(gap, np.inf)
+    return (gap.min(1) < 0.5) & present
 
 
 def _light(size, ratio):

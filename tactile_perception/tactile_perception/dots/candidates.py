@@ -6,14 +6,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-_SMALLEST_HALVED = 3.9  # px: dots smaller than this are looked for in the full image
+_SMALLEST_HALVED = 5.0  # px: dots typically smaller than this are looked for in the full image
 _WEAKEST = 0.14  # peak against ground, of the dots' contrast: a small dot where the light is a third
 _NOISE_PEAK = 2.0  # standard deviations of a pixel of the small image that smoothing still lets through
 
 
 def find_candidates(grey: np.ndarray, look) -> np.ndarray:
     """(N, 2) rough places of dots, px of this image, good to about half a pixel; grey: (H, W) uint8, look: look.Look."""
-    step = 2 if look.smallest >= _SMALLEST_HALVED else 1
+    step = 2 if look.typical >= _SMALLEST_HALVED else 1
     small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if step == 2 else grey
     if look.contrast < 0:
         small = cv2.bitwise_not(small)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import BadArgument, BadFrame
 from .candidates import find_candidates
+from .crowd import Separator
 from .dots import Dots
 from .ground import relative_slopes
 from .look import Look, measure_look, select_channel, shrink
@@ -69,6 +70,7 @@ class LikelihoodDetector:
         self._look = None  # if measuring fails, the next frame starts from nothing too
         look = measure_look(image, self._sign)
         self._fitter = LikelihoodFitter(look.smallest, look.largest, look.blur)
+        self._separator = Separator(look, self._fitter)
         self._look = look
         dots = self._detect(image)
         if len(dots) < _FEWEST:
@@ -81,31 +83,35 @@ class LikelihoodDetector:
         places = find_candidates(grey, look)
         if not len(places):
             return Dots(np.empty((0, 2)), np.empty(0), np.empty(0))
-        half = fitter.half
-        padded = cv2.copyMakeBorder(grey, half, half, half, half, cv2.BORDER_REPLICATE)
+        padded = cv2.copyMakeBorder(grey, *[fitter.half] * 4, cv2.BORDER_REPLICATE)
         centre = np.rint(places).astype(np.int64)
-        patches = fitter.patches(padded, centre[:, 0], centre[:, 1])
+        compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1]))
         offset = places - centre
-        fit = fitter.fit(patches, np.full(len(places), look.typical), offset[:, 0], offset[:, 1])
-        variance = fitter.variances(patches, fit)
-        good = self._plausible(fit, variance, centre, grey.shape)
-        slope_u, slope_v = relative_slopes(centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.ground, good, 2.5 * look.typical)
-        fitter.correct_slope(fit, slope_u, slope_v)
-        gain, area_gain = fitter.gains(fit)
-        uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)
-        sigma = np.sqrt(variance * gain)
-        scale = look.step
-        return Dots((uv[good] + 0.5) * scale - 0.5, np.pi / 4 * (fit.diameter[good] * scale) ** 2, sigma[good] * scale)
+        fit = fitter.fit(compressed, offset[:, 0], offset[:, 1], np.full(len(places), look.typical), 2)
+        fit, compressed, single = self._separator.separate(fit, compressed, places, centre)
+        variance = fitter.variances(compressed, fit)
+        good = self._plausible(fit, variance, centre, grey.shape) & single
+        u, v = centre[:, 0] + fit.u, centre[:, 1] + fit.v
+        fitter.correct_slope(fit, *relative_slopes(u, v, fit.ground, good, 2.5 * look.typical))
+        uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)[good]
+        sigma = np.sqrt(variance * fitter.gains(fit)[0])[good]
+        return Dots((uv + 0.5) * look.step - 0.5, np.pi / 4 * (fit.diameter[good] * look.step) ** 2, sigma * look.step)
 
     def _plausible(self, fit, variance, centre, shape):
         """(N,) bool: of the dots' contrast and size, like a disc, whole."""
         look = self._look
         contrast = fit.amplitude * self._sign
         good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest) & (fit.diameter < look.largest)
-        good &= variance < np.maximum((4 * look.noise) ** 2, (0.12 * contrast) ** 2)
+        good &= np.sqrt(variance) < self._unlike(contrast, np.sqrt(variance), good)
         good &= (np.abs(fit.u) < 1.4) & (np.abs(fit.v) < 1.4)
         u, v, reach = centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.diameter / 2 + look.blur - 0.5
         return good & (u >= reach) & (v >= reach) & (u <= shape[1] - 1 - reach) & (v <= shape[0] - 1 - reach)
+
+    def _unlike(self, contrast, rest, good):
+        """(N,) most that may be left of a dot's pixels: more where all dots are unlike discs, as after lossy compression."""
+        look = self._look
+        usual = np.median(rest[good] / contrast[good]) if good.any() else 0.0
+        return np.maximum(np.maximum(4 * look.noise, 0.1 * abs(look.contrast)), contrast * max(0.12, min(1.7 * usual, 0.2)))
 
 
 METHODS = {'likelihood': LikelihoodDetector}

@@ -1,0 +1,114 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dots so near to one another that each is seen in the other's patch: who they are, and what each puts there."""
+from __future__ import annotations
+
+import numpy as np
+
+from .shape import blurred_disc
+from .subpixel import Fit, LikelihoodFitter
+
+_CELL = 3.0  # px: no two dots have their centres in one cell
+_PER_SQUARE = 16.0  # table entries a px^2 of squared radius
+_PER_DIAMETER = 20.0  # tables a px of diameter
+_BEYOND = 3.5  # blurs outside its edge at which a dot has faded
+_SAME = 0.4  # of a dot's diameter: two places nearer than this are of one dot
+_MET = 0.15  # of a dot's diameter: two fits that come so near to each other began on one dot
+_GAP = 1.5  # px between the edges of dots that cannot be fitted at first without regard to each other
+_ROUNDS = 5  # of fitting such dots in turns
+_BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off their neighbours
+
+
+def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both axes."""
+    margin = int(reach / _CELL) + 1
+    column, row = (np.maximum(u, 0) / _CELL).astype(np.int64) + margin, (np.maximum(v, 0) / _CELL).astype(np.int64) + margin
+    width = int(column.max()) + margin + 1
+    cells = np.full((int(row.max()) + margin + 1) * width, -1)
+    at = row * width + column
+    cells[at] = np.arange(len(u))
+    side = np.arange(-margin, margin + 1)
+    offsets = (side[:, None] * width + side).ravel()
+    found = cells.take(at[:, None] + offsets[offsets != 0])
+    i, k = np.nonzero(found >= 0)
+    j = found[i, k]
+    near = (np.abs(u[i] - u[j]) < reach) & (np.abs(v[i] - v[j]) < reach)
+    return i[near], j[near]
+
+
+class Separator:
+    """Fits crowded dots again without what their neighbours put into their patches; look: look.Look."""
+
+    def __init__(self, look, fitter: LikelihoodFitter):
+        self._look, self._fitter = look, fitter
+        self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
+
+    def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, centre: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
+        """The fits after a last step, the cleaned patches (N, K), and (N,) bool: not a second fit to another's dot.
+
+        compressed: (N, K) patches about the whole pixels centre (N, 2); places: (N, 2) px where the fits began.
+        """
+        look = self._look
+        i, j = near_pairs(*places.T, self._fitter.half + look.largest / 2 + 2 * look.blur)
+        began = np.hypot(*(places[i] - places[j]).T)
+        now = np.hypot(centre[i, 0] + fit.u[i] - centre[j, 0] - fit.u[j], centre[i, 1] + fit.v[i] - centre[j, 1] - fit.v[j])
+        single = np.ones(len(places), bool)
+        single[i[((began < _SAME * look.typical) | (now < _MET * look.typical)) & (i > j)]] = False
+        solid = single & (fit.amplitude * look.contrast > _BELIEVABLE * look.contrast**2)
+        both = single[i] & solid[j]
+        touching = both & (began < look.typical + _GAP) & solid[i]
+        if touching.any():
+            fit = self._take_turns(fit, compressed, places, centre, i[touching], j[touching])
+        reach = self._fitter.half + fit.diameter[j] / 2 + look.blur
+        seen = both & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j, 1] - fit.v[j]) < reach)
+        if seen.any():
+            compressed = self._cleaned(fit, compressed, centre, i[seen], j[seen])
+        return self._fitter.fit(compressed, fit.u, fit.v, fit.diameter, 1), compressed, single
+
+    def _take_turns(self, fit, compressed, places, centre, i, j):
+        """Dots that touch, from the places of their peaks and the usual size, each in turn without the others."""
+        look, some = self._look, np.unique(i)
+        fit.u[some], fit.v[some] = (places[some] - centre[some]).T
+        fit.diameter[some] = look.typical
+        for _ in range(_ROUNDS):
+            cleaned = self._cleaned(fit, compressed, centre, i, j)[some]
+            part = self._fitter.fit(cleaned, fit.u[some], fit.v[some], fit.diameter[some], 1)
+            for name in ('u', 'v', 'diameter', 'amplitude', 'ground', 'node'):
+                getattr(fit, name)[some] = getattr(part, name)
+        return fit
+
+    def _cleaned(self, fit, compressed, centre, i, j):
+        images = self._images.seen(centre[j, 0] + fit.u[j] - centre[i, 0], centre[j, 1] + fit.v[j] - centre[i, 1], fit.diameter[j], fit.amplitude[j])
+        start = np.flatnonzero(np.diff(i, prepend=-1))
+        cleaned = compressed.copy()
+        cleaned[i[start]] -= np.add.reduceat(images, start)
+        return cleaned
+
+
+class NeighbourImages:
+    """What a neighbouring dot puts into a patch, compressed as patches are; for discs up to a diameter (px) seen through a blur (px).
+
+    basis: (P, K) of the compression; half: of the patch's side, px.
+    """
+
+    def __init__(self, smallest: float, largest: float, blur: float, basis: np.ndarray, half: int):
+        self._basis, self._side = basis, np.arange(-half, half + 1, dtype=np.float32)[:, None]
+        self._smallest = smallest
+        diameters = np.arange(smallest, largest + 1 / _PER_DIAMETER, 1 / _PER_DIAMETER)
+        self._length = int((largest / 2 + _BEYOND * np.hypot(blur, 0.3)) ** 2 * _PER_SQUARE) + 1
+        radius = np.sqrt(np.arange(self._length) / _PER_SQUARE)
+        tables = np.array([blurred_disc(radius, d, blur) for d in diameters], np.float32)
+        tables[:, -1] = 0.0
+        self._last, self._tables = len(diameters) - 1, tables.ravel()
+
+    def seen(self, u: np.ndarray, v: np.ndarray, diameter: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
+        """(M, K) compressed images of dots at (u, v) px from the patches' centres; all arguments (M,)."""
+        across = self._side - u.astype(np.float32)
+        down = self._side - v.astype(np.float32)
+        squares = (across * across * _PER_SQUARE + 0.5)[None] + (down * down * _PER_SQUARE)[:, None]
+        np.minimum(squares, self._length - 1, out=squares)
+        table = np.minimum(np.maximum((diameter - self._smallest) * _PER_DIAMETER + 0.5, 0), self._last).astype(np.int32)
+        index = squares.astype(np.int32)
+        index += table * np.int32(self._length)
+        images = self._tables.take(index).reshape(-1, len(u))
+        return (images.T @ self._basis) * amplitude.astype(np.float32)[:, None]
