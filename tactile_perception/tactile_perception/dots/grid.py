@@ -8,28 +8,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_perception.dots.anchor import anchor_lattice
+from tactile_perception.dots.follow import follow
 from tactile_perception.dots.lattice import find_lattice
 from tactile_perception.errors import BadArgument
 
 MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for each other
-SMOOTHNESS = 0.45  # of the pitch: a dot further off the middle of its neighbours in the grid is a false one
 
 
 @dataclass
 class GridNumbers:
-    """Numbers of N dots. id: (N,) int64, row * columns + column, -1 where not certain; certain: bool; reason: empty, or why nothing is numbered."""
+    """Numbers of N dots. id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why nothing is numbered; pitch: px."""
 
     id: np.ndarray
-    certain: bool
     reason: str
+    pitch: float
+
+    @property
+    def certain(self) -> bool:
+        """Whether the frame is numbered; dots that are no part of the grid have -1 all the same."""
+        return not self.reason
 
 
 @dataclass
 class Numbered:
-    """Dots of an earlier frame: uv (N, 2) px and their id (N,) int64."""
+    """Numbered dots of an earlier frame: uv (N, 2) px, their id (N,) int64, and the pitch, px."""
 
     uv: np.ndarray
     id: np.ndarray
+    pitch: float
 
 
 def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
@@ -40,10 +46,10 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     """
     uv = _checked(uv, rows, columns)
     good = np.flatnonzero(np.isfinite(uv).all(axis=1))
+    numbers = _number(uv[good], (rows, columns), previous, image_size)
     id = np.full(len(uv), -1)
-    found, reason = _number(uv[good], (rows, columns), previous, image_size)
-    id[good] = found
-    return GridNumbers(id, not reason, reason)
+    id[good] = numbers.id
+    return GridNumbers(id, numbers.reason, numbers.pitch)
 
 
 def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
@@ -55,20 +61,27 @@ def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
     return uv
 
 
-def _number(uv, shape, previous, image_size) -> tuple[np.ndarray, str]:
-    none = np.full(len(uv), -1)
+def _number(uv, shape, previous, image_size) -> GridNumbers:
+    if previous is not None and len(uv) and len(previous.id):
+        id = follow(uv, previous.uv, previous.id, shape, previous.pitch)
+        if id is not None:
+            return GridNumbers(id, '', previous.pitch)
+    return _number_anew(uv, shape, previous, image_size)
+
+
+def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
+    id = np.full(len(uv), -1)
     lattice = find_lattice(uv)
     if lattice is None:
-        return none, f'{len(uv)} dots found, and they form no grid'
+        return GridNumbers(id, f'{len(uv)} dots found, and they form no grid', np.nan)
     if abs(lattice.angle) > MAX_ANGLE:
-        return none, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart'
+        return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart', np.nan)
     member = np.flatnonzero(lattice.member)
     rc = lattice.rc[member] - lattice.rc[member].min(axis=0)
     before = None if previous is None else (previous.uv, np.stack(np.divmod(previous.id, shape[1]), axis=1))
     anchor = anchor_lattice(rc, uv[member], shape, lattice.pitch, before, image_size)
-    if not anchor.certain:
-        return none, anchor.reason
-    rc = rc + anchor.offset
-    inside = np.all((rc >= 0) & (rc < shape), axis=1)
-    none[member[inside]] = rc[inside, 0] * shape[1] + rc[inside, 1]
-    return none, ''
+    if anchor.certain:
+        rc = rc + anchor.offset
+        inside = np.all((rc >= 0) & (rc < shape), axis=1)
+        id[member[inside]] = rc[inside, 0] * shape[1] + rc[inside, 1]
+    return GridNumbers(id, anchor.reason, lattice.pitch)

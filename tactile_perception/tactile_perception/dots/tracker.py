@@ -67,5 +67,5 @@ class DotTracker:
         if not numbers.certain:
             raise BadFrame(f'dots not numbered: {numbers.reason}')
         seen = numbers.id >= 0
-        self._previous = Numbered(dots.uv[seen], numbers.id[seen])
+        self._previous = Numbered(dots.uv[seen], numbers.id[seen], numbers.pitch)
         return numbers.id
