@@ -99,4 +99,5 @@ if [[ $flavour == fallback ]]; then
     step underlay "$tools_hash" "4 of 5: composition_interfaces and tf2_msgs (about half a minute)" build_underlay
     below=$tools_hash
 fi
+[[ -f $base/workspace/install/local_setup.bash ]] || rm -f "$stamps/workspace"
 step workspace "$(workspace_hash "$below")" "5 of 5: packages of this workspace" build_workspace
