@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import ndimage
 
 from ..surface.membrane import Membrane, MembraneState
 from .tool_face import heights_over_face
@@ -11,17 +12,30 @@ from .tool_face import heights_over_face
 _HALF = 0.5
 # An object's rounded edge lifts a dot that touches it by up to about this share of a pitch.
 _EDGE_HEIGHT = 0.1
+_AROUND = np.array([[1.0, 1, 1], [1, 0, 1], [1, 1, 1]])
 
 
 def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
-    """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over the fluid's, less where the dot stands off the object's face.
+    """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over that further inside, less where the dot stands off the object's face.
 
     Above 0.5 the dot is in contact; the half level between dots is the border. The outermost dots of the grid have no balance and score 0.
     """
     mesh = membrane.mesh
     shape = (mesh.rows, mesh.columns)
-    load = np.clip(state.load, 0, 1)
-    heights = heights_over_face((load > _HALF).reshape(shape), state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3)).ravel()
-    limit = _EDGE_HEIGHT * membrane.pitch
-    face = 1 - np.nan_to_num(heights) / (2 * limit)
-    return np.minimum(load, np.clip(face, 0, 1))
+    share = load_share(state.load.reshape(shape))
+    heights = heights_over_face(share > _HALF, state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3))
+    face = 1 - np.nan_to_num(heights) / (2 * _EDGE_HEIGHT * membrane.pitch)
+    return np.minimum(share, np.clip(face, 0, 1)).ravel()
+
+
+def load_share(load: np.ndarray) -> np.ndarray:
+    """load (rows, columns), over the fluid's pressure, as a share of what full contact carries there, 0 to 1.
+
+    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around; inside of
+    it every dot is in full contact.
+    """
+    loaded = (load > _HALF).astype(float)
+    count = ndimage.correlate(loaded, _AROUND, mode='constant')
+    around = ndimage.correlate(load * loaded, _AROUND, mode='constant') / np.maximum(count, 1)
+    full = np.where(count == 8, 1.0, np.maximum(around, 1.0))
+    return np.clip(load / full, 0, 1)

@@ -20,7 +20,8 @@ from .membrane_grid import GridMesh
 class MembraneMaterial:
     """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: of the fluid over the outside while nothing touches, Pa; rest_curvature_radius: m.
 
-    Raises BadArgument where the rest tension p R / 2 is not between 0 and shear_stiffness (no neo-Hookean membrane carries that at rest).
+    A skin stretched to a multiple of its natural size has a rest tension p R / 2 near its shear_stiffness; more no neo-Hookean membrane carries:
+    raises BadArgument there.
     """
 
     shear_stiffness: float = 90.0
@@ -28,9 +29,9 @@ class MembraneMaterial:
     rest_curvature_radius: float = 0.020
 
     def __post_init__(self):
-        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension < self.shear_stiffness):
+        if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension <= self.shear_stiffness):
             raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature radius '
-                              f'{self.rest_curvature_radius} m need 0 < pressure * radius / 2 < stiffness; check membrane.*')
+                              f'{self.rest_curvature_radius} m need 0 < pressure * radius / 2 <= stiffness; check membrane.*')
 
     @property
     def rest_tension(self) -> float:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.contact.force_balance import contact_score
+from tactile_perception.contact.force_balance import contact_score, load_share
 from tactile_perception.surface.cap import Cap
 from tactile_perception.surface.membrane import Membrane
 
@@ -42,3 +42,13 @@ def test_dots_of_a_recording_seen_without_error(recording, name, least):
         judged = touched | (truth['dot_gap'][frame] > 50e-6)
         counts += [(found & touched).sum(), (found & ~touched & judged).sum(), (~found & touched).sum()]
     assert 2 * counts[0] / (2 * counts[0] + counts[1] + counts[2]) > least
+
+
+def test_full_contact_is_what_the_dots_around_carry():
+    load = np.zeros((7, 7))
+    load[2:5, 2:5] = 3.0
+    load[2:5, 5] = 1.2
+    share = load_share(load)
+    assert share[3, 3] == 1 and share[2, 2] == 1
+    assert share[3, 5] == pytest.approx(1.2 / 2.28, abs=0.01)
+    assert share[0, 0] == 0
