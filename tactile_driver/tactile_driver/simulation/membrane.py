@@ -97,9 +97,11 @@ class Membrane:
         self._springs = total[self.inner]
         free = self._springs[:, self.inner]
         self._solve = splu(free.tocsc()).solve
-        factor, _ = lapack.dpotrf(free.toarray(), lower=1)
-        lower, _ = lapack.dpotri(factor, lower=1)
-        self.compliance = (np.tril(lower) + np.tril(lower, -1).T).astype(np.float32)
+        # Single precision is enough here, since settle() has the last word, and takes half the memory.
+        factor, _ = lapack.spotrf(np.asfortranarray(free.toarray().astype(np.float32)), lower=1, overwrite_a=1)
+        lower, _ = lapack.spotri(factor, lower=1, overwrite_c=1)
+        lower += np.tril(lower, -1).T
+        self.compliance = lower
 
     def _balance(self):
         """Take up what the discrete skin lacks of balance on the exact sphere, so that rest is rest to the last digit."""

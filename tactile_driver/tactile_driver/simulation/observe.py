@@ -55,13 +55,12 @@ class Observer:
         places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: _off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.membrane.inner][state.touching]
         touching = self._touching_dots(places, region, tool, now)
-        states, fraction = self._slip(places, touching, nodes, state, tool, now)
-        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal)
+        way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
+        truth = TruthFrame(self._ids, uv, places, self._states(touching, way_of_dots), region.outlines, region.holes, region.area, region.centroid,
+                           region.normal)
         truth.contacts = self._touches(state, nodes, region, tool, now)
-        truth.slipping_fraction = fraction
-        truth.slip_state = NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
-        truth.velocity = _twist(before, now, region.centroid, self.interval)
-        truth.rotation_center = _still_point(truth.velocity, region)
+        self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
+        truth.motion = _motion(before, now)
         truth.wrench = np.concatenate([state.force.sum(axis=0), np.cross(nodes, state.force).sum(axis=0)])
         truth.pressure = state.pressure
         return Observation(state.shape.astype(np.float32), spread.astype(np.float32), truth)
@@ -71,19 +70,30 @@ class Observer:
         full = self.pattern.sampler.linear @ region.fullness.ravel()
         return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL)
 
-    def _slip(self, places, touching, nodes, state: MembraneState, tool: Tool, pose: Pose) -> tuple[np.ndarray, float]:
-        """Dot states (K,) and the share of the contact's nodes that slip; a point that has just met the tool has not slipped on it yet."""
+    def _ways_over_tool(self, places, touching, nodes, state: MembraneState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+        """Ways (K, 3) of dots and (m, 3) of touching nodes along the tool since the last frame, in its frame, m; NaN for those that do not
+        touch or have only just met it."""
         dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.membrane.inner.sum(), 3), np.nan)
         dots_on_tool[touching] = pose.to_tool(places[touching])
         nodes_on_tool[state.touching] = pose.to_tool(nodes)
-        before, self._before = self._before, (dots_on_tool, nodes_on_tool)
+        last, self._before = self._before or (np.full_like(dots_on_tool, np.nan), np.full_like(nodes_on_tool, np.nan)), (dots_on_tool, nodes_on_tool)
+        return _way_along(tool, last[0], dots_on_tool), _way_along(tool, last[1], nodes_on_tool)[state.touching]
+
+    def _states(self, touching: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Dot states (K,) uint8."""
         states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
-        if before is None:
-            return states, 0.0
-        limit = SLIP_SPEED * self.interval
-        states[_way_along(tool, before[0], dots_on_tool) > limit] = SLIPPING
-        way = _way_along(tool, before[1], nodes_on_tool)
-        return states, float((way > limit).sum() / max(np.isfinite(way).sum(), 1))
+        states[np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
+        return states
+
+    def _tell_slip(self, truth: TruthFrame, nodes: np.ndarray, way: np.ndarray):
+        """Fill in slip from the ways (m, 3), m, of the touching nodes (m, 3) over the tool, in the sensor frame."""
+        slipping = np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval
+        truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(way[:, 0]).sum(), 1))
+        truth.slip_state = NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
+        truth.velocity = np.zeros(6)
+        if slipping.sum() >= 3:
+            radius = np.sqrt(truth.area / np.pi)
+            truth.velocity, truth.rotation_center = _twist_in_plane(nodes[slipping], -way[slipping] / self.interval, truth.normal, radius)
 
     def _touches(self, state: MembraneState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
         """One Touch for each part of the tool that touches."""
@@ -112,27 +122,31 @@ def _off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
 
 
 def _way_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """Way (k,), m, along the tool's surface between places (k, 3) in the tool's frame; NaN where either is."""
+    """Ways (k, 3), m, along the tool's surface between places (k, 3) in the tool's frame; NaN where either is."""
     way = now - before
     both = np.flatnonzero(np.isfinite(way[:, 0]))
-    out = np.full(len(way), np.nan)
     if len(both):
         normal = tool.distance_and_normal(now[both])[1]
-        along = way[both] - np.einsum('ij,ij->i', way[both], normal)[:, None] * normal
-        out[both] = np.linalg.norm(along, axis=1)
-    return out
+        way[both] -= np.einsum('ij,ij->i', way[both], normal)[:, None] * normal
+    return way
 
 
-def _twist(before: Pose, now: Pose, at: np.ndarray, interval: float) -> np.ndarray:
-    """(6,) velocity of the object's point at (3,), m/s, and its turn, rad/s."""
-    turn = cv2.Rodrigues(now.turn @ before.turn.T)[0].ravel()
-    return np.concatenate([at - before.to_sensor(now.to_tool(at)), turn]) / interval
+def _motion(before: Pose, now: Pose) -> np.ndarray:
+    """(6,) what the object has moved, m, at the sensor frame's origin, and turned, rad."""
+    turn = now.turn @ before.turn.T
+    return np.concatenate([now.origin - turn @ before.origin, cv2.Rodrigues(turn)[0].ravel()])
 
 
-def _still_point(twist: np.ndarray, region: Region, slowest: float = 1e-3) -> np.ndarray:
-    """(3,) m, where in the contact plane an object with this twist stands still; NaN where it turns slower than slowest rad/s."""
-    spin = twist[3:] @ region.normal
-    if abs(spin) < slowest:
-        return np.full(3, np.nan)
-    along = twist[:3] - (twist[:3] @ region.normal) * region.normal
-    return region.centroid + np.cross(region.normal, along) / spin
+def _twist_in_plane(places: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Twist (6,) at the sensor frame's origin, by least squares, of velocities (k, 3) at places (k, 3) in a plane; and where it stands still.
+
+    That centre is NaN where the turn moves the rim of a contact of this radius, m, at less than a twentieth of the translation's speed.
+    """
+    middle, drift = places.mean(axis=0), velocity - (velocity @ normal)[:, None] * normal
+    mean = drift.mean(axis=0)
+    around = np.cross(normal, places - middle)
+    spin = float((around * (drift - mean)).sum() / (around**2).sum())
+    centre = np.full(3, np.nan)
+    if abs(spin) * radius > 0.05 * np.linalg.norm(mean):
+        centre = middle + np.cross(normal, mean) / spin
+    return np.concatenate([mean - spin * np.cross(normal, middle), spin * normal]), centre

@@ -108,7 +108,8 @@ class Renderer:
         camera = self.camera
         size = np.einsum('kij,kij->k', spread, spread)
         largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
-        reach = np.ceil(largest * radius + _STEP_WIDTH * self._spread).astype(int)
+        # a pixel k steps from the one at the dot's centre is at least k - 1/2 px off
+        reach = np.round(largest * radius + _STEP_WIDTH * self._spread).astype(int)
         margin = int(reach.max())
         wide = camera.width + 2 * margin
         corner = np.clip(np.round(uv), 0, [camera.width - 1, camera.height - 1]).astype(int)

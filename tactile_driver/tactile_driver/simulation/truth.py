@@ -34,8 +34,9 @@ class TruthFrame:
     NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame; outlines, holes: lists of (n, 3) arrays, m;
     area: m^2, holes taken off; centroid, normal: (3,) of the region, NaN without contact; contacts: list of Touch;
     slip_state: NO_SLIP (under 5 % of the contact slips), INCIPIENT, GROSS (from 90 %); slipping_fraction: of the contact's area;
-    velocity: (6,) m/s and rad/s, of the object's point at the region's centroid and of its turn, in the sensor frame; NaN without
-    contact; rotation_center: (3,) m, where in the contact plane the object stands still, NaN for pure translation;
+    velocity: (6,) m/s and rad/s, twist of the object over the skin where they slip, at the sensor frame's origin, 0 while all sticks, NaN
+    without contact; rotation_center: (3,) m, where in the contact plane that twist stands still, NaN for pure translation;
+    motion: (6,) m and rad, the object's own since the previous frame, of its point at the sensor frame's origin, NaN without contact;
     wrench: (6,) N and N m, object on sensor at the sensor frame's origin; pressure: Pa, of the water.
     """
 
@@ -53,6 +54,7 @@ class TruthFrame:
     slipping_fraction: float = 0.0
     velocity: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
     rotation_center: np.ndarray = field(default_factory=_nan3)
+    motion: np.ndarray = field(default_factory=lambda: np.full(6, np.nan))
     wrench: np.ndarray = field(default_factory=lambda: np.zeros(6))
     pressure: float = np.nan
 

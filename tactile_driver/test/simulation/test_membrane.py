@@ -51,7 +51,7 @@ def test_rest_is_in_balance(membrane):
 def test_compliance_is_what_the_skin_gives(membrane):
     force = np.zeros((membrane.inner.sum(), 3))
     force[400, 2] = -0.1
-    np.testing.assert_allclose(membrane.give(force)[:, 2], -0.1 * membrane.compliance[:, 400], rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(membrane.give(force)[:, 2], -0.1 * membrane.compliance[:, 400], rtol=1e-3, atol=1e-7)
     assert membrane.give(force)[400, 2] < -0.3e-3
 
 

@@ -123,16 +123,28 @@ def test_a_dot_slips_when_it_moves_over_the_tool(drag):
 
 def test_motion_of_the_object(drag):
     truth = drag[3][60][0]
-    assert truth.velocity[0] == pytest.approx(0.0055 / 1.8 / 0.85, rel=0.01)
-    assert np.abs(truth.velocity[1:]).max() < 1e-9 and np.isnan(truth.rotation_center).all()
+    speed = 0.0055 / 1.8 / 0.85
+    assert truth.motion == pytest.approx([speed / RATE, 0, 0, 0, 0, 0], abs=1e-6)
     assert truth.contacts[0].depth == pytest.approx(0.0032, abs=2e-6)
+
+
+def test_object_over_the_skin_is_still_while_it_sticks_and_goes_with_the_object_in_gross_slip(drag):
+    assert (drag[3][30][0].velocity == 0).all()
+    gross = [truth for truth, _, _ in drag[3][60:85] if truth.slipping_fraction == 1]
+    assert len(gross) > 8
+    # the median: now and then a row of nodes leaves the tool and the skin snaps back
+    assert np.median([truth.velocity[0] for truth in gross]) == pytest.approx(0.0055 / 1.8 / 0.85, rel=0.15)
+    for truth in gross:
+        assert np.abs(truth.velocity[1]) < 1e-4 and np.isnan(truth.rotation_center).all()
 
 
 def test_twist_turns_about_its_axis_and_makes_a_moment(twist):
     truth = twist[3][45][0]
-    assert truth.velocity[5] == pytest.approx(0.7 / 1.4 / 0.85, rel=0.01)
+    assert truth.velocity[5] == pytest.approx(0.7 / 1.4 / 0.85, rel=0.05)
+    assert truth.velocity[:2] == pytest.approx([0, -0.001 * truth.velocity[5]], abs=4e-4)
     assert truth.rotation_center[:2] == pytest.approx([0.001, 0], abs=0.05e-3)
     assert truth.wrench[5] > 2e-4
+    assert truth.motion[5] == pytest.approx(0.7 / 1.4 / 0.85 / RATE, rel=0.01)
     truth = next(truth for truth, _, _ in twist[3] if truth.slip_state == INCIPIENT and truth.slipping_fraction > 0.4)
     inner = np.linalg.norm(truth.dot_xyz[:, :2] - [0.001, 0], axis=1)
     assert inner[truth.dot_state == STICKING].mean() < inner[truth.dot_state == SLIPPING].mean()

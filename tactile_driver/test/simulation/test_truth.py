@@ -10,7 +10,7 @@ def test_a_frame_without_contact_says_so():
     assert truth.outlines == [] and truth.holes == [] and truth.contacts == [] and truth.area == 0.0
     assert np.isnan(truth.centroid).all() and np.isnan(truth.normal).all() and np.isnan(truth.rotation_center).all()
     assert truth.slip_state == NO_SLIP and truth.slipping_fraction == 0.0
-    assert np.isnan(truth.velocity).all() and (truth.wrench == 0).all()
+    assert np.isnan(truth.velocity).all() and np.isnan(truth.motion).all() and (truth.wrench == 0).all()
 
 
 def test_frames_share_no_arrays():
