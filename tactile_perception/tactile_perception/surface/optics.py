@@ -54,7 +54,7 @@ class WaterModel:
 
     def solve(self, ratios: np.ndarray, count: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
         """As depths, from log ratios (N, 2) and the number of ring points behind them (N,) as log_ratios gives them."""
-        length, sigma = self._lengths(ratios, count)
+        length, sigma = self.path_lengths(ratios, count)
         rays, rest_rays = camera.rays(tracks.uv), camera.rays(tracks.rest_uv)
         rest = self.cap.ranges(camera.centre, rest_rays)
         rest_normals = (camera.centre + rest[:, None] * rest_rays - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius
@@ -64,8 +64,8 @@ class WaterModel:
         shift = second - rest
         return rest + shift - self._ring_bias(shift, tracks) - self.ring_offset, sigma / slope
 
-    def _lengths(self, ratios: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,) that explain both ratios best, and their standard deviations; wider where the two ratios disagree (glare)."""
+    def path_lengths(self, ratios: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Path lengths (N,), m, that explain both log ratios (N, 2) best, and their standard deviations, m; wider where the ratios disagree (glare)."""
         weight = np.linalg.inv(self.noise)
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)

@@ -12,7 +12,7 @@ from ..camera import CameraModel
 from ..errors import BadArgument, BadFrame
 from .cap import Cap
 from .optics import WaterModel
-from .optics_colour import background_ratios, check_image, log_ratios, ring_radius
+from .optics_colour import POINTS, background_ratios, check_image, log_ratios, ring_radius
 from .optics_path import LightPath
 
 MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
@@ -48,6 +48,21 @@ class Colours:
     covariances: np.ndarray
     places: np.ndarray
     normals: np.ndarray
+
+    def select(self, keep: np.ndarray) -> 'Colours':
+        """Those where keep (M,) bool."""
+        return Colours(self.ratios[keep], self.covariances[keep], self.places[keep], self.normals[keep])
+
+    def joined(self, others: list['Colours']) -> 'Colours':
+        """These and others together."""
+        parts = [self, *others]
+        return Colours(np.concatenate([p.ratios for p in parts]), np.concatenate([p.covariances for p in parts]),
+                       np.concatenate([p.places for p in parts]), np.concatenate([p.normals for p in parts]))
+
+
+def ring_covariances(noise: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2) that of a whole ring."""
+    return noise * (POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_FLOOR**2
 
 
 def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
