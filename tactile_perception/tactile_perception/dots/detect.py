@@ -12,6 +12,7 @@ from .crowd import Separator
 from .dots import Dots
 from .ground import relative_slopes
 from .look import Look, measure_look, select_channel, shrink
+from .paper_detect import PaperDetector
 from .subpixel import LikelihoodFitter
 
 POLARITIES = {'dark': -1, 'bright': 1}
@@ -114,4 +115,4 @@ class LikelihoodDetector:
         return np.maximum(np.maximum(4 * look.noise, 0.1 * abs(look.contrast)), contrast * max(0.12, min(1.7 * usual, 0.2)))
 
 
-METHODS = {'likelihood': LikelihoodDetector}
+METHODS = {'likelihood': LikelihoodDetector, 'paper': PaperDetector}

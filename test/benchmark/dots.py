@@ -1,0 +1,166 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Speed against error of ways to find dots, all interleaved in one run: `python test/benchmark/dots.py [--quick] [--out out]`.
+
+Writes dots.md, dots.json and dots.png: error over the Cramer-Rao bound (2-D RMS of dots neither touching nor under glare), dots missed and false per thousand,
+spread of errors over the stated sigma, and median milliseconds a frame on one thread.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import cv2
+import numpy as np
+from scenes import NAMES, make_scene, position_bound
+
+from tactile_perception.dots.detect import METHODS, DotDetector
+from tactile_perception.dots.dots import Dots
+from tactile_perception.errors import BadFrame
+
+NOISES = (1.0, 2.0, 4.0, 8.0)
+MATCH = 3.0  # px: a dot farther than this from every true place is false
+
+
+class BlobDetector:
+    """cv2.SimpleBlobDetector with its own search over thresholds, told the size of the dots."""
+
+    def __init__(self, dark: bool = True):
+        wanted = cv2.SimpleBlobDetector_Params()
+        wanted.blobColor = 0 if dark else 255
+        wanted.minArea, wanted.maxArea, wanted.minDistBetweenBlobs = 8, 120, 4
+        wanted.filterByConvexity = wanted.filterByInertia = False
+        self._detector = cv2.SimpleBlobDetector_create(wanted)
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Dots of one image; the detector states no sigma."""
+        points = self._detector.detect(image)
+        uv = np.array([p.pt for p in points]).reshape(-1, 2)
+        return Dots(uv, np.array([np.pi / 4 * p.size**2 for p in points]), np.full(len(uv), np.nan))
+
+
+class TrackpyDetector:
+    """trackpy.locate at a diameter of 9 px."""
+
+    def __init__(self):
+        import trackpy
+        trackpy.quiet()
+        self._locate = trackpy.locate
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Dots of one image."""
+        found = self._locate(image, 9, minmass=300, invert=True)
+        return Dots(found[['x', 'y']].to_numpy(), np.full(len(found), np.nan), np.full(len(found), np.nan))
+
+
+def detectors() -> dict:
+    """Name -> fresh detector of every method to compare; trackpy only where it is installed."""
+    found = {name: DotDetector('dark', name) for name in METHODS}
+    found['SimpleBlobDetector'] = BlobDetector()
+    try:
+        found['trackpy'] = TrackpyDetector()
+    except ImportError:
+        pass
+    return found
+
+
+def score(scene, dots, noise: float) -> dict:
+    """Sums that can be added over frames: squared errors and bounds (px^2), counts of dots true, matched, missed, false, and squared errors over sigma."""
+    distance = np.hypot(*(scene.uv[:, None] - dots.uv[None]).transpose(2, 0, 1)) if len(dots) else np.full((len(scene.uv), 1), np.inf)
+    nearest = distance.argmin(1)
+    matched = distance[np.arange(len(nearest)), nearest] < MATCH
+    clear = scene.clear & matched
+    error = dots.uv[nearest[clear]] - scene.uv[clear] if len(dots) else np.zeros((0, 2))
+    bound = position_bound(scene.diameter[clear], scene.amplitude[clear], scene.psf, noise) if clear.any() else np.zeros(0)
+    false = int((distance[scene.present].min(0) > MATCH).sum()) if len(dots) else 0
+    sigma = dots.sigma[nearest[clear]] if len(dots) else np.zeros(0)
+    touching = scene.merged & scene.present & ~scene.covered
+    return {'error2': float((error**2).sum()), 'bound2': float((bound**2).sum()), 'matched': int(clear.sum()), 'true': int(scene.clear.sum()),
+            'false': false, 'normal2': float((error**2 / sigma[:, None] ** 2).sum() / 2), 'touching': int(touching.sum()),
+            'touching_missed': int((touching & ~matched).sum())}
+
+
+def run(seeds, frames: int, noises=NOISES, names=NAMES) -> dict:
+    """Scores[method][scene][noise]: sums of score() and 'ms', the times of single frames."""
+    cv2.setNumThreads(1)
+    results = defaultdict(lambda: defaultdict(lambda: defaultdict(lambda: defaultdict(float))))
+    times = defaultdict(list)
+    for name in names:
+        for seed in seeds:
+            scene = make_scene(name, seed)
+            for noise in noises:
+                rng = np.random.default_rng([seed, int(noise)])
+                compared = detectors()
+                for turn in range(frames + 1):
+                    image = scene.frame(noise, rng)
+                    for method, detector in compared.items():
+                        dots, spent = _timed(detector, image)
+                        if turn == 0:
+                            continue  # the first frame measures what dots look like
+                        times[method, name, noise].append(spent)
+                        for key, value in score(scene, dots, noise).items():
+                            results[method][name][noise][key] += value
+    return {m: {s: {n: dict(sums, ms=1e3 * float(np.median(times[m, s, n]))) for n, sums in by.items()} for s, by in scenes.items()}
+            for m, scenes in results.items()}
+
+
+def _timed(detector, image):
+    start = time.perf_counter()
+    try:
+        dots = detector.detect(image)
+    except BadFrame:
+        dots = Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+    return dots, time.perf_counter() - start
+
+
+def summary(sums: dict) -> dict:
+    """Ratios of one cell's sums."""
+    return {'error_over_bound': (sums['error2'] / max(sums['bound2'], 1e-12)) ** 0.5, 'missed_per_1000': 1e3 * (1 - sums['matched'] / sums['true']),
+            'false_per_1000': 1e3 * sums['false'] / sums['true'], 'normalised_variance': sums['normal2'] / max(sums['matched'], 1),
+            'touching_missed': int(sums['touching_missed']), 'touching': int(sums['touching']), 'ms': sums['ms']}
+
+
+def table(results: dict) -> str:
+    """Markdown: a row for each method, scene and noise."""
+    lines = ['| method | scene | noise | error / bound | missed / 1000 | false / 1000 | error^2 / sigma^2 | touching missed | ms |', '|---|---|---|---|---|---|---|---|---|']
+    for method, scenes in results.items():
+        for scene, by_noise in scenes.items():
+            for noise, sums in by_noise.items():
+                s = summary(sums)
+                lines.append(f'| {method} | {scene} | {noise:g} | {s["error_over_bound"]:.2f} | {s["missed_per_1000"]:.2f} | {s["false_per_1000"]:.2f} '
+                             f'| {s["normalised_variance"]:.2f} | {s["touching_missed"]} of {s["touching"]} | {s["ms"]:.2f} |')
+    return '\n'.join(lines) + '\n'
+
+
+def plot(results: dict, path: Path):
+    """Speed against error, a point for each method, scene and noise."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    figure, axes = pyplot.subplots(figsize=(7, 5))
+    for method, scenes in results.items():
+        cells = [summary(sums) for by in scenes.values() for sums in by.values()]
+        axes.scatter([c['ms'] for c in cells], [c['error_over_bound'] for c in cells], s=14, label=method)
+    axes.axhline(1.0, color='black', linewidth=0.8)
+    axes.set(xscale='log', yscale='log', xlabel='ms a frame (640 x 480, 529 dots, one thread)', ylabel='error / Cramer-Rao bound')
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--quick', action='store_true', help='one seed and two frames a cell')
+    parser.add_argument('--out', type=Path, default=Path('out'))
+    wanted = parser.parse_args()
+    results = run(range(1) if wanted.quick else range(3), 2 if wanted.quick else 6)
+    wanted.out.mkdir(parents=True, exist_ok=True)
+    (wanted.out / 'dots.md').write_text(table(results))
+    (wanted.out / 'dots.json').write_text(json.dumps({m: {s: {str(n): summary(v) for n, v in by.items()} for s, by in sc.items()} for m, sc in results.items()}, indent=1))
+    plot(results, wanted.out / 'dots.png')
+
+
+if __name__ == '__main__':
+    main()
