@@ -50,10 +50,9 @@ def _torn(move: np.ndarray, limit: float) -> bool:
 
 def _fill(id: np.ndarray, uv: np.ndarray, shape: tuple, pitch: float) -> None:
     """Numbers, in place, for dots left over that lie where the grid misses one."""
-    loose = np.flatnonzero(id < 0)
-    if not len(loose):
+    loose, known = np.flatnonzero(id < 0), np.flatnonzero(id >= 0)
+    if not len(loose) or len(known) == shape[0] * shape[1]:
         return
-    known = np.flatnonzero(id >= 0)
     places = np.full((shape[0] + 4, shape[1] + 4, 2), np.nan)  # a margin of two, so that neighbours two away exist
     row, column = np.divmod(id[known], shape[1])
     places[row + 2, column + 2] = uv[known]
