@@ -4,9 +4,9 @@
 
     python test/benchmark/regions.py [--noise 20e-6] [--output table.md] [recording ...]
 
-Recordings are found by TACTILE_RECORDINGS. Places are measured along the camera's rays with noise of the given standard deviation (what colour or area
-leave), so that the table judges the contact stage alone; the methods run in turn on each frame, timed one by one. `places` says what a method is
-given: measured ones, or those that the membrane makes of them. `labels` draws the region of the true labels: what no judgement of dots can exceed.
+Recordings are found by TACTILE_RECORDINGS. Places are measured along the camera's rays with noise of the given standard deviation (what
+colour or area leave), so that the table judges the contact stage alone; the methods run in turn on each frame, timed one by one. Places are
+those that the membrane makes of the measured ones, but for `paper, measured`. `labels` draws the region of the true labels.
 """
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from region_scores import contact_counts, f1, place_errors, region_iou, slip_cou
 
 ROWS = COLUMNS = 23
 PAPER = {'paper.d_max': 0.91e-3, 'paper.delta_d': 0.19e-3}
-HEAD = ('recording', 'method', 'contact F1', 'sticking F1', 'slipping F1', 'IoU', 'centroid mm', 'depth mm', 'area ratio', 'places ms', 'states ms',
-        'region ms')
+HEAD = ('recording', 'method', 'contact F1', 'sticking F1', 'slipping F1', 'IoU', 'centroid mm', 'depth mm', 'area ratio', 'places ms',
+        'states ms', 'region ms')
 
 
 @dataclass
@@ -97,27 +97,34 @@ def load(name: str) -> tuple[dict, dict]:
         return {key: truth[key] for key in truth.files}, json.loads((folder / 'sensor.json').read_text())
 
 
+def material_of(info: dict) -> MembraneMaterial:
+    """The membrane that a sensor's description names."""
+    return MembraneMaterial(info['shear_modulus_times_thickness'], info['rest_gauge_pressure'], info['curvature_radius'])
+
+
+def origin_of(sensor: dict) -> np.ndarray:
+    """(3,) m: the camera's centre in the sensor frame."""
+    camera = sensor['cameras'][0]
+    return -np.array(camera['R_cam_from_sensor']).T @ np.array(camera['t_cam_from_sensor'])
+
+
 def methods_for(truth: dict, sensor: dict) -> dict:
-    """Name: (places, method)."""
-    info, rest = sensor['info'], truth['dot_rest_xyz'].astype(float)
-    material = MembraneMaterial(info['shear_modulus_times_thickness'], info['rest_gauge_pressure'], info['curvature_radius'])
-    table = {'membrane': ('membrane', make_method('membrane', ROWS, COLUMNS, material, PAPER)),
-             'paper': ('membrane', make_method('paper', ROWS, COLUMNS, material, PAPER)),
-             'paper ': ('measured', make_method('paper', ROWS, COLUMNS, material, PAPER)),
-             'labels': ('measured', Labels(truth))}
-    for _, method in table.values():
-        if not isinstance(method, Labels):
-            method.renew(rest)
-    return table
+    """Name: (whose places it gets, method)."""
+    def made(name):
+        method = make_method(ROWS, COLUMNS, material_of(sensor['info']), origin_of(sensor), PAPER | {'contact': name})
+        method.renew(truth['dot_rest_xyz'].astype(float))
+        return method
+
+    return {'membrane': ('membrane', made('membrane')), 'paper': ('membrane', made('paper')),
+            'paper, measured': ('measured', made('paper')), 'labels': ('measured', Labels(truth))}
 
 
 def run(name: str, noise: float, seed: int = 0) -> dict[str, Score]:
     """Scores of all methods on one recording."""
     truth, sensor = load(name)
-    camera, info = sensor['cameras'][0], sensor['info']
-    origin = -np.array(camera['R_cam_from_sensor']).T @ np.array(camera['t_cam_from_sensor'])
+    info, origin = sensor['info'], origin_of(sensor)
     rest = truth['dot_rest_xyz'].astype(float)
-    membrane = Membrane(rest, ROWS, COLUMNS, MembraneMaterial(info['shear_modulus_times_thickness'], info['rest_gauge_pressure'], info['curvature_radius']))
+    membrane = Membrane(rest, ROWS, COLUMNS, material_of(info))
     table, rng, previous = methods_for(truth, sensor), np.random.default_rng(seed), None
     scores = {key: Score() for key in table}
     for frame, stamp in enumerate(truth['timestamps']):

@@ -23,8 +23,9 @@ _LASTING = 5  # frames from which on a touch is one of its own, not a part of on
 class ContactEstimate:
     """The fields of tactile_msgs/Contact, and the dots that belong to it.
 
-    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the mean normal of the
-    region, NaN when unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the frame's dots.
+    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the mean normal of
+    the region, NaN when unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the
+    frame's dots.
     """
 
     id: int
@@ -42,8 +43,8 @@ class ContactTracker:
 
     A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
     not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
-    number; the contact is AMBIGUOUS as long as it lasts undivided, if both had lasted. Of parts that a region splits into, the one with most dots in
-    common keeps the number.
+    number; the contact is AMBIGUOUS as long as it lasts undivided, if both had lasted. Of parts that a region splits into, the one
+    with most dots in common keeps the number.
     calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
     """
 

@@ -16,10 +16,10 @@ from .outline import Outline, region_outlines
 from .rigid import RigidFit
 
 # Standard deviation of an outline, and the length along it over which its errors hang together, in pitches of the dots.
-OUTLINE_SIGMA = 0.2
+OUTLINE_SIGMA = 0.3
 OUTLINE_LENGTH = 1.0
-# A region has a direction where its two variances differ by this many standard deviations (about 7 degrees of doubt).
-_DIRECTION = 4.0
+# A region has a direction where its two variances differ by this many standard deviations (about 10 degrees of doubt).
+_DIRECTION = 3.0
 _MASK_SCALE = 8  # pixels a pitch, of the raster that tells which dots lie in which region
 
 
@@ -154,8 +154,8 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
 def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> np.ndarray:
     """Standard deviations (C,) of integrals over a region that errors of its outline make.
 
-    loops: [(M, 3), ...] m, outline and holes; values: [(M, C), ...], the integrands there. Each stretch of OUTLINE_LENGTH pitches is taken to
-    be off by OUTLINE_SIGMA pitches on its own.
+    loops: [(M, 3), ...] m, outline and holes; values: [(M, C), ...], the integrands there. Each stretch of OUTLINE_LENGTH pitches is
+    taken to be off by OUTLINE_SIGMA pitches on its own.
     """
     squares = sum(_side_lengths(loop) @ value**2 for loop, value in zip(loops, values))
     return OUTLINE_SIGMA * pitch * np.sqrt(OUTLINE_LENGTH * pitch * squares)
