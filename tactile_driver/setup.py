@@ -15,6 +15,7 @@ setup(
         ('share/' + PACKAGE, ['package.xml']),
     ],
     install_requires=['setuptools'],
+    package_data={PACKAGE: ['nodes/*.xml']},
     zip_safe=False,
     maintainer='The tactile authors',
     maintainer_email='tactile@users.noreply.github.com',

@@ -30,7 +30,7 @@ class Frame:
     truth: object = None
 
 
-def frame_of(image: np.ndarray | None, stamp_ns: int, place: str) -> Frame:
+def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
     """A Frame of what OpenCV decoded: (H, W), (H, W, 3) BGR or (H, W, 4) BGRA, uint8. Raises BadFrame naming the place otherwise."""
     if image is None or image.size == 0:
         raise BadFrame(f'{place} cannot be decoded; it is skipped')
@@ -54,7 +54,7 @@ def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, 
     image = np.asarray(data, np.uint8).reshape(height, step)[:, :width * channels].reshape(height, width, channels)
     if encoding in _TO_BGR:
         image = cv2.cvtColor(image, _TO_BGR[encoding])
-    return frame_of(image, stamp_ns, place)
+    return frame_of(image, place, stamp_ns)
 
 
 def as_encoding(frame: Frame, encoding: str) -> np.ndarray:

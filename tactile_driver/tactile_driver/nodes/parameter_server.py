@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
-from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 
 from ..errors import TactileError
@@ -40,7 +40,7 @@ class NodeParameters:
         self.problems: dict[str, str] = {}
         self._table = {p.name: p for p in table}
         self._values = {p.name: p.default for p in table}
-        self._check, self._apply = None, None
+        self._check, self._apply, self._reason = None, None, ''
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._on_post_set)
         for parameter in table:
@@ -55,21 +55,14 @@ class NodeParameters:
         return dict(self._values)
 
     def _declare(self, node: Node, parameter: Parameter) -> None:
-        about = descriptor_of(parameter)
-        default = parameter.default
+        # The range is added after: rclpy would refuse a value out of it without a word about type and unit.
+        free = ParameterDescriptor(dynamic_typing=True)
         try:
-            node.declare_parameter(parameter.name, default, about)
-        except (InvalidParameterValueException, InvalidParameterTypeException) as error:
-            self.problems[parameter.name] = self._problem(parameter, getattr(error, 'value', None), str(error))
-            node.declare_parameter(parameter.name, default, about, ignore_override=True)
-
-    @staticmethod
-    def _problem(parameter: Parameter, value: object, otherwise: str) -> str:
-        try:
-            parameter.checked(value)
-        except TactileError as error:
-            return str(error)
-        return otherwise
+            node.declare_parameter(parameter.name, parameter.default, free)
+        except InvalidParameterValueException:
+            node.declare_parameter(parameter.name, parameter.default, free, ignore_override=True)
+            self.problems[parameter.name] = self._reason
+        node.set_descriptor(parameter.name, descriptor_of(parameter))
 
     def _changes(self, parameters: list) -> dict[str, object]:
         return {p.name: self._table[p.name].checked(p.value) for p in parameters if p.name in self._table}
@@ -80,6 +73,7 @@ class NodeParameters:
             if self._check is not None and changes:
                 self._check(changes)
         except TactileError as error:
+            self._reason = str(error)
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 

@@ -3,21 +3,37 @@
 """Runs a node as a process: started by its entry point, ended cleanly by SIGINT or SIGTERM."""
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+_PROFILE = Path(__file__).with_name('fastdds_profile.xml')
+_PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+_CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
+
+
+def make_room_for_images() -> None:
+    """Give this process shared memory that holds images, unless the user has set up Fast DDS; call it before rclpy.init."""
+    if not any(os.environ.get(name) for name in _CHOSEN_BY):
+        os.environ.update(dict.fromkeys(_PROFILE_NAMES, str(_PROFILE)))
+
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Spin the node that make() returns until it is interrupted; returns the exit code 0. The node's destroy_node() has to release what
-    it holds."""
+    """Spin the node that make() returns until it is interrupted; returns the exit code 0.
+
+    The node's destroy_node() has to release what it holds.
+    """
     node = None
     try:
+        make_room_for_images()
         rclpy.init(args=args)
         node = make()
-        rclpy.spin(node)
+        _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
@@ -25,3 +41,15 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(node: Node) -> None:
+    while True:
+        try:
+            rclpy.spin(node)
+            return
+        except RCLError as error:
+            # rclpy lets this out when somebody asks for a transition that the state does not allow: no reason to end.
+            if not node.context.ok():
+                return
+            node.get_logger().warning(f'a request was refused: {error}')

@@ -85,9 +85,10 @@ class BagSource:
         name, recorded_ns, data = self._next()
         message = self._decoded(data, name)
         stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or recorded_ns
-        if self._pace is not None:
-            wait_until(self._pace.next() if self._rate > 0 else self._pace.next(stamp))
-        return self._frame(message, name, stamp) if wanted else None
+        due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
+        frame = self._frame(message, name, stamp) if wanted else None
+        wait_until(due)
+        return frame
 
     def _next(self) -> tuple[str, int, bytes]:
         found = next(self._messages, None) if self._messages is not None else None
@@ -108,7 +109,7 @@ class BagSource:
         place = f'the image of {self._topic} at {stamp} ns'
         if name == _COMPRESSED:
             data = np.asarray(message.data, np.uint8)
-            return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, stamp, place)
+            return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, place, stamp)
         return frame_of_bytes(message.data, (message.height, message.width, message.step), message.encoding, stamp, place)
 
     def close(self) -> None:

@@ -96,7 +96,7 @@ class DeviceSource:
         if not wanted:
             return None
         good, image = self._capture.retrieve()
-        return frame_of(image if good else None, stamp, f'a frame of {self._found.path}')
+        return frame_of(image if good else None, f'a frame of {self._found.path}', stamp)
 
     def _captured_ns(self) -> int:
         """When the frame just grabbed was captured, on time.monotonic_ns(): V4L2's own stamp where it is one of this clock, else now."""

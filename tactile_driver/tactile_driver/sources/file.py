@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from ..errors import BadArgument, BadRecording
 from ..frame import CameraCalibration, Frame, frame_of
@@ -38,8 +39,8 @@ class _Folder:
         self._at += 1
         return self._at < len(self._files)
 
-    def retrieve(self, stamp: int) -> Frame:
-        return frame_of(cv2.imread(str(self._files[self._at]), cv2.IMREAD_UNCHANGED), stamp, f'image {self._files[self._at]}')
+    def retrieve(self) -> tuple[np.ndarray | None, str]:
+        return cv2.imread(str(self._files[self._at]), cv2.IMREAD_UNCHANGED), f'image {self._files[self._at]}'
 
     def close(self) -> None:
         self._files = []
@@ -69,9 +70,9 @@ class _Video:
         self._at += 1
         return True
 
-    def retrieve(self, stamp: int) -> Frame:
+    def retrieve(self) -> tuple[np.ndarray | None, str]:
         good, image = self._capture.retrieve()
-        return frame_of(image if good else None, stamp, f'frame {self._at - 1} of {self._path}')
+        return image if good else None, f'frame {self._at - 1} of {self._path}'
 
     def close(self) -> None:
         self._capture.release()
@@ -113,10 +114,13 @@ class FileSource:
         self._reader = _Folder(self._path) if self._path.is_dir() else _Video(self._path)
 
     def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame, when it is due. Raises EndOfSource, or BadFrame for an image that cannot be decoded."""
+        """The next frame, decoded ahead and handed over when due. Raises EndOfSource, or BadFrame for an image that cannot be decoded."""
         self._advance()
-        stamp = self._next_stamp()
-        return self._reader.retrieve(stamp) if wanted else None
+        self._number += 1
+        due = self._pace.next() if self._pace is not None else 0
+        image = self._reader.retrieve() if wanted else None
+        wait_until(due)
+        return frame_of(*image, self._stamp(due)) if image is not None else None
 
     def _advance(self) -> None:
         if self._reader is None or not self._grab():
@@ -133,14 +137,11 @@ class FileSource:
         self.corrupt += self._reader.lost - lost
         return good
 
-    def _next_stamp(self) -> int:
-        self._number += 1
+    def _stamp(self, due: int) -> int:
         if self._pace is not None:
-            due = self._pace.next()
-            wait_until(due)
             return stamp_of(due, self._clock)
         if self._first_stamp is None:
-            self._first_stamp = self._clock()
+            self._first_stamp = self._clock() - int((self._number - 1) * NS / self.rate)
         return self._first_stamp + int((self._number - 1) * NS / self.rate)
 
     def close(self) -> None:

@@ -11,6 +11,7 @@ from .protocol import Clock
 
 _RATE = 30.0
 _SIZE = (640, 480)
+_LONGEST_LEAP = 2
 
 
 class SimulatedSource:
@@ -52,7 +53,9 @@ class SimulatedSource:
         if not wanted:
             wait_until(due)
             return None
-        self._number = (self._number + self._pace.skipped - skipped) % max(round(self._scene.duration * self.rate), 1)
+        # Frames missed have to be computed too, only not drawn: to catch up after a long stall would make the next one longer.
+        leap = min(self._pace.skipped - skipped, _LONGEST_LEAP)
+        self._number = (self._number + leap) % max(round(self._scene.duration * self.rate), 1)
         rendered = self._scene.render(self._number / self.rate)
         self._number += 1
         wait_until(due)
