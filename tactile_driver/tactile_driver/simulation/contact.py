@@ -28,7 +28,8 @@ _NEAR, _NEAR_MARGIN = 0.0006, 0.0016
 
 @dataclass
 class MembraneState:
-    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, which of the inner nodes are in contact; force (m, 3) N, tool on membrane at these."""
+    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, which of the inner nodes are in contact; force (m, 3) N, of the tool
+    on the membrane at these."""
 
     shape: np.ndarray
     pressure: float

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The touchpad's membrane: a strongly stretched rubber skin over an enclosed volume of water, on a grid of nodes.
 
-A rubber (neo-Hookean) skin stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, quadratic in the places of its points:
-its forces are those of a net of springs of length zero, K x with one constant matrix K for x, y and z. That is what makes a frame cheap. In
-the rest state the skin carries the same tension T in all directions, so a sphere of radius R stands under the pressure 2 T / R.
+A rubber (neo-Hookean) skin stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, quadratic in the places of its
+points: its forces are those of a net of springs of length zero, K x with one constant matrix K for x, y and z. That is what makes a frame
+cheap. At rest the skin carries the same tension T in all directions, so a sphere of radius R stands under the pressure 2 T / R.
 """
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def square_from_disc(disc: np.ndarray) -> np.ndarray:
     difference, root = x * x - y * y, 2 * np.sqrt(2)
 
     def half(sign, value):
-        return 0.5 * (np.sqrt(np.maximum(2 + sign * difference + root * value, 0)) - np.sqrt(np.maximum(2 + sign * difference - root * value, 0)))
+        more, less = (np.sqrt(np.maximum(2 + sign * difference + way * root * value, 0)) for way in (1, -1))
+        return 0.5 * (more - less)
 
     return np.stack([half(1, x), half(-1, y)], axis=-1)
 
@@ -37,7 +38,7 @@ class Membrane:
     radius: curvature at rest, m; height: of the cap over the rim plane, m; tension: N/m; nodes: n along one side.
     Attributes: rest (n, n, 3), m; inner (n*n,) bool, nodes that are free to move; node_area (n*n,) m^2 at rest; volume m^3 and
     pressure Pa at rest; compliance (m, m) m/N over inner nodes, the inverse of their spring matrix; slack (m, 3) m, where the inner nodes
-    would stand without any force.
+    would stand without any force; springs: sparse (m, n*n) N/m, spring forces on the inner nodes of all nodes' places.
     """
 
     def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49):
@@ -71,7 +72,7 @@ class Membrane:
         return square_from_disc(arm[..., :2] * (distance / np.maximum(sideways, 1e-12))[..., None])
 
     def seen_at_rest(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """Places (K, 3), m, where unit rays (K, 3) from origin (3,) inside the ball meet the resting skin; beside it, the nearest on the ball."""
+        """Places (K, 3), m, where unit rays (K, 3) from origin (3,) inside the ball meet the resting skin or the rest of its ball."""
         arm = origin - self.centre
         half = rays @ arm
         return origin + (np.sqrt(np.maximum(half**2 - arm @ arm + self.radius**2, 0)) - half)[:, None] * rays
@@ -94,8 +95,8 @@ class Membrane:
             rows = np.concatenate([triangles[:, i], triangles[:, j], triangles[:, i], triangles[:, j]])
             columns = np.concatenate([triangles[:, j], triangles[:, i], triangles[:, i], triangles[:, j]])
             total += sparse.coo_matrix((np.concatenate([-weight, -weight, weight, weight]), (rows, columns)), total.shape).tocsr()
-        self._springs = total[self.inner]
-        free = self._springs[:, self.inner]
+        self.springs = total[self.inner]
+        free = self.springs[:, self.inner]
         self._solve = splu(free.tocsc()).solve
         # Single precision is enough here, since settle() has the last word, and takes half the memory.
         factor, _ = lapack.spotrf(np.asfortranarray(free.toarray().astype(np.float32)), lower=1, overwrite_a=1)
@@ -107,10 +108,10 @@ class Membrane:
         """Take up what the discrete skin lacks of balance on the exact sphere, so that rest is rest to the last digit."""
         self.volume = self.volume_of(self.rest)
         self.pressure = 2 * self.tension / self.radius
-        pull = self._springs @ self.rest.reshape(-1, 3)
+        pull = self.springs @ self.rest.reshape(-1, 3)
         bias = pull - self.pressure * self.area_vectors(self.rest)[self.inner]
         rim = self.rest.reshape(-1, 3) * ~self.inner[:, None]
-        self.slack = self._solve(bias - self._springs @ rim)
+        self.slack = self._solve(bias - self.springs @ rim)
 
     def area_vectors(self, xyz: np.ndarray) -> np.ndarray:
         """Outward area vectors (n*n, 3) of the nodes, m^2, of the shape xyz (n, n, 3), m."""

@@ -56,8 +56,8 @@ class Observer:
         nodes = state.shape.reshape(-1, 3)[self.membrane.inner][state.touching]
         touching = self._touching_dots(places, region, tool, now)
         way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
-        truth = TruthFrame(self._ids, uv, places, self._states(touching, way_of_dots), region.outlines, region.holes, region.area, region.centroid,
-                           region.normal)
+        states = self._states(touching, way_of_dots)
+        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal)
         truth.contacts = self._touches(state, nodes, region, tool, now)
         self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)
@@ -76,7 +76,8 @@ class Observer:
         dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.membrane.inner.sum(), 3), np.nan)
         dots_on_tool[touching] = pose.to_tool(places[touching])
         nodes_on_tool[state.touching] = pose.to_tool(nodes)
-        last, self._before = self._before or (np.full_like(dots_on_tool, np.nan), np.full_like(nodes_on_tool, np.nan)), (dots_on_tool, nodes_on_tool)
+        last = self._before or (np.full_like(dots_on_tool, np.nan), np.full_like(nodes_on_tool, np.nan))
+        self._before = dots_on_tool, nodes_on_tool
         return _way_along(tool, last[0], dots_on_tool), _way_along(tool, last[1], nodes_on_tool)[state.touching]
 
     def _states(self, touching: np.ndarray, way: np.ndarray) -> np.ndarray:
@@ -107,7 +108,7 @@ class Observer:
             centre = pose.to_sensor(np.asarray(tool.places[part]))
             position = region.centroid if tool.tip_radius is None else centre - [0, 0, tool.tip_radius]
             touching = touching_height(tool.parts[part], pose.turn, centre[0], centre[1], self.membrane.centre, self.membrane.radius)
-            touches.append(Touch(position, normal, touching - centre[2], float(-(state.force[mine] @ normal).sum())))
+            touches.append(Touch(position, normal, float(touching - centre[2]), float(-(state.force[mine] @ normal).sum())))
         return touches
 
 
@@ -138,7 +139,7 @@ def _motion(before: Pose, now: Pose) -> np.ndarray:
 
 
 def _twist_in_plane(places: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Twist (6,) at the sensor frame's origin, by least squares, of velocities (k, 3) at places (k, 3) in a plane; and where it stands still.
+    """Twist (6,) at the sensor frame's origin of velocities (k, 3) at places (k, 3) in a plane (least squares); and where it stands still.
 
     That centre is NaN where the turn moves the rim of a contact of this radius, m, at less than a twentieth of the translation's speed.
     """

@@ -20,26 +20,27 @@ class Lighting:
     """
 
     absorption: tuple = (78.0, 62.0, 13.0)
-    gain: tuple = (330.0, 345.0, 395.0)
+    gain: tuple = (365.0, 380.0, 395.0)
     ambient: float = 0.22
     lamp_radius: float = 0.024
     lamp_depth: float = 0.034
-    lamps: int = 6
+    lamps: int = 4
     window: float = -0.0035
     power: float = 1.6
-    gloss: float = 190.0
-    gloss_width: float = 0.009
+    gloss: float = 300.0
+    gloss_width: float = 0.007
     largest_spot: float = 8.0
 
 
 def lamp_places(lighting: Lighting) -> np.ndarray:
     """(L, 3) m."""
     angle = 2 * np.pi * (np.arange(lighting.lamps) + 0.25) / lighting.lamps
-    return np.stack([lighting.lamp_radius * np.cos(angle), lighting.lamp_radius * np.sin(angle), np.full_like(angle, -lighting.lamp_depth)], axis=1)
+    radius, depth = lighting.lamp_radius, lighting.lamp_depth
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full_like(angle, -depth)], axis=1)
 
 
 def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ways from ends (..., 3) to starts (L, 3): their part in the water and whole length (L, ...), m, and unit vectors (L, ..., 3) to starts."""
+    """Ways from ends (..., 3) to starts (L, 3): their part in water and whole length (L, ...), m; unit vectors (L, ..., 3) there."""
     arm = starts.reshape((-1,) + (1,) * (ends.ndim - 1) + (3,)).astype(np.float32) - ends
     length = np.sqrt(np.einsum('...i,...i->...', arm, arm))
     share = (ends[..., 2] - np.float32(window)) / -arm[..., 2]
@@ -65,7 +66,7 @@ class Illumination:
         return self._diffuse(wet, length, toward, normals), self._mirror(toward, normals, uv)
 
     def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Beer and Lambert along lamp - skin - camera, Lambert's cosine, fall-off with the square of distance; and light scattered about."""
+        """Beer and Lambert along lamp, skin, camera; Lambert's cosine; fall-off with the square of distance; and light scattered about."""
         lighting = self._lighting
         facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
         facing *= (lighting.lamp_depth / length[1:])**2 * (lighting.power / lighting.lamps)
@@ -88,7 +89,8 @@ class Illumination:
             least &= middle <= size[:, slice(*rows), slice(*columns)]
         lamp, row, column = np.nonzero(least)
         row, column = row + 1, column + 1
-        slope = np.stack([off[lamp, row, column + 1] - off[lamp, row, column - 1], off[lamp, row + 1, column] - off[lamp, row - 1, column]], -1) / 2
+        across = off[lamp, row, column + 1] - off[lamp, row, column - 1]
+        slope = np.stack([across, off[lamp, row + 1, column] - off[lamp, row - 1, column]], axis=-1) / 2
         pixel = np.stack([uv[row, column + 1] - uv[row, column - 1], uv[row + 1, column] - uv[row - 1, column]], -1) / 2
         here = off[lamp, row, column][..., None]
         square = slope.transpose(0, 2, 1) @ slope + 1e-8 * np.eye(2)

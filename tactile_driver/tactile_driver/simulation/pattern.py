@@ -57,7 +57,8 @@ class DotPattern:
     """rows x columns round dots, painted by hand: a bit off in place and size.
 
     They stand at equal steps in the picture of the resting pad, pitch px of the native picture apart.
-    Attributes: radius (K,) m; sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting skin.
+    Attributes: radius (K,) m; sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular
+    directions on the resting skin.
     """
 
     def __init__(self, membrane: Membrane, camera: SimulatedCamera, rng: np.random.Generator, rows: int = 23, columns: int = 23):
@@ -72,7 +73,7 @@ class DotPattern:
         self.radius = radius * (1 + spread * np.clip(rng.standard_normal(u.size), -2.5, 2.5))
         self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(membrane.rest))[1])
 
-    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
         """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture.
 
         correct: a function (K, 3) -> (K, 3) for the places before the camera sees them.

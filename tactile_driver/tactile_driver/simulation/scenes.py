@@ -34,56 +34,59 @@ class Script:
     duration: float = 0.0
 
 
-def _act(tool: str, *moves: Key) -> Act:
-    """A tool that comes from above to its first place and leaves upwards from its last."""
-    first, last = moves[0], moves[-1]
-    return tool, [replace(first, t=first.t - 0.25, press=-0.0015), *moves, replace(last, t=last.t + 0.25, press=-0.0015)]
+def _act(tool: str, start: float, *places: dict) -> Act:
+    """A tool that comes from above at the time start, s, goes through places (Key's fields; t: s after the start) and leaves upwards.
+
+    What a place does not name stays as it was.
+    """
+    keys = [Key(start, press=0.0)]
+    for place in places:
+        keys.append(replace(keys[-1], **{**place, 't': start + place['t']}))
+    above = {'press': -0.0015}
+    return tool, [replace(keys[0], t=start - 0.25, **above), *keys, replace(keys[-1], t=keys[-1].t + 0.25, **above)]
 
 
 def _rectangle_drag(t: float) -> Act:
-    return _act('rectangle', Key(t, press=0.0), Key(t + 0.8, press=0.0032), Key(t + 1.1, press=0.0032), Key(t + 3.1, x=0.0055, press=0.0032),
-                Key(t + 3.4, x=0.0055, press=0.0032), Key(t + 4.0, x=0.0055, press=0.0))
+    return _act('rectangle', t, {'t': 0.8, 'press': 0.0032}, {'t': 1.1}, {'t': 3.1, 'x': 0.0055}, {'t': 3.4}, {'t': 4.0, 'press': 0.0})
 
 
 def _disc_twist(t: float) -> Act:
-    return _act('disc', Key(t, press=0.0), Key(t + 0.7, press=0.0030), Key(t + 1.0, press=0.0030), Key(t + 2.6, press=0.0030, yaw=0.75),
-                Key(t + 2.9, press=0.0030, yaw=0.75), Key(t + 3.4, press=0.0, yaw=0.75))
+    return _act('disc', t, {'t': 0.7, 'press': 0.0030}, {'t': 1.0}, {'t': 2.6, 'yaw': 0.75}, {'t': 2.9}, {'t': 3.4, 'press': 0.0})
 
 
 def _ring_press(t: float) -> Act:
-    return _act('ring', Key(t, press=0.0), Key(t + 0.9, press=0.0030), Key(t + 1.4, press=0.0030), Key(t + 2.2, y=0.0018, press=0.0030),
-                Key(t + 2.8, y=0.0018, press=0.0))
+    return _act('ring', t, {'t': 0.9, 'press': 0.0030}, {'t': 1.4}, {'t': 2.2, 'y': 0.0018}, {'t': 2.8, 'press': 0.0})
 
 
 def _sphere_press(t: float) -> Act:
-    return _act('sphere', Key(t, x=0.003, y=-0.002, press=0.0), Key(t + 0.8, x=0.003, y=-0.002, press=0.0042),
-                Key(t + 1.3, x=0.003, y=-0.002, press=0.0042), Key(t + 1.9, x=0.003, y=-0.002, press=0.0))
+    tool, keys = _act('sphere', t, {'t': 0.8, 'press': 0.0042}, {'t': 1.3}, {'t': 1.9, 'press': 0.0})
+    return tool, [replace(key, x=0.003, y=-0.002) for key in keys]
 
 
 def _sphere_tilt(t: float) -> Act:
     """A ball that rolls across the pad, then turns on the spot."""
-    return _act('sphere', Key(t, x=-0.003, press=0.0), Key(t + 0.7, x=-0.003, press=0.0036), Key(t + 2.0, x=0.003, press=0.0036, pitch=0.75),
-                Key(t + 2.9, x=0.003, press=0.0036, pitch=0.75, roll=0.35), Key(t + 3.4, x=0.003, press=0.0, pitch=0.75, roll=0.35))
+    tool, keys = _act('sphere', t, {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.006, 'pitch': 0.75}, {'t': 2.9, 'roll': 0.35},
+                      {'t': 3.4, 'press': 0.0})
+    return tool, [replace(key, x=key.x - 0.003) for key in keys]
 
 
 def _impact(t: float) -> Act:
     """A ball that is in and out within a sixth of a second."""
-    return _act('sphere', Key(t, y=0.002, press=0.0), Key(t + 0.07, y=0.002, press=0.0045), Key(t + 0.17, y=0.002, press=0.0))
+    tool, keys = _act('sphere', t, {'t': 0.07, 'press': 0.0045}, {'t': 0.17, 'press': 0.0})
+    return tool, [replace(key, y=0.002) for key in keys]
 
 
 def _disc_tilt(t: float) -> Act:
-    return _act('disc', Key(t, press=0.0), Key(t + 0.7, press=0.0024), Key(t + 1.5, press=0.0032, pitch=0.16), Key(t + 2.3, press=0.0032, roll=0.16),
-                Key(t + 2.9, press=0.0, roll=0.16))
+    return _act('disc', t, {'t': 0.7, 'press': 0.0024}, {'t': 1.5, 'press': 0.0032, 'pitch': 0.16}, {'t': 2.3, 'pitch': 0.0, 'roll': 0.16},
+                {'t': 2.9, 'press': 0.0})
 
 
 def _prism(t: float) -> Act:
-    return _act('prism', Key(t, press=0.0), Key(t + 0.8, press=0.0034), Key(t + 1.1, press=0.0034), Key(t + 2.1, press=0.0034, yaw=0.5),
-                Key(t + 2.7, press=0.0, yaw=0.5))
+    return _act('prism', t, {'t': 0.8, 'press': 0.0034}, {'t': 1.1}, {'t': 2.1, 'yaw': 0.5}, {'t': 2.7, 'press': 0.0})
 
 
 def _two_spheres(t: float) -> Act:
-    return _act('two_spheres', Key(t, press=0.0), Key(t + 0.8, press=0.0034), Key(t + 1.2, press=0.0034), Key(t + 1.9, y=0.002, press=0.0034),
-                Key(t + 2.5, y=0.002, press=0.0))
+    return _act('two_spheres', t, {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0})
 
 
 def _one_after_the_other(*acts) -> tuple[Act, ...]:
@@ -100,8 +103,9 @@ def _sphere_grid() -> tuple[Act, ...]:
     acts, t = [], UNTOUCHED
     for place, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
         for depth in (0.0015, 0.0030, 0.0045) if place % 2 == 0 else (0.0020, 0.0040):
-            acts.append(('sphere', [Key(t, x=x, y=y, press=-0.001), Key(t + 0.3, x=x, y=y, press=depth), Key(t + 0.6, x=x, y=y, press=depth),
-                                    Key(t + 0.9, x=x, y=y, press=-0.001)]))
+            above = Key(t, x, y, -0.001)
+            pressed = replace(above, t=t + 0.3, press=depth)
+            acts.append(('sphere', [above, pressed, replace(pressed, t=t + 0.6), replace(above, t=t + 0.9)]))
             t += 1.1
     return tuple(acts)
 
@@ -135,7 +139,7 @@ def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int
     if not 0 < rate < np.inf:
         raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
     if width < 160 or width * 3 != height * 4 or width % 4 or height % 4:
-        raise BadArgument(f'simulation: no picture of {width} x {height} px; give 640 x 480, 320 x 240 or another multiple of 4 in the ratio 4 : 3')
+        raise BadArgument(f'simulation: no picture of {width} x {height} px; give 640 x 480, 320 x 240 or another 4 : 3 in multiples of 4')
     script = SCENES[name]
     membrane, camera = Membrane(), mounted_camera(width, height)
     pattern = DotPattern(membrane, camera, np.random.default_rng([seed, 0]))

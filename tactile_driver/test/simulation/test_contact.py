@@ -29,7 +29,8 @@ def play(membrane, name, keys, until, rate=30):
 def out_of_balance(membrane, state):
     """(m, 3) N left over at the inner nodes."""
     places = state.shape.reshape(-1, 3)[membrane.inner]
-    left = membrane._springs[:, membrane.inner] @ (places - membrane.slack) - state.pressure * membrane.area_vectors(state.shape)[membrane.inner]
+    pull = membrane.springs[:, membrane.inner] @ (places - membrane.slack)
+    left = pull - state.pressure * membrane.area_vectors(state.shape)[membrane.inner]
     left[state.touching] -= state.force
     return left
 

@@ -90,11 +90,12 @@ def test_wrench_is_the_sum_of_the_nodes_forces(drag):
 def test_membrane_s_rim_and_water_carry_the_wrench(drag):
     membrane, _, _, frames = drag
     truth, state, _ = frames[33]
-    pull = (membrane._springs.T @ np.ones(membrane.inner.sum()))
+    pull = membrane.springs.T @ np.ones(membrane.inner.sum())
     flat = state.shape.reshape(-1, 3)
     # what the rim's springs and the water do to the free skin balances the tool, up to the solver's residual
     springs = pull @ (flat - membrane.rest.reshape(-1, 3))
-    water = (state.pressure * membrane.area_vectors(state.shape) - membrane.pressure * membrane.area_vectors(membrane.rest))[membrane.inner].sum(axis=0)
+    pressed, resting = (membrane.area_vectors(shape)[membrane.inner].sum(axis=0) for shape in (state.shape, membrane.rest))
+    water = state.pressure * pressed - membrane.pressure * resting
     np.testing.assert_allclose(springs - water, truth.wrench[:3], atol=0.003 * np.linalg.norm(truth.wrench[:3]))
 
 
@@ -142,7 +143,7 @@ def test_twist_turns_about_its_axis_and_makes_a_moment(twist):
     truth = twist[3][45][0]
     assert truth.velocity[5] == pytest.approx(0.7 / 1.4 / 0.85, rel=0.05)
     assert truth.velocity[:2] == pytest.approx([0, -0.001 * truth.velocity[5]], abs=4e-4)
-    assert truth.rotation_center[:2] == pytest.approx([0.001, 0], abs=0.05e-3)
+    assert truth.rotation_center[:2] == pytest.approx([0.001, 0], abs=0.5e-3)
     assert truth.wrench[5] > 2e-4
     assert truth.motion[5] == pytest.approx(0.7 / 1.4 / 0.85 / RATE, rel=0.01)
     truth = next(truth for truth, _, _ in twist[3] if truth.slip_state == INCIPIENT and truth.slipping_fraction > 0.4)
