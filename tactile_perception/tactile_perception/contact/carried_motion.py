@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rigid motion of an object between two frames from the dots that it carries along, followed from frame to frame.
 
-A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse, so that the two count by their own errors. A motion is a
+A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse. So a dot that is carried agrees across its ray with the
+object's motion; and each dot that touches, carried or not, follows the object along the normal, as well as that is known. A motion is a
 twist (6,): velocity of the point at the centre (m a frame) and w = 2 tan(angle / 2) times the axis; Cayley's form makes it exact and linear:
 after - before = v + w x ((before + after) / 2 - centre).
 """
@@ -14,44 +15,50 @@ import numpy as np
 _LEVER = 5e-3
 # Cosine from which a dot that is ahead counts as leading, and how much less its distance then speaks against it.
 _LEADS, _PATIENCE = 0.3, 0.04
+_RIDGE = 1e-6
 
 
 class DotMotions:
-    """Motions of N dots between two frames: before, after (N, 3) m, seen from origin (3,).
+    """Motions of N dots that touch an object between two frames: before, after (N, 3) m, normals (N, 3), seen from origin (3,).
 
-    across: standard deviation across the ray, m; along: standard deviation along the ray, m.
+    across, along: standard deviation of a motion across the ray and along the normal, m.
     """
 
-    def __init__(self, before: np.ndarray, after: np.ndarray, origin: np.ndarray, across: float, along: float):
+    def __init__(self, before: np.ndarray, after: np.ndarray, normals: np.ndarray, origin: np.ndarray, across: float, along: float):
         self.centre = after.mean(0)
-        middle = (before + after) / 2 - self.centre
-        rays = (before + after) / 2 - origin
+        middle = (before + after) / 2
+        rays = middle - origin
         self.rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        self.moved = after - before
+        self.normals, self.moved = normals, after - before
         self.across, self.along = across, along
-        self.rows = _rows(middle)
+        self.rows = _rows(middle - self.centre)
+        self._rows_across = self.rows - self.rays[:, :, None] * np.einsum('nc,nct->nt', self.rays, self.rows)[:, None, :]
+        self._rows_normal = np.einsum('nc,nct->nt', normals, self.rows)
 
     def off(self, twist: np.ndarray) -> np.ndarray:
         """What each dot moved beyond the twist (6,), across its ray, (N, 3) m."""
         left = self.moved - self.rows @ twist
         return left - (left * self.rays).sum(1, keepdims=True) * self.rays
 
-    def off_along(self, twist: np.ndarray) -> np.ndarray:
-        """The same along the rays, (N,) m."""
-        return ((self.moved - self.rows @ twist) * self.rays).sum(1)
+    def off_normal(self, twist: np.ndarray) -> np.ndarray:
+        """The same along the normals, (N,) m."""
+        return (self.moved * self.normals).sum(1) - self._rows_normal @ twist
 
-    def fit(self, weights: np.ndarray, expected: np.ndarray | None = None, hold: float = 0.0) -> np.ndarray:
-        """Twist (6,) by least squares with weights (N,); expected (6,) counts as hold dots that moved like that."""
-        across = self.rows - self.rays[:, :, None] * np.einsum('nc,nct->nt', self.rays, self.rows)[:, None, :]
-        along = np.einsum('nc,nct->nt', self.rays, self.rows)
+    def fit(self, carried: np.ndarray, touching: np.ndarray, expected: np.ndarray | None = None, hold: float = 0.0) -> np.ndarray:
+        """Twist (6,) by least squares: across the rays with weights carried (N,), along the normals with weights touching (N,).
+
+        expected (6,) counts as hold dots that were carried like that.
+        """
         scale = (self.across / self.along)**2
-        matrix = np.einsum('n,nct,ncs->ts', weights, across, self.rows) + scale * (along * weights[:, None]).T @ along
-        right = np.einsum('n,nct,nc->t', weights, across, self.moved) + scale * along.T @ (weights * (self.moved * self.rays).sum(1))
+        weighted = self._rows_across * carried[:, None, None]
+        matrix = np.tensordot(weighted, self._rows_across, ((0, 1), (0, 1)))
+        right = np.tensordot(weighted, self.moved, ((0, 1), (0, 1)))
+        matrix += scale * (self._rows_normal * touching[:, None]).T @ self._rows_normal
+        right += scale * self._rows_normal.T @ (touching * (self.moved * self.normals).sum(1))
         prior = np.diag([1, 1, 1, _LEVER**2, _LEVER**2, _LEVER**2])
-        matrix = matrix + (hold + 1e-6) * prior
         if expected is not None:
             right = right + hold * prior @ expected
-        return np.linalg.solve(matrix, right)
+        return np.linalg.solve(matrix + ((hold if expected is not None else 0) + _RIDGE) * prior, right)
 
     def follow(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float, weights: np.ndarray) -> np.ndarray:
         """The twist of what carries the dots, near start (None: near their mean motion), the bound on what agrees narrowed from coarse to fine, m.
@@ -59,13 +66,15 @@ class DotMotions:
         drag (N, 3): load across the surface on each dot. One that lags behind in that direction may slip and soon counts nothing; one that
         leads cannot, and keeps counting. weights (N,): how likely each dot sticks; start counts as hold dots.
         """
-        twist = self.fit(weights) if start is None else start
+        everyone = np.ones(len(self.moved))
+        twist = self.fit(weights, everyone) if start is None else start
         for bound in np.geomspace(coarse, fine, 6):
             left = self.off(twist)
             size = np.linalg.norm(left, axis=1)
             leads = (left * drag).sum(1) > _LEADS * size * np.linalg.norm(drag, axis=1)
-            depth = self.off_along(twist) / np.hypot(bound, 2 * self.along)
-            twist = self.fit(weights / (1 + np.where(leads, _PATIENCE, 1) * (size / bound)**2 + depth**2)**2, start, hold)
+            carried = weights / (1 + np.where(leads, _PATIENCE, 1) * (size / bound)**2)**2
+            touching = 1 / (1 + (self.off_normal(twist) / (3 * self.along))**2)
+            twist = self.fit(carried, touching, start, hold)
         return twist
 
 

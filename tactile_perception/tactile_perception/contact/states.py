@@ -16,17 +16,22 @@ from .carried_motion import DotMotions, moved_to
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
+_SLOW = 0.2
+# In gross slip dots may stand still for a frame though the object moves on; for so many frames only if it rests.
+_REST_FRAMES = 3
 
 
 class DotStates:
     """Follows the dots of a rows x columns grid seen from origin (3,) m, the camera's centre.
 
-    tolerance: m a dot may lag behind the object in a frame and still stick; noise: standard deviation of a dot's motion across its ray, m.
+    tolerance: m a dot may lag behind the object in a frame and still stick; noise: standard deviation of a dot's motion across its ray, m (a first
+    guess: it is measured while nothing touches).
     """
 
     def __init__(self, rows: int, columns: int, origin: np.ndarray, tolerance: float = 10e-6, noise: float = 2e-6):
         self.shape, self.origin = (rows, columns), np.asarray(origin, float)
         self.tolerance, self.noise = tolerance, noise
+        self.depth_noise = 2 * tolerance
         self.reset()
 
     def reset(self):
@@ -34,76 +39,103 @@ class DotStates:
         self._last, self._last_touched = None, None
         self._twist, self._centre = None, np.zeros(3)
         self.friction = np.nan
-        self._slipping_share = 0.0
-        self._gross = False
+        self._slipping_share, self._gross, self._still_frames = 0.0, False, 0
 
     def update(self, state: MembraneState, score: np.ndarray) -> np.ndarray:
         """States (K,) uint8 in this frame; score (K,): above 0.5 in contact."""
         touched = score > .5
         states = np.where(touched, STICKING, NON_CONTACT).astype(np.uint8)
         if self._last is None or touched.sum() < _FEWEST:
-            self._forget_motion(state, touched)
+            self._between_contacts(state, touched)
             return states
         both = np.flatnonzero(touched & self._last_touched & state.seen & self._last.seen)
         if len(both) >= _FEWEST:
             slips = self._judge(state, touched, both)
             states[both[slips]] = SLIPPING
-            new = touched & ~self._last_touched
-            states[new] = SLIPPING if self._gross else STICKING
+            states[touched & ~self._last_touched] = SLIPPING if self._gross else STICKING
         self._last, self._last_touched = state, touched
         return states
 
-    def _forget_motion(self, state, touched):
+    def _between_contacts(self, state, touched):
+        """Nothing to judge: forget the motion, and take the noise from how untouched dots seem to move."""
+        if self._last is not None and not touched.any() and not self._last_touched.any():
+            seen = np.flatnonzero(state.seen & self._last.seen)
+            motions = DotMotions(self._last.xyz[seen], state.xyz[seen], state.normal[seen], self.origin, 1.0, 1.0)
+            here = np.median(np.linalg.norm(motions.off(np.zeros(6)), axis=1)) / 1.1774 if len(seen) else np.nan
+            if here > 0:
+                self.noise += _SLOW * (here - self.noise)
         self._last, self._last_touched = state, touched
         self._twist, self._gross, self._slipping_share = None, False, 0.0
 
     def _judge(self, state, touched, both):
-        ratio, drag = self._friction(state, touched)
-        ratio, drag = ratio[both], drag[both]
-        motions = DotMotions(self._last.xyz[both], state.xyz[both], self.origin, self.noise, 20e-6)
-        bound = 1.3 * self.tolerance
+        motions = DotMotions(self._last.xyz[both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
         held = None if self._twist is None else moved_to(self._twist, self._centre, motions.centre)
+        ratio, drag = self._friction(state, touched, both, motions, held)
         twist, self._gross = self._motion(motions, held, ratio, drag)
-        left = np.linalg.norm(motions.off(twist), axis=1)
-        slips = left > bound
+        slips = np.linalg.norm(motions.off(twist), axis=1) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
         self._twist, self._centre = twist, motions.centre
         self._slipping_share = slips.mean()
-        self._learn(ratio, slips)
+        self._learn(motions, twist, ratio, slips)
         return slips
 
     def _motion(self, motions, held, ratio, drag):
         """The object's twist, and whether no dot carries it any more."""
         fine = self.tolerance
         grip = np.clip((self.friction - ratio) / (.4 * self.friction), .05, 1)**2 if self.friction > 0 else np.ones(len(ratio))
+        self._still_frames = self._still_frames + 1 if self._still(motions) else 0
+        if self._still_frames >= (_REST_FRAMES if self._gross else 1):
+            return np.zeros(6), False
         if held is not None:
-            near = motions.follow(held, drag, 4 * fine, fine, 2.0, grip)
+            near = motions.follow(held, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
             agree = (np.linalg.norm(motions.off(near), axis=1) < 1.3 * fine).sum()
-            if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not self._gross:
+            if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not self._gross and self._in_touch(motions, near):
                 return near, False
             if self._left_behind(motions, held, ratio, drag):
                 return held, True
         return motions.follow(None, drag, 30 * fine, fine, 0.0, grip), False
+
+    def _still(self, motions):
+        """Whether the dots' motions are no more than noise (within three standard deviations of its mean square)."""
+        across = motions.off(np.zeros(6))
+        excess = (across**2).sum() / (2 * len(across)) / self.noise**2 - 1
+        return excess < 3 / np.sqrt(len(across)) and self._in_touch(motions, np.zeros(6))
+
+    def _in_touch(self, motions, twist):
+        """Whether the dots keep to the object along the normal, as all that touch must."""
+        off = motions.off_normal(twist)
+        return abs(np.median(off)) < 3 * self.depth_noise and np.median(np.abs(off)) < 3 * self.depth_noise
 
     def _left_behind(self, motions, held, ratio, drag):
         """Whether the dots have all left the held motion as gross slip leaves it."""
         lag = -motions.off(held)
         size = np.linalg.norm(lag, axis=1)
         along = (lag * drag).sum(1) / np.maximum(size * np.linalg.norm(drag, axis=1), 1e-12)
-        dragged = np.average(along, weights=size + 1e-12) > .5
-        depth = abs(np.median(motions.off_along(held))) < max(3 * self.tolerance, .3 * np.median(size))
-        loaded = np.median(ratio) > .8 * self.friction
-        return bool(dragged and depth and loaded and (self._gross or self._slipping_share > .3))
+        dragged = np.average(along, weights=size + 1e-12) > (.25 if self._gross else .5)
+        loaded = np.median(ratio) > (.65 if self._gross else .8) * self.friction
+        return bool(dragged and loaded and self._in_touch(motions, held) and (self._gross or self._slipping_share > .3))
 
-    def _learn(self, ratio, slips):
-        """Friction that slipping dots show, a slow mean over frames."""
+    def _learn(self, motions, twist, ratio, slips):
+        """Friction that slipping dots show, and the noise along the normal: slow means over frames."""
+        spread = 1.4826 * np.median(np.abs(motions.off_normal(twist)))
+        self.depth_noise += _SLOW * (max(spread, self.tolerance / 2) - self.depth_noise)
         if slips.sum() >= _FEWEST:
             seen = float(np.median(ratio[slips]))
-            self.friction = seen if not self.friction > 0 else self.friction + .2 * (seen - self.friction)
+            self.friction = seen if not self.friction > 0 else self.friction + _SLOW * (seen - self.friction)
 
-    def _friction(self, state, touched):
-        """Ratio (K,) of tangential to normal load and tangential load (K, 3), summed over each dot and its eight neighbours in contact."""
+    def _friction(self, state, touched, both, motions, held):
+        """Ratio (N,) of load across the surface to normal load, and load across (N, 3), of the dots both (N,), summed over them and their neighbours.
+
+        Where the object is known to move along the surface, the load counts in that direction: it may turn from dot to dot.
+        """
         normal = -(state.force * state.normal).sum(1)
-        tangential = state.force + normal[:, None] * state.normal
-        loads = np.column_stack([normal, tangential]) * touched[:, None]
-        near = ndimage.uniform_filter(loads.reshape(*self.shape, 4), (3, 3, 1), mode='constant').reshape(-1, 4) * 9
-        return np.linalg.norm(near[:, 1:], axis=1) / np.maximum(near[:, 0], 1e-9), near[:, 1:]
+        across = state.force + normal[:, None] * state.normal
+        way = np.zeros_like(across)
+        if held is not None:
+            moved = motions.rows @ held
+            moved = moved - (moved * motions.normals).sum(1, keepdims=True) * motions.normals
+            size = np.linalg.norm(moved, axis=1, keepdims=True)
+            way[both] = np.where(size > self.tolerance / 2, moved / np.maximum(size, 1e-12), 0)
+        loads = np.column_stack([normal, across, (across * way).sum(1)]) * touched[:, None]
+        near = 9 * ndimage.uniform_filter(loads.reshape(*self.shape, 5), (3, 3, 1), mode='constant').reshape(-1, 5)[both]
+        load = np.where(way[both].any(1), near[:, 4], np.linalg.norm(near[:, 1:4], axis=1))
+        return load / np.maximum(near[:, 0], 1e-9), near[:, 1:4]
