@@ -52,19 +52,27 @@ def _drag_until_it_slips(face, states, friction):
     for frame in range(14):
         slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
         ratio = np.where(slipping, friction, min(0.08 * frame, friction))
-        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 2e-6, 150e-6), [1, 0, 0])
+        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 6e-6, 150e-6), [1, 0, 0])
         found = states.update(face.state(step, ratio), face.score)
         fractions.append(((found == SLIPPING) & face.inside).sum() / face.inside.sum())
     return fractions
 
 
-def test_gross_slip_is_told_though_nothing_moves_any_more():
+def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
     face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
     fractions = _drag_until_it_slips(face, states, 0.6)
     assert max(fractions[:5]) < 0.05
     assert 0.3 < fractions[7] < 0.8
     assert min(fractions[10:]) > 0.95
     assert states.friction == pytest.approx(0.6, abs=0.1)
+
+
+def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(4):
+        found = states.update(face.state([0, 0, 0], 0.6), face.score)
+    np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
