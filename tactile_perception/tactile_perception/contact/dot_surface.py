@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import BadArgument
 from .grid_surface import fill_unseen
 
-_BEYOND = 2  # nodes added straight on at each side
+BEYOND = 2  # nodes added straight on at each side
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:
@@ -21,11 +21,12 @@ def cubic_weights(t: np.ndarray) -> np.ndarray:
 def extended(values: np.ndarray) -> np.ndarray:
     """values (rows, columns, C) with two nodes more on every side, straight on from the last two."""
     rows, columns, channels = values.shape
-    wide = np.empty((rows + 2 * _BEYOND, columns + 2 * _BEYOND, channels))
-    wide[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND] = values
+    wide = np.empty((rows + 2 * BEYOND, columns + 2 * BEYOND, channels))
+    middle = wide[:, BEYOND:-BEYOND]
+    middle[BEYOND:-BEYOND] = values
     for k in (1, 0):
-        wide[k] = 2 * wide[k + 1] - wide[k + 2]
-        wide[-1 - k] = 2 * wide[-2 - k] - wide[-3 - k]
+        middle[k] = 2 * middle[k + 1] - middle[k + 2]
+        middle[-1 - k] = 2 * middle[-2 - k] - middle[-3 - k]
     for k in (1, 0):
         wide[:, k] = 2 * wide[:, k + 1] - wide[:, k + 2]
         wide[:, -1 - k] = 2 * wide[:, -2 - k] - wide[:, -3 - k]
@@ -34,7 +35,7 @@ def extended(values: np.ndarray) -> np.ndarray:
 
 def values_at(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Values (M, C) by cubic convolution at places (M, 2) of (row, column), up to a pitch off the grid; wide: see extended."""
-    inside = np.clip(places + _BEYOND, 1, np.array(wide.shape[:2]) - 2)
+    inside = np.clip(places + BEYOND, 1, np.array(wide.shape[:2]) - 2)
     start = np.minimum(inside.astype(int), np.array(wide.shape[:2]) - 3)
     by_row, by_column = np.moveaxis(cubic_weights(inside - start), -1, 0)
     first = (start[:, 0] - 1) * wide.shape[1] + start[:, 1] - 1

@@ -164,9 +164,9 @@ def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
     design = quadratic_terms(offset)
     found = np.linalg.solve(design.T @ design + 1e-9 * np.eye(6), design.T @ gap)
     best = (design @ found).max()
-    bend = np.array([[found[3], found[4]], [found[4], found[5]]])
-    if np.linalg.eigvalsh(bend)[1] >= 0:
+    across = found[3] * found[5] - found[4]**2
+    if found[3] >= 0 or across <= 0:  # no top: not bent down in both directions
         return best
-    top = -np.linalg.solve(bend, found[1:3])
+    top = np.array([found[4] * found[2] - found[5] * found[1], found[4] * found[1] - found[3] * found[2]]) / across
     between = np.min(np.hypot(*(offset - top).T)) < _BETWEEN
     return max(best, found[0] + 0.5 * found[1:3] @ top) if between else best

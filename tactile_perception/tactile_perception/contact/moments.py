@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dot_surface import DotSurface, values_at
+from .dot_surface import BEYOND, DotSurface, values_at
 from .grid_surface import cross
 from .outline import Outline
 
@@ -49,16 +49,22 @@ class Moments:
 
 
 class MomentField:
-    """The integrands over one frame's surface, once for all its regions.
+    """The integrands over one frame's surface, once for all its regions: the part of it that the outlines, at least one, take.
 
     pitch: mean distance of neighbouring dots, m.
     """
 
-    def __init__(self, surface: DotSurface):
-        wide = surface.wide
+    def __init__(self, surface: DotSurface, outlines: list[Outline]):
+        places = np.concatenate([outline.grid_points for outline in outlines])
+        corner, wide = [], surface.wide
+        for axis, (least, most) in enumerate(zip(places.min(axis=0), places.max(axis=0))):
+            start = min(max(int(least), 0), surface.shape[axis] - 2)
+            wide = np.take(wide, range(start, min(int(most) + 2, surface.shape[axis]) + 2 * BEYOND), axis)
+            corner.append(start)
+        self._corner = np.array(corner)
         vector = cross(_slope(wide, 1), _slope(wide, 0))
         density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))[..., None]
-        self.pitch = float(np.sqrt(np.median(density)))
+        self.pitch = float(np.sqrt(density.mean()))
         x, y = wide[..., :1], wide[..., 1:2]
         channels = np.concatenate([np.ones_like(x), vector / np.maximum(density, 1e-30), wide, x * x, x * y, y * y], axis=2) * density
         # Integrated along the columns once; a contour integral over the rows then gives the double integral.
@@ -72,13 +78,13 @@ class MomentField:
 
     def _around(self, loop: np.ndarray) -> np.ndarray:
         after = np.concatenate([loop[1:], loop[:1]])
-        return (after[:, 0] - loop[:, 0]) @ values_at(self._along, 0.5 * (loop + after))
+        return (after[:, 0] - loop[:, 0]) @ values_at(self._along, 0.5 * (loop + after) - self._corner)
 
 
 def _slope(wide: np.ndarray, axis: int) -> np.ndarray:
     """Central differences of wide (rows, columns, C) along axis, one-sided at its ends."""
-    line = np.moveaxis(wide, axis, 0)
+    line = wide.swapaxes(axis, 0)
     slope = np.empty_like(line)
     slope[1:-1] = 0.5 * (line[2:] - line[:-2])
     slope[0], slope[-1] = line[1] - line[0], line[-1] - line[-2]
-    return np.moveaxis(slope, 0, axis)
+    return slope.swapaxes(0, axis)

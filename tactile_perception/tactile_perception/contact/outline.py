@@ -69,11 +69,14 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
 
 def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
     """field around its part above level with a border of 0 three nodes off, and its first row and column; off the grid nothing touches."""
-    rows, columns = np.nonzero((field > level).any(1))[0], np.nonzero((field > level).any(0))[0]
-    part = np.pad(field, 3)[rows[0]:rows[-1] + 7, columns[0]:columns[-1] + 7].copy()
-    part[[0, -1]] = 0
-    part[:, [0, -1]] = 0
-    return part, int(rows[0]) - 3, int(columns[0]) - 3
+    above = field > level
+    rows, columns = np.flatnonzero(above.any(1)), np.flatnonzero(above.any(0))
+    row, column = int(rows[0]) - 3, int(columns[0]) - 3
+    part = np.zeros((int(rows[-1]) + 4 - row, int(columns[-1]) + 4 - column))
+    top, left = max(row + 1, 0), max(column + 1, 0)
+    known = field[top:row + part.shape[0] - 1, left:column + part.shape[1] - 1]
+    part[top - row:top - row + known.shape[0], left - column:left - column + known.shape[1]] = known
+    return part, row, column
 
 
 def _refined(field: np.ndarray, refine: int) -> np.ndarray:
@@ -144,13 +147,14 @@ def _crossings(edges: np.ndarray, field: np.ndarray, level: float) -> np.ndarray
 
 def signed_area(loop: np.ndarray) -> float:
     """Area within loop (M, 2), positive where it turns from the first axis to the second."""
-    after = np.roll(loop, -1, axis=0)
-    return 0.5 * float(np.sum(loop[:, 0] * after[:, 1] - loop[:, 1] * after[:, 0]))
+    x, y = loop[:, 0] - loop[0, 0], loop[:, 1] - loop[0, 1]
+    return 0.5 * float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
 
 
 def _grouped(loops: list[np.ndarray], points: np.ndarray) -> list[Outline]:
     """Outlines with the holes that lie in them, largest first."""
-    places = np.split(points, np.cumsum([len(loop) for loop in loops])[:-1])
+    ends = np.cumsum([len(loop) for loop in loops])
+    places = [points[end - len(loop):end] for loop, end in zip(loops, ends)]
     area = np.array([-signed_area(loop) for loop in loops])  # (row, column) turns the other way than (x, y)
     outer = [k for k in np.argsort(-area) if area[k] > 0]
     holes: dict[int, list[int]] = {k: [] for k in outer}

@@ -107,7 +107,7 @@ def find_regions(dots: ContactDots) -> list[Region]:
     outlines = region_outlines(dots.grid(dots.score), surface)
     if not outlines:
         return []
-    moments = MomentField(surface)
+    moments = MomentField(surface, outlines)
     regions = [Region(outline, moments.of(outline), _within(outline, dots), moments.pitch, surface) for outline in outlines]
     return [region for region in regions if region.moments.area > 0]
 

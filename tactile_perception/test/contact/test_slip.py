@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tactile_perception.contact.contacts import ContactTracker
 from tactile_perception.contact.motion import MotionEstimate, ObjectMotion
-from tactile_perception.contact.region import find_regions
+from tactile_perception.contact.region import ContactDots, describe, find_regions
 from tactile_perception.contact.slip import GROSS, INCIPIENT, NONE, SlipEstimator, friction_centre, planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
 
@@ -125,3 +125,18 @@ def test_bad_frames_and_arguments(pad):
             slip.process(dots, [], still, stamp)
     with pytest.raises(BadArgument):
         slip.process(dots, [], MotionEstimate(None, np.nan, np.zeros((3, 3))), 2.0)
+
+
+def test_whatever_dots_come_nothing_breaks(pad):
+    chain, rng = Chain(pad), np.random.default_rng(0)
+    for _ in range(150):
+        keep = rng.permutation(529)[:rng.choice([0, 1, 2, 3, 5, 20, 400, 529])]
+        score = [rng.normal(0.5, 0.5, 529), np.ones(529), (rng.random(529) < 0.1).astype(float), np.zeros(529)][rng.integers(4)]
+        xyz = (pad.rest + rng.normal(0, rng.choice([0, 1e-3]), (529, 3))) * rng.choice([0, 1], p=[0.1, 0.9])
+        state = np.where(score > 0.5, rng.choice([1, 2], 529), 0).astype(np.uint8)
+        dots = ContactDots(23, 23, keep, xyz[keep], pad.rest[keep], score[keep], state[keep], rng.normal(0, 0.01, (len(keep), 3)))
+        regions = find_regions(dots)
+        assert all(np.isfinite(loop).all() and len(loop) >= 3 for region in regions for loop in region.outline.loops)
+        assert describe(dots, regions).area >= 0
+        estimate = chain.process(dots)
+        assert len(estimate.x) == len(estimate.vx) == (dots.state == 2).sum()
