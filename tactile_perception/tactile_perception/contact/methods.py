@@ -1,0 +1,81 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which dots touch, stick and slip: the methods by name, behind one call."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..surface.membrane import Membrane
+from ..surface.membrane_forces import MembraneMaterial
+from .force_balance import contact_score
+from .grid_surface import to_grid
+from .outline import label_score
+from .paper_region import PaperRegion
+from .states import DotStates
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a method says of the seen dots of one frame.
+
+    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the method knows no
+    forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known.
+    """
+
+    state: np.ndarray
+    score: np.ndarray
+    force: np.ndarray | None
+    wrench: np.ndarray
+
+
+class MembraneMethod:
+    """The membrane's own force balance, seen by a camera with its centre at origin (3,), m."""
+
+    def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
+        self._rows, self._columns, self._material, self._origin = rows, columns, material, origin
+        self._membrane: Membrane | None = None
+        self._states = DotStates(rows, columns, origin)
+
+    def renew(self, rest_xyz: np.ndarray) -> None:
+        """Take the dots' rest places (K, 3), m."""
+        self._membrane = Membrane(rest_xyz, self._rows, self._columns, self._material)
+
+    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
+        """The states of dots ids (N,) at xyz (N, 3), m."""
+        membrane = self._membrane.evaluate(xyz, ids, self._origin)
+        score = contact_score(self._membrane, membrane)
+        state = self._states.update(membrane, score)
+        return Judgement(state[ids], score[ids], membrane.force[ids], np.concatenate(membrane.wrench()))
+
+
+class PaperMethod:
+    """The paper's tests on the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); knows no forces."""
+
+    def __init__(self, rows: int, columns: int, d_max: float, delta_d: float):
+        self._shape = rows, columns
+        self._region = PaperRegion(rows, columns, d_max, delta_d)
+        self._rest = np.full((rows * columns, 3), np.nan)
+
+    def renew(self, rest_xyz: np.ndarray) -> None:
+        """Take the dots' rest places (K, 3), m."""
+        self._rest = rest_xyz
+
+    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
+        """The states of dots ids (N,) at xyz (N, 3), m."""
+        state = self._region.process(ids, xyz, self._rest[ids], stamp_s).state
+        score = label_score(to_grid(ids, (state > 0).astype(float), *self._shape)).ravel()[ids]
+        return Judgement(state, score, None, np.full(6, np.nan))
+
+
+CONTACT_METHODS = {
+    'membrane': lambda rows, columns, material, origin, values: MembraneMethod(rows, columns, material, origin),
+    'paper': lambda rows, columns, material, origin, values: PaperMethod(rows, columns, values['paper.d_max'], values['paper.delta_d']),
+}
+
+
+def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:
+    """The method that values (of REGION_PARAMETERS) name, for a camera with its centre at origin (3,), m."""
+    return CONTACT_METHODS[values['contact']](rows, columns, material, origin, values)

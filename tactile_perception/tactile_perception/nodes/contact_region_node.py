@@ -1,0 +1,40 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""contact_region_node: dots -> contact_region, contacts, slip, wrench."""
+from __future__ import annotations
+
+import sys
+
+from rclpy.qos import qos_profile_system_default
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import DotTracks
+
+from ..pipeline.parameters import REGION_PARAMETERS
+from .stage_node import StageNode
+from .touchpad_stages import RESULTS, ContactMessages
+
+
+class ContactRegionNode(StageNode):
+    """Tells which dots touch, stick and slip, and what follows from it."""
+
+    def __init__(self):
+        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS)
+        self._stage = ContactMessages(self.settings.values())
+
+    def on_camera_info(self, message: CameraInfo) -> None:
+        """Take the camera's calibration."""
+        self._stage.on_camera_info(message)
+
+    def on_message(self, message: DotTracks) -> dict[str, object]:
+        """The contact that the dots of one frame show."""
+        return self._stage.on_dots(message)
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process contact_region_node."""
+    sys.exit(run_node(ContactRegionNode, args))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,62 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""dot_tracker_node: image_raw -> dots, with the reference and its service."""
+from __future__ import annotations
+
+import sys
+import time
+
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import DotTracks
+
+from ..pipeline.parameters import DOT_PARAMETERS
+from .stage_node import StageNode
+from .touchpad_stages import DotMessages
+
+_STALE_S = 2.0
+_PATIENCE_S = 2.0  # for the first camera_info: it may be discovered after the first image
+
+
+class DotTrackerNode(StageNode):
+    """Finds, numbers and places the printed dots; while nobody subscribes to dots it only keeps the reference that it has."""
+
+    def __init__(self):
+        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks})
+        self._stage = DotMessages(self.settings.values())
+        self._first_s: float | None = None
+        self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
+
+    def on_camera_info(self, message: CameraInfo) -> None:
+        """Take the camera's calibration."""
+        self._stage.on_camera_info(message)
+
+    def on_message(self, message: Image) -> dict[str, object]:
+        """The dots of one image; nothing while the camera_info that belongs to the first may still be on its way."""
+        if self._stage.needs_camera:
+            self._first_s = self._first_s or time.monotonic()
+            if time.monotonic() - self._first_s < _PATIENCE_S:
+                return {}
+        return {'dots': self._stage.on_image(message)}
+
+    def remarks(self) -> tuple[str, dict]:
+        """Whether the reference can be trusted."""
+        suspicion = self._stage.suspicion
+        return suspicion, {'reference': suspicion or 'in order'}
+
+    def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._stage.set_reference() and not self.log.age > _STALE_S
+        response.message = 'the next frame is the new reference; nothing may touch the sensor now' if response.success else \
+            'no image comes, so there is nothing to take: subscribe to dots, and see that image_raw is published'
+        return response
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process dot_tracker_node."""
+    sys.exit(run_node(DotTrackerNode, args))
+
+
+if __name__ == '__main__':
+    main()

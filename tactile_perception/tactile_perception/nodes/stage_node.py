@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the processing nodes share: messages in, results out, only while somebody subscribes to them."""
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data, qos_profile_system_default
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.parameter_server import NodeParameters
+from tactile_driver.nodes.parameters import Parameter
+
+from ..errors import BadArgument, TactileError
+from .conversions import stamp_seconds
+from .work_log import WorkLog
+
+
+class StageNode(Node):
+    """A node over one stage.
+
+    source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message) -> {topic: message}
+    what is computed, and in on_camera_info(message) what the camera changes. Frames that raise a TactileError are counted, said once, skipped.
+    """
+
+    def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
+        super().__init__(name)
+        self.settings = NodeParameters(self, table)
+        if self.settings.problems:
+            raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
+        self._source, self._inputs = source, []
+        self.log = WorkLog(source[0])
+        self.say = SayOnce(self)
+        matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
+        self._outputs = {topic: self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched)
+                         for topic, kind in results.items()}
+        self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
+        self._follow_demand()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody needs this node to work."""
+        return any(publisher.get_subscription_count() for publisher in self._outputs.values())
+
+    def _follow_demand(self) -> None:
+        """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
+        if self.wanted and not self._inputs:
+            topic, kind, qos = self._source
+            self._inputs = [self.create_subscription(CameraInfo, 'camera_info', self._guarded(self.on_camera_info), qos_profile_sensor_data),
+                            self.create_subscription(kind, topic, self._process, qos)]
+        elif not self.wanted and self._inputs:
+            for subscription in self._inputs:
+                self.destroy_subscription(subscription)
+            self._inputs = []
+
+    def _guarded(self, call: Callable) -> Callable:
+        def called(message):
+            try:
+                call(message)
+            except TactileError as error:
+                self._refuse(error)
+        return called
+
+    def _process(self, message) -> None:
+        begin = time.perf_counter()
+        try:
+            results = self.on_message(message)
+        except TactileError as error:
+            self._refuse(error)
+            return
+        for topic, result in results.items():
+            publisher = self._outputs[topic]
+            if publisher.get_subscription_count():
+                publisher.publish(result)
+        latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
+        self.log.add(time.perf_counter() - begin, latency)
+        self.say.forget('frame')
+        self._follow_demand()
+
+    def _refuse(self, error: TactileError) -> None:
+        self.log.refuse(str(error))
+        self.say.error('frame', f'frame refused: {error}')
+
+    def on_message(self, message) -> dict[str, object]:
+        """Topic -> result of one message. Raises TactileError for a message that cannot be used."""
+        raise NotImplementedError
+
+    def on_camera_info(self, message: CameraInfo) -> None:
+        """Take the camera's calibration."""
+        raise NotImplementedError
+
+    def remarks(self) -> tuple[str, dict]:
+        """Something to warn of ('' for nothing) and more values for /diagnostics."""
+        return '', {}
+
+    def _examine(self) -> Health:
+        remark, values = self.remarks()
+        return self.log.health(not self.wanted, remark, values)

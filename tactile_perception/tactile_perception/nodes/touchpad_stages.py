@@ -1,0 +1,87 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touchpad's stages from message to message: what a live node computes, process_bag computes by the same lines."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import CameraInfo, Image
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+
+from ..errors import BadFrame
+from ..pipeline.contact_stage import ContactStage
+from ..pipeline.dot_stage import DotStage
+from ..pipeline.sensor import Touchpad
+from . import conversions as convert
+
+RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+
+
+class _WithCamera:
+    """A stage that begins once the camera is known, and anew when another camera_info comes."""
+
+    def __init__(self, values: Mapping):
+        self.sensor = Touchpad.from_parameters(values)
+        self.values = values
+        self.stage = None
+        self._camera = None
+
+    def on_camera_info(self, message: CameraInfo) -> None:
+        """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
+        key = (tuple(message.k), tuple(message.d))
+        if key != self._camera:
+            matrices = convert.camera_matrices(message)
+            self.stage = self.make_stage(self.sensor.camera(*matrices) if matrices else None)
+            self._camera = key
+
+
+class DotMessages(_WithCamera):
+    """image_raw -> dots; values: of DOT_PARAMETERS."""
+
+    def make_stage(self, camera):
+        """The stage for a camera (None: not calibrated, so no places in 3D)."""
+        return DotStage(self.sensor, camera, self.values)
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether images have to wait for a camera_info."""
+        return self.stage is None and self.sensor.cap is not None
+
+    @property
+    def suspicion(self) -> str:
+        """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
+        return self.stage.suspicion if self.stage is not None else ''
+
+    def set_reference(self) -> bool:
+        """Take the next frame as the untouched state; whether there are frames to take it from."""
+        if self.stage is None:
+            return False
+        self.stage.set_reference()
+        return True
+
+    def on_image(self, message: Image) -> DotTracks:
+        """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
+        if self.needs_camera:
+            raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
+        if self.stage is None:
+            self.stage = self.make_stage(None)
+        tracks = self.stage.process(convert.image_to_array(message), convert.stamp_seconds(message.header))
+        return convert.tracks_to_message(tracks, message.header)
+
+
+class ContactMessages(_WithCamera):
+    """dots -> contact_region, contacts, slip, wrench; values: of REGION_PARAMETERS."""
+
+    def make_stage(self, camera):
+        """The stage for a camera; none where it is not calibrated."""
+        return ContactStage(self.sensor, camera, self.values) if camera else None
+
+    def on_dots(self, message: DotTracks) -> dict[str, object]:
+        """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""
+        if self.stage is None:
+            raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
+        result = self.stage.process(convert.tracks_from_message(message), convert.stamp_seconds(message.header))
+        header = message.header
+        return {'contact_region': convert.region_to_message(result.region, header), 'contacts': convert.contacts_to_message(result.contacts, header),
+                'slip': convert.slip_to_message(result.slip, header), 'wrench': convert.wrench_to_message(result.wrench, header)}

@@ -1,0 +1,69 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a processing node has done: counts, rate, time per frame, latency, for /diagnostics and the log."""
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from statistics import median
+
+from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health
+
+_RECENT = 120
+_SILENCE_S = 2.0
+
+
+class WorkLog:
+    """Counts frames as they are done or refused; input: the topic that is processed, for the messages."""
+
+    def __init__(self, topic: str):
+        self._topic = topic
+        self.done = self.refused = 0
+        self.last_error = ''
+        self._in_error = False
+        self._stamps: deque[float] = deque(maxlen=_RECENT)
+        self._seconds: deque[float] = deque(maxlen=_RECENT)
+        self._latencies: deque[float] = deque(maxlen=_RECENT)
+
+    def add(self, seconds: float, latency: float) -> None:
+        """A frame was done in so many s, so many s after its stamp."""
+        self.done += 1
+        self._in_error = False
+        self._stamps.append(time.monotonic())
+        self._seconds.append(seconds)
+        self._latencies.append(latency)
+
+    def refuse(self, error: str) -> None:
+        """A frame could not be used."""
+        self.refused += 1
+        self.last_error = error
+        self._in_error = True
+
+    @property
+    def age(self) -> float:
+        """Time since the last frame was done, s; NaN before the first."""
+        return time.monotonic() - self._stamps[-1] if self._stamps else math.nan
+
+    @property
+    def rate(self) -> float:
+        """Frames done per second, lately; NaN until known."""
+        recent = [t for t in self._stamps if time.monotonic() - t < 4.0]
+        return (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else math.nan
+
+    def health(self, idle: bool, remark: str = '', values: dict | None = None) -> Health:
+        """For /diagnostics; idle: nobody subscribes; remark: something to warn of; values: more of them."""
+        middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
+        shown = {'state': 'idle' if idle else 'running', 'rate (Hz)': self.rate, 'frames': self.done, 'refused frames': self.refused,
+                 **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
+                 'age of newest result (s)': self.age, 'last error': self.last_error, **(values or {})}
+        return Health(*self._judged(idle, remark), shown)
+
+    def _judged(self, idle: bool, remark: str) -> tuple[bytes, str]:
+        if idle:
+            return OK, 'idle: nobody subscribes'
+        if self._in_error:
+            return ERROR, self.last_error
+        if not self.done or self.age > _SILENCE_S:
+            return WARN, f'nothing comes on {self._topic}: is its publisher running and active?'
+        return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')

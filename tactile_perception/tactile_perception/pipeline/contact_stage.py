@@ -1,0 +1,66 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the dots of one frame to region, contacts, slip and wrench: what contact_region_node and process_bag run."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import CameraModel
+from ..contact.contacts import ContactEstimate, ContactTracker
+from ..contact.methods import make_method
+from ..contact.motion import ObjectMotion
+from ..contact.region import ContactDots, ContactRegionEstimate, describe, find_regions
+from ..contact.slip import SlipEstimate, SlipEstimator
+from ..dots.dots import DotTracks
+from ..errors import BadArgument, BadFrame
+from .rest_places import RestPlaces
+from .sensor import Touchpad
+
+
+@dataclass(frozen=True)
+class ContactResult:
+    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known."""
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    slip: SlipEstimate
+    wrench: np.ndarray
+
+
+class ContactStage:
+    """Contact frame by frame; values: of REGION_PARAMETERS. Raises BadArgument for a sensor whose dots have no places in 3D."""
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping):
+        if sensor.cap is None:
+            raise BadArgument('parameter surface is none: dots have no places in 3D, so contact cannot be told')
+        self._sensor = sensor
+        self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
+        self._motion = ObjectMotion(sensor.rows, sensor.columns)
+        self._contacts = ContactTracker(sensor.cap)
+        self._slip = SlipEstimator()
+
+    def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
+        """The contact that the dots of one frame show. Raises BadFrame for dots without places, of another grid, or an earlier stamp."""
+        if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
+            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
+                           f'{self._sensor.rows} x {self._sensor.columns}')
+        if tracks.xyz is None:
+            raise BadFrame('dots have no places in 3D: the tracker needs surface cap and a calibrated camera')
+        if self._rest.update(tracks):
+            self._method.renew(self._rest.xyz)
+        usable = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
+        ids, xyz = tracks.id[usable], tracks.xyz[usable]
+        judged = self._method.judge(ids, xyz, stamp_s)
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, self._rest.xyz[ids], judged.score, judged.state, judged.force)
+        return self._describe(dots, judged.wrench, stamp_s)
+
+    def _describe(self, dots: ContactDots, wrench: np.ndarray, stamp_s: float) -> ContactResult:
+        regions = find_regions(dots)
+        motion = self._motion.process(dots, stamp_s)
+        contacts = self._contacts.process(dots, regions)
+        slip = self._slip.process(dots, contacts, motion, stamp_s)
+        return ContactResult(describe(dots, regions, motion.motion, motion.interval), contacts, slip, wrench)

@@ -1,0 +1,66 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the dots of a touchpad are in 3D: the colour that the water leaves, made to agree with what a membrane can do."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..camera import CameraModel
+from ..dots.dots import DotTracks
+from ..errors import BadArgument, BadFrame
+from ..surface.membrane import Membrane, MembraneState
+from ..surface.optics import WaterModel
+from ..surface.optics_fit import fit_rest
+from .rest_places import RestPlaces
+from .sensor import Touchpad
+
+
+class DotPlaces:
+    """Places frame by frame. water: a calibrated model; None: fitted to the first untouched image.
+
+    An image that tells nothing of the water (grey) leaves the ranges to the membrane alone.
+    """
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel, water: WaterModel | None = None):
+        self._sensor, self._camera = sensor, camera
+        self._calibrated = self._water = water
+        self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
+        self._membrane: Membrane | None = None
+        self._last: MembraneState | None = None
+        self._begun = False
+
+    def renew(self) -> None:
+        """A new reference is taken: what the water looks like is learnt anew with the next image."""
+        self._water, self._begun, self._last = self._calibrated, False, None
+
+    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Places (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for a dot without a rest place.
+
+        Raises BadFrame where too few dots have a rest place.
+        """
+        self._follow_reference(tracks)
+        if not self._begun:
+            self._begin(image, tracks)
+        known = np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
+        ranges, sigma = self._ranges(image, tracks)
+        self._last = self._membrane.solve(self._camera.centre, self._camera.rays(tracks.uv), ranges, sigma, tracks.id, self._last)
+        return np.where(known[:, None], self._last.xyz[tracks.id], np.nan)
+
+    def _follow_reference(self, tracks: DotTracks) -> None:
+        if not self._rest.update(tracks):
+            return
+        try:
+            self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material)
+        except BadArgument as error:
+            raise BadFrame(f'dots cannot be placed: {error}') from error
+
+    def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
+        """Learn the water's colour from an untouched image."""
+        if image.ndim == 3 and self._calibrated is None:
+            self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap)
+        self._begun = True
+
+    def _ranges(self, image: np.ndarray, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        if self._water is None or image.ndim != 3:
+            return np.full(len(tracks), np.nan), np.full(len(tracks), np.nan)
+        return self._water.depths(image, tracks, self._camera)

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From an image to numbered dots and their places: what dot_tracker_node and process_bag run."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..camera import CameraModel
+from ..dots.dots import DotTracks
+from ..dots.reference import Reference
+from ..dots.tracker import DotTracker
+from ..surface.optics import WaterModel
+from .dot_places import DotPlaces
+from .sensor import Touchpad
+
+
+class DotStage:
+    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that dots have no places in 3D."""
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None):
+        reference = Reference(values['reference.time_constant'], values['reference.frames'])
+        self._tracker = DotTracker(sensor.rows, sensor.columns, values['polarity'], reference=reference)
+        self._places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
+
+    @property
+    def suspicion(self) -> str:
+        """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
+        return self._tracker.reference.suspicious
+
+    def set_reference(self) -> None:
+        """Take the next frame as the untouched state."""
+        self._tracker.set_reference()
+        if self._places is not None:
+            self._places.renew()
+
+    def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
+        """Dots of an image (H, W) or (H, W, 3) BGR uint8 taken at stamp_s. Raises BadFrame for one that cannot be used."""
+        tracks = self._tracker.process(image, stamp_s)
+        if self._places is not None:
+            tracks.xyz = self._places.locate(image, tracks)
+        return tracks
