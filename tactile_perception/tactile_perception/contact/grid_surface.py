@@ -72,7 +72,7 @@ def fill_unseen(grid: np.ndarray) -> np.ndarray:
 
 
 def _from_neighbours(grid: np.ndarray, straight: bool) -> np.ndarray:
-    """Mean of what both axes predict for each node: between two neighbours, else (where asked) straight on from two beyond, else the next."""
+    """Mean of what both axes predict for each node: between two neighbours, else (where asked) straight on from two, else the next."""
     total, count = np.zeros_like(grid), np.zeros(grid.shape)
     for axis in (0, 1):
         near = [_shifted(grid, step, axis) for step in (-2, -1, 1, 2)]
