@@ -8,6 +8,7 @@ import numpy as np
 
 _SMALLEST_HALVED = 5.0  # px: dots typically smaller than this are looked for in the full image
 _WEAKEST = 0.14  # peak against ground, of the dots' contrast: a small dot where the light is a third
+_SQUARE = np.ones((3, 3), np.uint8)
 _NOISE_PEAK = 2.0  # standard deviations of a pixel of the small image that smoothing still lets through
 
 
@@ -18,26 +19,26 @@ def find_candidates(grey: np.ndarray, look) -> np.ndarray:
     if look.contrast < 0:
         small = cv2.bitwise_not(small)
     box = 2 * int(1.1 * look.typical / step) + 3
-    above = cv2.subtract(cv2.GaussianBlur(small, (5, 5), 0), cv2.blur(small, (box, box)))
+    above = cv2.subtract(cv2.GaussianBlur(small, (3, 3), 0), cv2.blur(small, (box, box)))
     lowest = max(_WEAKEST * abs(look.contrast), _NOISE_PEAK * look.noise / step, 2.0)
-    peak = cv2.compare(above, cv2.dilate(above, np.ones((3, 3), np.uint8)), cv2.CMP_GE)
-    cv2.bitwise_and(peak, cv2.compare(above, lowest, cv2.CMP_GT), dst=peak)
+    _, above = cv2.threshold(above, lowest, 255, cv2.THRESH_TOZERO)
+    peak = cv2.min(cv2.compare(above, cv2.dilate(above, _SQUARE), cv2.CMP_GE), above)
     peak[[0, -1]] = 0
     peak[:, [0, -1]] = 0
-    places = cv2.findNonZero(peak)
-    if places is None:
-        return np.empty((0, 2))
-    column, row = places[:, 0].T
-    first = ~(peak[row, column - 1] | peak[row - 1, column - 1] | peak[row - 1, column] | peak[row - 1, column + 1]).astype(bool)
-    column, row = column[first], row[first]
-    return (_vertices(above, column, row) + 0.5) * step - 0.5
+    _, peak = cv2.threshold(peak, 0, 1, cv2.THRESH_BINARY)
+    at = np.flatnonzero(peak.view(bool))
+    width = small.shape[1]
+    flat = peak.ravel()
+    at = at[~(flat.take(at - 1) | flat.take(at - width - 1) | flat.take(at - width) | flat.take(at - width + 1)).view(bool)]
+    return (_vertices(above.ravel(), at, width) + 0.5) * step - 0.5
 
 
-def _vertices(above, column, row):
-    """(N, 2) tops of parabolas through each peak and its neighbours."""
-    middle = above[row, column].astype(float)
-    places = []
-    for at, low, high in ((column, above[row, column - 1], above[row, column + 1]), (row, above[row - 1, column], above[row + 1, column])):
+def _vertices(above, at, width):
+    """(N, 2) tops of parabolas through each peak and its neighbours along columns and rows."""
+    middle = above.take(at).astype(np.float32)
+    places = np.empty((len(at), 2))
+    for axis, step, whole in ((0, 1, at % width), (1, width, at // width)):
+        low, high = above.take(at - step).astype(np.float32), above.take(at + step).astype(np.float32)
         bend = np.maximum(2 * middle - low - high, 1.0)
-        places.append(at + np.clip((high.astype(float) - low) / (2 * bend), -1.0, 1.0))
-    return np.stack(places, 1)
+        places[:, axis] = whole + np.minimum(np.maximum((high - low) / (2 * bend), -1.0), 1.0)
+    return places

@@ -8,7 +8,7 @@ import numpy as np
 from .shape import blurred_disc
 from .subpixel import Fit, LikelihoodFitter
 
-_CELL = 3.0  # px: no two dots have their centres in one cell
+_CELL = 4.0  # px: no two dots but the smallest that touch have their centres in one cell
 _PER_SQUARE = 16.0  # table entries a px^2 of squared radius
 _PER_DIAMETER = 20.0  # tables a px of diameter
 _BEYOND = 3.5  # blurs outside its edge at which a dot has faded
@@ -22,18 +22,21 @@ _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off the
 def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both axes."""
     margin = int(reach / _CELL) + 1
-    column, row = (np.maximum(u, 0) / _CELL).astype(np.int64) + margin, (np.maximum(v, 0) / _CELL).astype(np.int64) + margin
+    column, row = (np.maximum(u, 0) * (1 / _CELL)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / _CELL)).astype(np.int64) + margin
     width = int(column.max()) + margin + 1
-    cells = np.full((int(row.max()) + margin + 1) * width, -1)
+    cells = np.full((int(row.max()) + margin + 1) * width, -1, np.int32)
     at = row * width + column
-    cells[at] = np.arange(len(u))
+    cells[at] = np.arange(len(u), dtype=np.int32)
     side = np.arange(-margin, margin + 1)
     offsets = (side[:, None] * width + side).ravel()
-    found = cells.take(at[:, None] + offsets[offsets != 0])
-    i, k = np.nonzero(found >= 0)
-    j = found[i, k]
+    found = cells.take(at[:, None] + offsets[: len(offsets) // 2])
+    k = np.flatnonzero((found >= 0).ravel())
+    i, j = k // (len(offsets) // 2), found.ravel()[k]
     near = (np.abs(u[i] - u[j]) < reach) & (np.abs(v[i] - v[j]) < reach)
-    return i[near], j[near]
+    i, j = i[near], j[near]
+    both, other = np.concatenate([i, j]), np.concatenate([j, i])
+    order = np.argsort(both, kind='stable')
+    return both[order], other[order]
 
 
 class Separator:

@@ -48,7 +48,7 @@ def check_frame(image: np.ndarray):
         raise BadFrame(f'a frame must be (rows, columns) or (rows, columns, 3), this is {image.shape}')
     if min(image.shape[:2]) < _SMALLEST_FRAME:
         raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small for dots: at least {_SMALLEST_FRAME} px a side')
-    sample = image[::7, ::5]
+    sample = image[::16]
     low, high = int(sample.min()), int(sample.max())
     if high - low < 4:
         name = 'black' if high < 8 else 'white' if low > 247 else 'constant'
@@ -86,11 +86,12 @@ class LikelihoodDetector:
             return Dots(np.empty((0, 2)), np.empty(0), np.empty(0))
         padded = cv2.copyMakeBorder(grey, *[fitter.half] * 4, cv2.BORDER_REPLICATE)
         centre = np.rint(places).astype(np.int64)
-        compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1]))
+        compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1], look.ground))
         offset = places - centre
         fit = fitter.fit(compressed, offset[:, 0], offset[:, 1], np.full(len(places), look.typical), 2)
         fit, compressed, single = self._separator.separate(fit, compressed, places, centre)
         variance = fitter.variances(compressed, fit)
+        fit.ground += look.ground
         good = self._plausible(fit, variance, centre, grey.shape) & single
         u, v = centre[:, 0] + fit.u, centre[:, 1] + fit.v
         fitter.correct_slope(fit, *relative_slopes(u, v, fit.ground, good, 2.5 * look.typical))
@@ -103,16 +104,20 @@ class LikelihoodDetector:
         look = self._look
         contrast = fit.amplitude * self._sign
         good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest) & (fit.diameter < look.largest)
-        good &= np.sqrt(variance) < self._unlike(contrast, np.sqrt(variance), good)
+        good &= self._like_disc(contrast, np.sqrt(variance), good)
         good &= (np.abs(fit.u) < 1.4) & (np.abs(fit.v) < 1.4)
         u, v, reach = centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.diameter / 2 + look.blur - 0.5
         return good & (u >= reach) & (v >= reach) & (u <= shape[1] - 1 - reach) & (v <= shape[0] - 1 - reach)
 
-    def _unlike(self, contrast, rest, good):
-        """(N,) most that may be left of a dot's pixels: more where all dots are unlike discs, as after lossy compression."""
+    def _like_disc(self, contrast, rest, good):
+        """(N,) bool: little is left of a dot's pixels; more is allowed where all dots are unlike discs, as after lossy compression."""
         look = self._look
-        usual = np.median(rest[good] / contrast[good]) if good.any() else 0.0
-        return np.maximum(np.maximum(4 * look.noise, 0.1 * abs(look.contrast)), contrast * max(0.12, min(1.7 * usual, 0.2)))
+        most = np.maximum(max(4 * look.noise, 0.1 * abs(look.contrast)), 0.12 * contrast)
+        like = rest < most
+        if (good & ~like).any():
+            usual = np.median(rest[good] / contrast[good])
+            like |= rest < contrast * min(1.7 * usual, 0.2)
+        return like
 
 
 METHODS = {'likelihood': LikelihoodDetector, 'paper': PaperDetector}

@@ -22,13 +22,12 @@ def relative_slopes(u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.n
     x, y, b = (u - u.mean()) / cell, (v - v.mean()) / cell, ground / level
     weight = good.astype(float)
     products = (weight, weight * x, weight * y, weight * b, weight * x * x, weight * x * y, weight * y * y, weight * x * b, weight * y * b)
-    sums = np.stack([np.bincount(at, p, rows * columns) for p in products], 1).reshape(rows, columns, 9)
-    near = cv2.sepFilter2D(sums[:, :, :4], -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
-    squares = cv2.sepFilter2D(sums[:, :, 4:8], -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
-    last = cv2.sepFilter2D(np.ascontiguousarray(sums[:, :, 8]), -1, np.ones(3), np.ones(3), borderType=cv2.BORDER_CONSTANT)
-    n, sx, sy, sb = near.reshape(-1, 4)[at].T
-    sxx, sxy, syy, sxb = squares.reshape(-1, 4)[at].T
-    return _planes(n, sx, sy, sb, sxx, sxy, syy, sxb, last.ravel()[at], cell)
+    # one map under the other, a row of zeros between, so that one filter adds up the neighbours of all
+    maps = np.zeros((len(products), rows + 1, columns), np.float64)
+    for k, product in enumerate(products):
+        maps[k, :rows] = np.bincount(at, product, rows * columns).reshape(rows, columns)
+    near = cv2.boxFilter(maps.reshape(-1, columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    return _planes(*near.reshape(len(products), -1).take(at, axis=1), cell)
 
 
 def _planes(n, sx, sy, sb, sxx, sxy, syy, sxb, syb, cell):

@@ -22,7 +22,7 @@ _FEWEST = 4  # dots; fewer cannot be told from dirt
 @dataclass(frozen=True)
 class Look:
     """Measured from a frame. channel: a name in CHANNELS; step: every so many pixels are averaged into one before all else;
-    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground and noise: grey levels.
+    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground, ground and noise: grey levels.
     """
 
     channel: str
@@ -32,6 +32,7 @@ class Look:
     largest: float
     blur: float
     contrast: float
+    ground: float
     noise: float
 
 
@@ -125,7 +126,14 @@ def _describe(channel, grey, noise, blobs, sign):
     centre, rough = (blobs.centre + 0.5) / step - 0.5, blobs.diameter / step
     blur, diameter, contrast = _fit_blur(grey, centre, rough, noise / step)
     low, middle, high = np.percentile(diameter, [2, 50, 98])
-    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.25 * float(high), blur, sign * contrast, noise / step)
+    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.15 * float(high), blur, sign * contrast, _ground_level(grey, centre, 0.5 * middle + 2), noise / step)
+
+
+def _ground_level(grey, centre, away):
+    """Median grey level this far (px) to the left and right of the dots."""
+    row = np.clip(np.rint(centre[:, 1]).astype(int), 0, grey.shape[0] - 1)
+    sides = [np.clip(np.rint(centre[:, 0] + s * away).astype(int), 0, grey.shape[1] - 1) for s in (-1, 1)]
+    return float(np.median([grey[row, side] for side in sides]))
 
 
 def _fit_blur(grey, centre, rough, noise):

@@ -49,15 +49,18 @@ class LikelihoodFitter:
         self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / 0.6))
         self._spacing = self.diameters[1] - self.diameters[0]
         self.tail = _TAIL * np.hypot(blur, 0.3)
-        self.half = int(np.ceil(largest / 2 + self.tail + 0.5))
+        self.half = int(np.ceil(largest / 2 + self.tail - 0.3))
         self._build()
 
-    def patches(self, padded: np.ndarray, column: np.ndarray, row: np.ndarray) -> np.ndarray:
-        """(N, P) float32 squares of 2 half + 1 px a side about whole pixels (N,) of an image that is padded by half."""
+    def patches(self, padded: np.ndarray, column: np.ndarray, row: np.ndarray, level: float) -> np.ndarray:
+        """(N, P) float32 squares of 2 half + 1 px a side about whole pixels (N,) of an image that is padded by half, above a grey level.
+
+        A level near the ground keeps squares small, so that their differences stay exact in single precision.
+        """
         side = 2 * self.half + 1
         height, width = padded.shape
         views = as_strided(padded, (height - side + 1, width - side + 1, side, side), padded.strides * 2)
-        return views[row, column].reshape(len(row), -1).astype(np.float32)
+        return np.subtract(views[row, column].reshape(len(row), -1), level, dtype=np.float32)
 
     def compress(self, patches: np.ndarray) -> np.ndarray:
         """(N, K) projections of patches (N, P): all that fit() and variances() look at."""
@@ -90,9 +93,10 @@ class LikelihoodFitter:
 
     def variances(self, compressed: np.ndarray, fit: Fit) -> np.ndarray:
         """(N,) variance of the pixels about the fit; slopes, being oval and a slightly other blur do not count, for they move no place."""
-        modes, columns = self._modes.take(fit.node, axis=0), compressed[:, :, None]
-        rest = columns - np.matmul(modes.transpose(0, 2, 1), np.matmul(modes, columns))
-        return np.einsum('nij,nij->n', rest, rest).astype(float) / (rest.shape[1] - modes.shape[1])
+        modes = self._modes.take(fit.node, axis=0)
+        explained = np.matmul(modes, compressed[:, :, None])[:, :, 0]
+        rest = np.einsum('ij,ij->i', compressed, compressed) - np.einsum('ij,ij->i', explained, explained)
+        return np.maximum(rest, 0).astype(float) / (compressed.shape[1] - modes.shape[1])
 
     def _nearest(self, u, v, diameter):
         column = np.minimum(np.maximum(np.rint(u * _PER_PIXEL), -_REACH), _REACH)
