@@ -15,7 +15,7 @@ import numpy as np
 _LEVER = 5e-3
 # Cosine from which a dot that is ahead counts as leading, and how much less its distance then speaks against it.
 _LEADS, _PATIENCE = 0.3, 0.04
-_RIDGE = 1e-6
+_RIDGE, _LOOSE = 1e-6, 1e-3
 
 
 class DotMotions:
@@ -59,6 +59,11 @@ class DotMotions:
         if expected is not None:
             right = right + hold * prior @ expected
         return np.linalg.solve(matrix + ((hold if expected is not None else 0) + _RIDGE) * prior, right)
+
+    def kept_in_touch(self, twist: np.ndarray) -> np.ndarray:
+        """twist (6,) with what moves the face along its normals (shift and tilt) taken from the dots, and the rest, that slip may hide, left alone."""
+        touching = 1 / (1 + (self.off_normal(twist) / (10 * self.along))**2)
+        return self.fit(np.zeros(len(self.moved)), touching, twist, _LOOSE)
 
     def follow(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float, weights: np.ndarray) -> np.ndarray:
         """The twist of what carries the dots, near start (None: near their mean motion), the bound on what agrees narrowed from coarse to fine, m.

@@ -17,8 +17,9 @@ from .carried_motion import DotMotions, moved_to
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
 _SLOW = 0.2
-# In gross slip dots may stand still for a frame though the object moves on; for so many frames only if it rests.
-_REST_FRAMES = 3
+# In gross slip dots may stand still though the object moves on (a disc that turns about its axis); for so many frames it is taken to rest.
+_REST_FRAMES = 15
+_LEAST_FRICTION = 0.05
 
 
 class DotStates:
@@ -70,6 +71,8 @@ class DotStates:
     def _judge(self, state, touched, both):
         motions = DotMotions(self._last.xyz[both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
         held = None if self._twist is None else moved_to(self._twist, self._centre, motions.centre)
+        if held is not None and not self._in_touch(motions, held):
+            held = motions.kept_in_touch(held)
         ratio, drag = self._friction(state, touched, both, motions, held)
         twist, self._gross = self._motion(motions, held, ratio, drag)
         slips = np.linalg.norm(motions.off(twist), axis=1) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
@@ -118,8 +121,8 @@ class DotStates:
         """Friction that slipping dots show, and the noise along the normal: slow means over frames."""
         spread = 1.4826 * np.median(np.abs(motions.off_normal(twist)))
         self.depth_noise += _SLOW * (max(spread, self.tolerance / 2) - self.depth_noise)
-        if slips.sum() >= _FEWEST:
-            seen = float(np.median(ratio[slips]))
+        seen = float(np.median(ratio[slips])) if slips.sum() >= _FEWEST else 0.0
+        if seen > _LEAST_FRICTION:
             self.friction = seen if not self.friction > 0 else self.friction + _SLOW * (seen - self.friction)
 
     def _friction(self, state, touched, both, motions, held):

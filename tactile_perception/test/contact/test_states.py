@@ -70,7 +70,7 @@ def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
 def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before():
     face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
-    for _ in range(4):
+    for _ in range(20):
         found = states.update(face.state([0, 0, 0], 0.6), face.score)
     np.testing.assert_array_equal(found[face.inside], STICKING)
 
