@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+#: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
+_SWITCH_S = 5e-4
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -31,6 +34,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
     node = None
     try:
         make_room_for_images()
+        sys.setswitchinterval(_SWITCH_S)
         rclpy.init(args=args)
         node = make()
         _spin(node)
