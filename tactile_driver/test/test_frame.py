@@ -1,0 +1,84 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_driver.errors import BadArgument, BadFrame
+from tactile_driver.frame import CameraCalibration, Frame, as_encoding, frame_of, frame_of_bytes, load_calibration, pinhole_calibration
+
+CAMERA_INFO = """
+image_width: 640
+image_height: 480
+camera_name: pad
+camera_matrix: {rows: 3, cols: 3, data: [600.0, 0.0, 320.5, 0.0, 601.0, 240.5, 0.0, 0.0, 1.0]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0.1, -0.2, 0.0, 0.0, 0.01]}
+rectification_matrix: {rows: 3, cols: 3, data: [1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0]}
+projection_matrix: {rows: 3, cols: 4, data: [600.0, 0, 320.5, 0, 0, 601.0, 240.5, 0, 0, 0, 1.0, 0]}
+"""
+
+
+@pytest.mark.parametrize(('shape', 'encoding', 'kept'), [((4, 6), 'mono8', (4, 6)), ((4, 6, 1), 'mono8', (4, 6)),
+                                                         ((4, 6, 3), 'bgr8', (4, 6, 3)), ((4, 6, 4), 'bgr8', (4, 6, 3))])
+def test_what_opencv_decodes_becomes_a_frame(shape, encoding, kept):
+    frame = frame_of(np.full(shape, 7, np.uint8), 'here', 5)
+    assert (frame.encoding, frame.image.shape, frame.stamp_ns) == (encoding, kept, 5)
+    assert (frame.image == 7).all()
+
+
+@pytest.mark.parametrize('image', [None, np.zeros((0, 3), np.uint8), np.zeros((4, 4), np.uint16), np.zeros((4, 4, 2), np.uint8)])
+def test_what_is_no_image_is_a_bad_frame(image):
+    with pytest.raises(BadFrame, match='frame 12 of pad.avi'):
+        frame_of(image, 'frame 12 of pad.avi', 0)
+
+
+def test_bytes_with_padded_rows_and_swapped_colours():
+    rows = np.zeros((2, 10), np.uint8)
+    rows[:, :9] = np.tile([1, 2, 3], 3)
+    frame = frame_of_bytes(rows.ravel(), (2, 3, 10), 'rgb8', 1, 'here')
+    assert frame.encoding == 'bgr8'
+    assert frame.image.tolist() == [[[3, 2, 1]] * 3] * 2
+
+
+@pytest.mark.parametrize(('size', 'encoding', 'length'), [((2, 3, 9), 'yuv422', 18), ((2, 3, 9), 'bgr8', 17), ((2, 3, 8), 'bgr8', 16),
+                                                          ((0, 3, 9), 'bgr8', 0)])
+def test_bytes_that_make_no_image(size, encoding, length):
+    with pytest.raises(BadFrame, match='skipped'):
+        frame_of_bytes(np.zeros(length, np.uint8), size, encoding, 0, 'here')
+
+
+def test_encodings_are_converted_both_ways():
+    grey = Frame(np.full((2, 2), 9, np.uint8), 0, 'mono8')
+    assert as_encoding(grey, 'bgr8').tolist() == [[[9, 9, 9]] * 2] * 2
+    assert as_encoding(grey, '') is grey.image
+    colour = Frame(np.full((2, 2, 3), 9, np.uint8), 0, 'bgr8')
+    assert as_encoding(colour, 'mono8').tolist() == [[9, 9], [9, 9]]
+
+
+def test_calibration_file(tmp_path):
+    path = tmp_path / 'pad.yaml'
+    path.write_text(CAMERA_INFO)
+    loaded = load_calibration(f'file://{path}')
+    assert (loaded.width, loaded.height, loaded.k[0], loaded.k[5], loaded.d[1], loaded.p[5]) == (640, 480, 600.0, 240.5, -0.2, 601.0)
+    assert loaded.model == 'plumb_bob'
+
+
+@pytest.mark.parametrize(('old', 'new'), [('600.0, 0.0, 320.5', '.nan, 0.0, 320.5'), ('data: [600.0, 0.0', 'data: [0.0, 0.0'),
+                                          ('image_width: 640', 'image_width: 0'), ('camera_matrix:', 'matrix:'), ('640', '{')])
+def test_a_broken_calibration_file_is_refused(tmp_path, old, new):
+    path = tmp_path / 'pad.yaml'
+    path.write_text(CAMERA_INFO.replace(old, new, 1))
+    with pytest.raises(BadArgument, match=r'camera_info_path.*pad\.yaml'):
+        load_calibration(str(path))
+
+
+def test_a_missing_calibration_file_is_named():
+    with pytest.raises(BadArgument, match='/nowhere/pad.yaml'):
+        load_calibration('/nowhere/pad.yaml')
+
+
+def test_pinhole_calibration_fills_all_matrices():
+    k = np.array([[500.0, 0, 319], [0, 510, 239], [0, 0, 1]])
+    made = pinhole_calibration(k, np.zeros(5), (640, 480))
+    assert made.k == tuple(k.ravel()) and made.p[:4] == (500.0, 0, 319, 0) and made.r == (1, 0, 0, 0, 1, 0, 0, 0, 1)
+    assert CameraCalibration(640, 480).k == (0.0,) * 9
