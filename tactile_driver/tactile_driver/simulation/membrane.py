@@ -32,6 +32,15 @@ def square_from_disc(disc: np.ndarray) -> np.ndarray:
     return np.stack([half(1, x), half(-1, y)], axis=-1)
 
 
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Cross products (..., 3); several times as fast as NumPy's on the few thousand vectors of a skin."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[..., j], b[..., k], out=out[..., i])
+        out[..., i] -= a[..., k] * b[..., j]
+    return out
+
+
 class Membrane:
     """The skin on n x n nodes whose border is clamped to the rim circle.
 
@@ -115,7 +124,7 @@ class Membrane:
 
     def area_vectors(self, xyz: np.ndarray) -> np.ndarray:
         """Outward area vectors (n*n, 3) of the nodes, m^2, of the shape xyz (n, n, 3), m."""
-        cells = np.cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:]) * 0.125
+        cells = cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:]) * xyz.dtype.type(0.125)
         out = np.zeros_like(xyz)
         out[:-1, :-1] += cells
         out[1:, :-1] += cells
@@ -125,7 +134,7 @@ class Membrane:
 
     def volume_of(self, xyz: np.ndarray) -> float:
         """Enclosed volume, m^3, over the rim plane, of the shape xyz (n, n, 3), m."""
-        cells = np.cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:])
+        cells = cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:])
         height = xyz[:-1, :-1, 2] + xyz[1:, 1:, 2] + xyz[1:, :-1, 2] + xyz[:-1, 1:, 2]
         return float((cells[..., 2] * height).sum() / 8)
 

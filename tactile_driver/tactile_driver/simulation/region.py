@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from .contact import MembraneState
-from .membrane import Membrane
+from .membrane import Membrane, cross
 from .motion import Pose
 from .tools import Tool
 
@@ -60,7 +60,7 @@ def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose
     box = slice(max(rows.min() - 2, 0), rows.max() + 3), slice(max(columns.min() - 2, 0), columns.max() + 3)
     part = state.shape[box]
     up, across = _between(part.shape[0]), _between(part.shape[1])
-    places = np.einsum('ai,ijk,bj->abk', up, part, across, optimize=True)
+    places = np.stack([up @ part[..., k] @ across.T for k in range(3)], axis=-1)
     gap = tool.distance(pose.to_tool(places))
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A line of contact narrower than a cell presses on every other node only: close it along its way.
@@ -74,8 +74,7 @@ def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> R
     slope = np.stack(np.gradient(outside), axis=-1)
     steep = np.sqrt((slope**2).sum(axis=-1)) + 1e-9
     cover = np.clip(0.5 - outside / steep, 0, 1)
-    rows, columns = np.gradient(places, axis=(0, 1))
-    patches = np.cross(columns, rows)
+    patches = cross(*np.gradient(places, axis=(1, 0)))
     sizes = np.sqrt((patches**2).sum(axis=-1)) * cover
     area = float(sizes.sum())
     if area <= 0:

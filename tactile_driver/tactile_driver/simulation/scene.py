@@ -24,7 +24,8 @@ _TOOL_SIZE = 0.006
 class Scene:
     """A touchpad and what happens to it, in frames at a fixed rate.
 
-    Attributes: camera; rows, columns of dots; rate frames/s; duration s, after which it starts again; frames in one round.
+    Attributes: camera; membrane (its radius, height, tension and rest pressure); rows, columns of dots; rate frames/s; duration s, after
+    which it starts again; frames in one round.
     Friction makes a state depend on what was before, so states are worked out one after the other and kept; render may then be called with
     times in any order and gives the same frame for the same time and seed each time. The first call for a late time takes as long as all
     frames before it.
@@ -32,7 +33,8 @@ class Scene:
 
     def __init__(self, motions: list[Motion], duration: float, rate: float, friction: float, membrane: Membrane, camera: SimulatedCamera,
                  pattern: DotPattern, renderer: Renderer):
-        self.camera, self.rate, self.rows, self.columns = camera, rate, pattern.rows, pattern.columns
+        self.camera, self.membrane, self.rate = camera, membrane, rate
+        self.rows, self.columns = pattern.rows, pattern.columns
         self.frames = max(int(round(duration * rate)), 1)
         self.duration = self.frames / rate
         self._motions, self._pattern, self._renderer = motions, pattern, renderer
@@ -64,8 +66,8 @@ class Scene:
         end = len(self._known) / self.rate
         start = max(end - 1 / self.rate, 0.0)
         for motion in self._motions:
-            if motion.covers(start) and motion.covers(end):
-                return self._follow(motion, start, end)
+            if motion.covers(end):
+                return self._follow(motion, max(start, motion.times[0]), end)
         self._contact.reset()
         return self._observer.untouched
 

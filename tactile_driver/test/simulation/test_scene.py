@@ -54,3 +54,12 @@ def test_picture_shows_the_press(scene):
     centre = np.round(scene.camera.project(scene.observe(deepest).truth.centroid)).astype(int)
     box = slice(centre[1] - 12, centre[1] + 13), slice(centre[0] - 12, centre[0] + 13)
     assert np.percentile(pressed[box][..., 2], 90) > np.percentile(rest[box][..., 2], 90) + 8
+
+
+def test_a_slow_camera_sees_the_same_presses():
+    slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
+    assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
+    for k in range(slow.frames):
+        pair = slow.observe(k).truth, quick.observe(10 * k).truth
+        depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
+        assert depth == pytest.approx(other, abs=1e-6)
