@@ -79,11 +79,12 @@ def _stayed(rc, uv, pitch, previous) -> _Vote | None:
         return None
     distance, nearest = cKDTree(previous[0]).query(uv, distance_upper_bound=NEAR * pitch)
     near = np.isfinite(distance)
-    if near.sum() < STAYED_SHARE * len(uv):
+    enough = STAYED_SHARE * min(len(uv), len(previous[0]))
+    if near.sum() < enough:
         return None
     offsets = previous[1][nearest[near]] - rc[near]
     offset = np.median(offsets, axis=0).astype(np.int64)
-    if np.all(offsets == offset, axis=1).sum() < STAYED_SHARE * len(uv):
+    if np.all(offsets == offset, axis=1).sum() < enough:
         return None
     still = np.median(distance[near]) < STILL * pitch
     return _Vote(offset, [_fits_only_here(rc + offset, uv, previous, axis) for axis in (0, 1)], bool(still))

@@ -7,7 +7,8 @@ import numpy as np
 
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.dots import Dots, DotTracks
-from tactile_perception.dots.grid import Numbered, number_grid
+from tactile_perception.dots.grid import Numbered
+from tactile_perception.dots.numbering import numbering_method
 from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracks import Linker
 from tactile_perception.errors import BadArgument, BadFrame
@@ -16,16 +17,19 @@ from tactile_perception.errors import BadArgument, BadFrame
 class DotTracker:
     """Dots of one camera, frame by frame.
 
-    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detector: anything with
-    detect(image) -> Dots, in place of DotDetector(polarity). reference: of untouched places, Reference() if not given.
+    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detection, numbering: names
+    in the tables of methods (detect.py, numbering.py); detector: anything with detect(image) -> Dots, in place of the named one; reference: of
+    untouched places, Reference() if not given. Raises BadArgument for names and sizes that there are not.
     """
 
-    def __init__(self, rows: int, columns: int, polarity: str = 'dark', detector=None, reference: Reference | None = None):
+    def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
+                 detector=None, reference: Reference | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
-        self._detector = DotDetector(polarity) if detector is None else detector
+        self._detector = DotDetector(polarity, detection) if detector is None else detector
+        self._number_grid = numbering_method(numbering)
         self._linker = Linker()
         self._previous: Numbered | None = None
         self._stamp_s = -np.inf
@@ -63,7 +67,7 @@ class DotTracker:
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
             return self._linker.update(dots.uv, stamp_s)
-        numbers = number_grid(dots.uv, self.rows, self.columns, self._previous, size)
+        numbers = self._number_grid(dots.uv, self.rows, self.columns, self._previous, size)
         if not numbers.certain:
             raise BadFrame(f'dots not numbered: {numbers.reason}')
         seen = numbers.id >= 0
