@@ -11,6 +11,7 @@ from ..camera import CameraModel
 from ..errors import BadCalibration, BadFrame
 from ..surface.cap import Cap
 from ..surface.optics import WaterModel
+from ..surface.optics_colour import RING_PIXELS
 from ..surface.optics_fit import Colours, OpticsPrior, fit, fit_rest, model_from, rest_colours
 from .press import OnSphere, Press, dots_on_sphere
 
@@ -58,7 +59,7 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
     _require_coverage(rest, used, left_out)
     first = fit_rest(rest[0].image, rest[0].tracks.uv, camera, cap, prior)
     image = np.mean([p.image for p in rest], axis=0, dtype=np.float32)
-    ground = rest_colours(image, camera, cap, first.ring, first.noise * (144 / len(rest)))
+    ground = rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest)))
     on_sphere, empty = _read(used, first, camera, sphere_radius)
     if sum(len(group.count) for group in on_sphere) < MINIMUM_DOTS:
         raise BadCalibration(f'touchpad calibration: only {sum(len(g.count) for g in on_sphere)} dots lie on the sphere, {MINIMUM_DOTS} needed; '

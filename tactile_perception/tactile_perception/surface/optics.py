@@ -3,7 +3,7 @@
 """How far each dot is from the camera, from the colour that the red water leaves (Beer-Lambert along the light's path)."""
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -99,7 +99,3 @@ class WaterModel:
             return np.zeros_like(shift)
         even = smooth(to_grid(shift, tracks.id, tracks.rows, tracks.columns))
         return bend(even).ravel()[tracks.id] * (RING**2 / 4)
-
-    def with_constants(self, constants: np.ndarray) -> 'WaterModel':
-        """The same water under lamps or a white balance that have drifted: constants (2,), the rest unchanged."""
-        return replace(self, constants=np.asarray(constants, float))

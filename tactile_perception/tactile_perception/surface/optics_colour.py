@@ -9,14 +9,17 @@ import numpy as np
 from ..errors import BadArgument, BadFrame
 
 POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
-DARK, GLARE = 0.93, 1.12  # a point under/over these parts of its ring's upper quartile is ink, shadow or a specular spot
+RING_PIXELS = 9 * POINTS
+INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ring's upper quartile is ink or a specular spot (white light
+# raises blue, the weakest channel in red water, first); shading across a dent's flank stays between them
+GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
 SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
 RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
 
 def check_image(image: np.ndarray) -> np.ndarray:
-    """The image itself when it is (H, W, 3) uint8 and neither black nor white; BadFrame (what is wrong) otherwise."""
+    """The image itself when it is (H, W, 3) uint8; BadFrame, saying what is wrong, otherwise."""
     if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         shape = getattr(image, 'shape', None)
         raise BadFrame(f'surface: need a colour image (H, W, 3) uint8 in BGR order, got {shape}; set the camera to bgr8')
@@ -59,9 +62,9 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.nda
     if len(uv) == 0:
         return np.zeros((0, 2)), np.zeros(0, int)
     sums = ring_sums(check_image(image), uv, radius)
-    total = sums[..., 0] + sums[..., 1] + sums[..., 2]
-    level = np.partition(total, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
-    keep = (total > DARK * level) & (total < GLARE * level) & (sums[..., 2] < SATURATED)
+    blue = sums[..., 0]
+    level = np.partition(blue, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
+    keep = (blue > INK * level) & (blue < GLARE * level) & (sums[..., 2] < SATURATED)
     count = keep.sum(1)
     mean = np.matmul(keep[:, None].astype(np.float32), sums)[:, 0] / np.maximum(count, 1)[:, None]
     good = (count >= POINTS // 4) & (mean.min(1) > NOISE_FLOOR * 9)
@@ -78,7 +81,7 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 8) -> tuple[
     values = np.ascontiguousarray(image, np.float32)
     smooth = cv2.blur(values.sum(2), (3, 3))
     size = 2 * int(np.ceil(radius)) + 1
-    ground = smooth > DARK * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
+    ground = smooth > GROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
     ground &= (smooth > 0.2 * np.percentile(smooth, 90)) & (values.max(2) < 254)
     ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     return _cells(values, ground, step)

@@ -3,7 +3,7 @@
 """What the untouched pad tells about its water: its rest shape is known, so each background pixel is a place with a known path."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -12,7 +12,7 @@ from ..camera import CameraModel
 from ..errors import BadArgument, BadFrame
 from .cap import Cap
 from .optics import WaterModel
-from .optics_colour import POINTS, background_ratios, check_image, log_ratios, ring_radius
+from .optics_colour import POINTS, RING_PIXELS, background_ratios, check_image, log_ratios, ring_radius
 from .optics_path import LightPath
 
 MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
@@ -122,16 +122,16 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     radius = ring_radius(uv)
     ratios, count = log_ratios(check_image(image), uv, radius)
     noise = _ring_noise(ratios, cap.meet(camera.centre, camera.rays(uv)))
-    q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * 144), camera, prior)
+    q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
     return model_from(q, covariance, noise, radius, camera, cap)
 
 
 def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Covariance (2, 2) of log ratios (N, 2) over rings, from what a smooth surface over places (N, 3) does not explain."""
-    x, y, _ = places.T / np.abs(places).max()
+    x, y, _ = places.T / np.nanmax(np.abs(places))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:
-        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure')
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure (too dark, or red saturated)')
     terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
     gap = ratios[known] - terms @ np.linalg.lstsq(terms, ratios[known], rcond=None)[0]
     near = (np.abs(gap) < 4 * 1.4826 * np.median(np.abs(gap), axis=0)).all(1)
@@ -171,3 +171,19 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
     slope = (predict(q, places + 1e-5 * rays, normals, camera.centre) - base) @ q[2:4] / 1e-5
     gain = jacobian / slope[:, None]
     return float(np.sqrt(np.mean(np.einsum('ni,ij,nj->n', gain, covariance, gain)))) / dent
+
+
+def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
+    """A calibrated model after its lamps' colour or the white balance drifted, from an untouched image (H, W, 3) with dots at uv (N, 2), px.
+
+    Only the two constants follow; the absorptions and the light's path stay. Raises BadFrame where too little of the image can be read.
+    """
+    ratios, _ = log_ratios(check_image(image), uv, model.ring)
+    places = model.cap.meet(camera.centre, camera.rays(uv))
+    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+    if known.sum() < 30:
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure (too dark, or red saturated)')
+    normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
+    length, slope = model.path.lengths(places[known], normals)
+    length = length + model.ring_offset * slope
+    return replace(model, constants=np.median(ratios[known] + length[:, None] * model.absorptions, axis=0))
