@@ -14,8 +14,8 @@ from .region import ContactDots, Region
 from ..surface.cap import Cap
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
-_SOLID = 0.88  # share of its convex hull that a region fills (holes filled) when it is one touch
-_SHAPED = 12  # dots in a region from which on its shape is told
+_NOTCH = 1.3  # pitches that the outline of one touch may stand back from its convex hull: two that have run together do by more
+_DOUBTED = 15  # frames for which what has merged counts as several touches
 _LASTING = 5  # frames from which on a touch is one of its own, not a part of one that is just beginning
 
 
@@ -43,8 +43,8 @@ class ContactTracker:
 
     A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
     not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
-    number; the contact is AMBIGUOUS as long as it lasts undivided, if both had lasted. Of parts that a region splits into, the one
-    with most dots in common keeps the number.
+    number; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only if its outline shows a notch. Of parts
+    that a region splits into, the one with most dots in common keeps the number.
     calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
     """
 
@@ -69,20 +69,21 @@ class ContactTracker:
             number = chosen.get(k)
             if number is None:
                 number, self._next = self._next, self._next + 1
-            merged = self._is_merged(number, k, held, chosen)
+            merged = self._merged_for(number, k, held, chosen)
             age = self._last[number].age + 1 if number in self._last else 1
             tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
-            contacts.append(self._contact(number, dots, region, merged))
+            contacts.append(self._contact(number, dots, region, merged > 0))
         self._last = tracks
         return contacts
 
-    def _is_merged(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> bool:
-        """Whether region k holds what were several contacts: it swallows one that ends now, or did before and has not split since."""
+    def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
+        """Frames for which region k still counts as merged: it swallows a contact that ends now, or did before and has not split since."""
         ended = [track for other, track in self._last.items() if other not in chosen.values() and track.age >= _LASTING]
         if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
-            return True
+            return _DOUBTED
         before = self._last.get(number)
-        return before is not None and before.merged and sum(bool(some & before.held) for some in held) == 1
+        whole = before is not None and sum(bool(some & before.held) for some in held) == 1
+        return max(before.merged - 1, 0) if whole else 0
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
         position, covariance, normal = foremost_point(dots, region)
@@ -94,7 +95,7 @@ class ContactTracker:
     def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
         place = region.outline.grid_points
         flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
-        if merged or (np.count_nonzero(region.members) >= _SHAPED and _solidity(place) < _SOLID):
+        if merged or _deepest_notch(place) > _NOTCH:
             flags |= AMBIGUOUS
         beyond = self._depth is not None and depth > self._depth
         outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
@@ -106,7 +107,7 @@ class _Track:
     held: set
     centroid: np.ndarray
     area: float
-    merged: bool
+    merged: int
     age: int
 
 
@@ -135,7 +136,13 @@ def _force(dots: ContactDots, region: Region) -> np.ndarray:
     return dots.force[near[dots.ids] > 0].sum(axis=0)
 
 
-def _solidity(loop: np.ndarray) -> float:
-    points = loop.astype(np.float32).reshape(-1, 1, 2)
-    hull = cv2.contourArea(cv2.convexHull(points))
-    return cv2.contourArea(points) / hull if hull > 0 else 1.0
+def _deepest_notch(loop: np.ndarray) -> float:
+    """How far loop (M, 2) of (row, column) stands back from its convex hull at most, pitches."""
+    scale = 64  # OpenCV measures defects of whole numbers, in 1/256
+    points = np.round(loop * scale).astype(np.int32).reshape(-1, 1, 2)
+    points = points[np.any(points != np.roll(points, 1, axis=0), axis=(1, 2))]
+    if len(points) < 4:
+        return 0.0
+    hull = np.sort(cv2.convexHull(points, returnPoints=False), axis=0)
+    defects = cv2.convexityDefects(points, hull) if len(hull) > 3 else None
+    return 0.0 if defects is None else float(defects[..., 3].max()) / 256 / scale

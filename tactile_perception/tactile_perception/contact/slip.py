@@ -19,6 +19,7 @@ _INCIPIENT = (0.05, 0.03)
 _GROSS = (0.90, 0.85)
 _FEWEST = 6  # dots from which a twist or a centre is told
 _FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_TOLD = 2.0  # a contact's movement is told where it is this many times its own doubt
 _WINDOW_S = 0.15  # time over which the contact's own movement is measured
 
 
@@ -91,7 +92,10 @@ class SlipEstimator:
         """(N, 2) m/s of the object over the surface at the dots of each contact, from its drift; NaN where it turns or may turn."""
         velocity = np.full((len(dots.ids), 2), np.nan)
         for contact in () if turns else contacts:
-            velocity[contact.members] = self._drift(contact.id)
+            drift = self._drift(contact.id)
+            doubt = np.sqrt(2 * np.trace(contact.position_covariance[:2, :2])) / _WINDOW_S
+            if np.linalg.norm(drift) > _TOLD * doubt:
+                velocity[contact.members] = drift
         return velocity
 
     def _drift(self, number: int) -> np.ndarray:
@@ -99,9 +103,10 @@ class SlipEstimator:
         seen = [(stamp, *places[number]) for stamp, places in self._past if number in places]
         if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
             return np.full(2, np.nan)
-        stamps = np.array([stamp for stamp, _, _ in seen])
-        late = stamps - stamps.mean()
-        speed = late @ np.array([place for _, place, _ in seen]) / (late @ late)
+        stamps, places = np.array([stamp for stamp, _, _ in seen]), np.array([place for _, place, _ in seen])
+        first, last = np.triu_indices(len(seen), 1)
+        # The median over pairs of frames (Theil, Sen) does not mind that the position jumps once when the object's shape becomes known.
+        speed = np.median((places[last] - places[first]) / (stamps[last] - stamps[first])[:, None], axis=0)
         common = seen[0][2].keys() & seen[-1][2].keys()
         if not common:
             return speed
@@ -116,6 +121,8 @@ class SlipEstimator:
         known = np.isfinite(velocity).all(axis=1)
         if known.sum() >= _FEWEST:
             linear, turn, centre = planar_twist(place[known, :2], velocity[known])
+            if self._state == GROSS:  # known at all only where friction told a translation
+                linear, turn, centre = np.mean(velocity[known], axis=0), 0.0, np.full(2, np.nan)
             estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
         if centre is not None and np.isfinite(centre).all():
             estimate.rotation_center = np.array([*centre, place[:, 2].mean()])

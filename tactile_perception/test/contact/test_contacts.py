@@ -45,7 +45,7 @@ def test_two_touches_keep_theirs_when_one_goes(pad):
     assert track(tracker, discs(pad, (5e-3, 0)))[0].id == other
 
 
-def test_merged_touches_are_ambiguous_until_they_part(pad):
+def test_merged_touches_are_ambiguous_and_those_that_part_are_not(pad):
     tracker = ContactTracker(pad.cap)
     for _ in range(5):
         track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
@@ -54,6 +54,14 @@ def test_merged_touches_are_ambiguous_until_they_part(pad):
     parted = track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
     assert len(parted) == 2 and merged[-1].id in {contact.id for contact in parted}
     assert not any(contact.flags & AMBIGUOUS for contact in parted)
+
+
+def test_merged_touches_are_trusted_in_time(pad):
+    tracker = ContactTracker(pad.cap)
+    for _ in range(5):
+        track(tracker, discs(pad, (-4e-3, 0), (4e-3, 0)))
+    flags = [track(tracker, pad.disc(radius=6e-3))[0].flags for _ in range(20)]
+    assert flags == [AMBIGUOUS] * 15 + [0] * 5
 
 
 def test_parts_of_a_beginning_touch_are_not_ambiguous(pad):
