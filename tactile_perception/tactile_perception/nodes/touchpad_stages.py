@@ -9,6 +9,8 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
+from ..calibration.files import read_calibration
+from ..calibration.touchpad_file import read_touchpad
 from ..errors import BadFrame
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
@@ -24,6 +26,7 @@ class _WithCamera:
     def __init__(self, values: Mapping):
         self.sensor = Touchpad.from_parameters(values)
         self.values = values
+        self.calibration = read_calibration(values['calibration'], 'touchpad') if values['calibration'] else None
         self.stage = None
         self._camera = None
 
@@ -41,7 +44,8 @@ class DotMessages(_WithCamera):
 
     def make_stage(self, camera):
         """The stage for a camera (None: not calibrated, so no places in 3D)."""
-        return DotStage(self.sensor, camera, self.values)
+        water = read_touchpad(self.values['calibration'], camera) if self.calibration and camera else None
+        return DotStage(self.sensor, camera, self.values, water)
 
     @property
     def needs_camera(self) -> bool:
@@ -75,7 +79,7 @@ class ContactMessages(_WithCamera):
 
     def make_stage(self, camera):
         """The stage for a camera; none where it is not calibrated."""
-        return ContactStage(self.sensor, camera, self.values) if camera else None
+        return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 
     def on_dots(self, message: DotTracks) -> dict[str, object]:
         """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..calibration.files import CalibrationFile
 from ..camera import CameraModel
 from ..contact.contacts import ContactEstimate, ContactTracker
 from ..contact.methods import make_method
@@ -31,16 +32,19 @@ class ContactResult:
 
 
 class ContactStage:
-    """Contact frame by frame; values: of REGION_PARAMETERS. Raises BadArgument for a sensor whose dots have no places in 3D."""
+    """Contact frame by frame; values: of REGION_PARAMETERS; calibration: whose range contacts are held against.
 
-    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping):
+    Raises BadArgument for a sensor whose dots have no places in 3D.
+    """
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None):
         if sensor.cap is None:
             raise BadArgument('parameter surface is none: dots have no places in 3D, so contact cannot be told')
         self._sensor = sensor
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._motion = ObjectMotion(sensor.rows, sensor.columns)
-        self._contacts = ContactTracker(sensor.cap)
+        self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
         self._slip = SlipEstimator()
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
@@ -64,3 +68,11 @@ class ContactStage:
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
         return ContactResult(describe(dots, regions, motion.motion, motion.interval), contacts, slip, wrench)
+
+
+def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:
+    """Largest depth and distance from the z axis, m, that calibration covered."""
+    if calibration is None:
+        return None, None
+    span = calibration.calibrated_range
+    return span['depth'][1], float(np.hypot(np.max(np.abs(span['x'])), np.max(np.abs(span['y']))))

@@ -16,12 +16,17 @@ from .dot_places import DotPlaces
 from .sensor import Touchpad
 
 
+def make_tracker(sensor: Touchpad, values: Mapping) -> DotTracker:
+    """The tracker that values (of DOT_PARAMETERS) describe."""
+    reference = Reference(values['reference.time_constant'], values['reference.frames'])
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], reference=reference)
+
+
 class DotStage:
     """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that dots have no places in 3D."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None):
-        reference = Reference(values['reference.time_constant'], values['reference.frames'])
-        self._tracker = DotTracker(sensor.rows, sensor.columns, values['polarity'], reference=reference)
+        self._tracker = make_tracker(sensor, values)
         self._places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
 
     @property
