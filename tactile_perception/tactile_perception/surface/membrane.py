@@ -11,23 +11,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
 
 from ..errors import BadArgument
 from .membrane_forces import MembraneForces, MembraneMaterial
 from .membrane_grid import GridMesh
+from .membrane_load import judge, likelihood_gain
+from .membrane_step import MembraneFrame
 
-# What the mesh leaves over on a free dot, as a share of the fluid's pressure (half a line load a pitch away makes 0.05); the last value of a schedule.
+# What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last frame.
 _COLD = (1.0, .7, .4, .25, .15, .1, .06, .06)
 _WARM = (.25, .1, .06)
-# A touched dot's pressure over the fluid's: 1 under a flat face, 2 to 3 under a ball or along an edge.
-_TOUCHED_MEAN, _TOUCHED_SPREAD = 1.3, .8
-# Log odds of a dot among free neighbours (minus that: among touched ones).
-_COUPLING = 4.0
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
 _FILL, _KNOWN = (.15, .06), 3e-6
-_LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
-_WEAK_HOLD = 1e-3
 
 
 @dataclass
@@ -92,24 +87,23 @@ class Membrane:
         A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free dots in each
         step (more and smaller: closer to the answer). Raises BadArgument for ids outside the grid.
         """
-        problem = _Problem(self, np.asarray(origin, float), rays, ranges, sigma, ids, previous)
-        cold = problem.cold
-        schedule = steps or (_COLD if cold else _WARM)
+        ids = _checked_ids(ids, self.mesh.size)
+        start, touched, pressure = (self.rest, None, self.material.rest_pressure) if previous is None else (
+            previous.xyz, previous.touched, previous.fluid_pressure)
+        frame = MembraneFrame(self.forces, origin, rays, ranges, sigma, ids, start, touched, pressure)
+        frame.variance = self._load_variance(frame)
+        schedule = steps or (_COLD if frame.cold else _WARM)
         for index, misfit in enumerate(schedule):
-            problem.step(misfit, renew=index > 0 or not cold, doubt=index > 0)
-        return self.at(problem.places, problem.pressure, problem.touched, problem.seen, problem.ranges)
+            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+        return self.at(frame.places, frame.pressure, frame.touched, frame.seen, frame.ranges)
 
-    def load_variance(self, origin: np.ndarray, rays: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges of given weight (K,), 1/m^2."""
+    def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
+        """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges."""
         if self._response is None:
-            self._response = self._unit_response(origin, rays)
-        seen = weight[weight > 0]
-        if len(seen) == 0:
-            return np.full(self.mesh.size, 1e3)
-        information = (self._response**2) @ weight
-        return 1 / np.maximum(information, 1e-3)
+            self._response = self._unit_response(frame.rays)**2
+        return 1 / np.maximum(self._response @ frame.weight, 1e-3)
 
-    def _unit_response(self, origin, rays):
+    def _unit_response(self, rays):
         """(K, K) m: how far each dot moves along its ray (columns) under a load of one fluid pressure on one dot (rows), from rest."""
         rest = np.ascontiguousarray(self.rest.T)
         _, slopes, _, _, area = self.forces.along_rays(rest, rays, self.material.rest_pressure)
@@ -154,7 +148,7 @@ class Membrane:
         for misfit in _PRESSURE_ROUNDS:
             force = elastic + pressure * (share - self.forces.rest_residual)
             load = (force * share).sum(0) / (pressure * area**2)
-            touched = judge(self.mesh, load, touched, misfit)
+            touched = judge(self.mesh, likelihood_gain(load, misfit), touched)
             weight = (1 - touched)[self.mesh.inner] + 1e-9
             pressure = max(float(weight @ (carried * push) / (weight @ push**2)), .1 * self.material.rest_pressure)
         return pressure, touched
@@ -168,17 +162,6 @@ class Membrane:
         return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
                              pressure=np.where(inner, (force * normal).sum(0) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
                              seen=seen, ranges=ranges)
-
-
-def judge(mesh: GridMesh, load: np.ndarray, touched: np.ndarray, misfit: float, variance: np.ndarray | float = 0.0) -> np.ndarray:
-    """Probability (K,) that a dot is touched, from its own load (K,) and its neighbours' last probabilities touched (K,).
-
-    misfit: standard deviation of a free dot's load; variance: of load by errors of measurement.
-    """
-    wide, narrow = _TOUCHED_SPREAD**2 + variance, misfit**2 + variance
-    gain = ((load**2) / narrow - (load - _TOUCHED_MEAN)**2 / wide + np.log(narrow / wide)) / 2
-    odds = np.clip(gain + _COUPLING * (2 * mesh.neighbour_mean(touched) - 1), -30, 30)
-    return np.where(mesh.inner, 1 / (1 + np.exp(-odds)), 0.0)
 
 
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
@@ -199,85 +182,3 @@ def fill_rest(mesh: GridMesh, rest: np.ndarray, known: np.ndarray) -> np.ndarray
     return np.where(known[:, None], rest, terms @ fit)
 
 
-class _Problem:
-    """One frame: measured ranges, the present estimate, and a step towards the answer."""
-
-    def __init__(self, membrane: Membrane, origin, rays, ranges, sigma, ids, previous):
-        self.mesh, self.forces = membrane.mesh, membrane.forces
-        size = self.mesh.size
-        ids = _checked_ids(ids, size)
-        self.origin = origin[:, None]
-        self.seen = np.zeros(size, bool)
-        self.seen[ids] = True
-        start = membrane.rest if previous is None else previous.xyz
-        self.rays = self._all_rays(start, rays, ids)
-        self.measured, self.weight = np.zeros(size), np.zeros(size)
-        good = np.isfinite(ranges) & np.isfinite(sigma) & (np.asarray(sigma) > 0)
-        self.measured[ids[good]] = np.asarray(ranges)[good]
-        self.weight[ids[good]] = 1 / np.asarray(sigma)[good]**2
-        self._begin(membrane, start, previous)
-
-    def _all_rays(self, start, rays, ids):
-        """Unit rays (3, K): measured ones, and for dots not seen their last direction moved as their neighbours moved."""
-        last = start.T - self.origin
-        last /= np.sqrt((last * last).sum(0))
-        if self.seen.all():
-            full = np.empty_like(last)
-            full[:, ids] = rays.T
-            return full
-        moved = np.zeros_like(last)
-        moved[:, ids] = rays.T - last[:, ids]
-        full = last + self.mesh.fill(moved.T, self.seen).T
-        return full / np.sqrt((full * full).sum(0))
-
-    def _begin(self, membrane, start, previous):
-        """Start from the last frame, or from the measured ranges where the surface has jumped (or there is no last frame)."""
-        last = start.T - self.origin
-        self.ranges = np.sqrt((last * last).sum(0))
-        has = self.weight > 0
-        jump = np.abs(self.measured - self.ranges)[has]
-        self.cold = previous is None or (len(jump) > 0 and np.partition(jump, -min(4, len(jump)))[-min(4, len(jump))] > 2 * _LARGEST_STEP)
-        self.pressure = membrane.material.rest_pressure if previous is None else previous.fluid_pressure
-        self.touched = np.zeros(len(self.ranges)) if self.cold else previous.touched
-        if self.cold:
-            self.ranges = np.where(has, self.measured, self.ranges)
-        self.anchor = self.ranges
-        self.misfit = 1.0
-        self.doubt = membrane.load_variance(self.origin, self.rays, self.weight)
-
-    @property
-    def places(self) -> np.ndarray:
-        """(3, K) m."""
-        return self.origin + self.ranges * self.rays
-
-    def step(self, misfit: float, renew: bool, doubt: bool):
-        """One Gauss-Newton step; renew: find the dots' probabilities anew first; doubt: give less weight to ranges that do not fit (glare)."""
-        leftover, slopes, by_pressure, normal, area = self.forces.along_rays(self.places, self.rays, self.pressure)
-        scale = 1 / (self.pressure * area)
-        load, slopes, by_pressure = leftover * scale, slopes * scale, by_pressure * scale
-        if renew:
-            pull = (1 - self.touched) / self.misfit**2 * load + self.touched / _TOUCHED_SPREAD**2 * (load - _TOUCHED_MEAN)
-            self.touched = judge(self.mesh, load + self.doubt * pull, self.touched, misfit, self.doubt)
-        self.misfit = misfit
-        free = np.where(self.mesh.inner, (1 - self.touched) / misfit**2, 0.0)
-        held = np.where(self.mesh.inner, self.touched / _TOUCHED_SPREAD**2, 0.0)
-        self._move(slopes, free + held, (free + held) * load - held * _TOUCHED_MEAN, by_pressure, doubt)
-
-    def _move(self, slopes, weight, weighted_load, by_pressure, doubt):
-        """Solve for the ranges and the pressure together: the banded part by Cholesky, the pressure as its border."""
-        misfit = self.ranges - self.measured
-        trust = self.weight / (1 + (misfit**2) * self.weight / 16) if doubt else self.weight
-        hold = 1 / _WEAK_HOLD**2
-        gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
-        border = self.mesh.transpose(slopes, weight * by_pressure)
-        band = self.mesh.normal_band(slopes, weight)
-        band[0] += trust + hold
-        factor, failed = lapack.dpbtrf(band, lower=1)
-        if failed:
-            return
-        solved = lapack.dpbtrs(factor, np.stack([gradient, border], axis=1), lower=1)[0]
-        stiffness = (weight * by_pressure**2).sum() - border @ solved[:, 1]
-        change = -((weighted_load * by_pressure).sum() - border @ solved[:, 0]) / max(stiffness, 1e-12)
-        change = float(np.clip(change, -_LARGEST_PRESSURE_STEP, _LARGEST_PRESSURE_STEP))
-        self.ranges = self.ranges + np.clip(-solved[:, 0] - change * solved[:, 1], -_LARGEST_STEP, _LARGEST_STEP)
-        self.pressure += change

@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which dots carry a load: a free dot has none but the mesh's misfit, a touched one about the fluid's pressure or more, and neighbours are alike."""
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from .membrane_grid import GridMesh
+
+# A touched dot's pressure over the fluid's: 1 under a flat face, 2 to 3 under a ball or along an edge.
+TOUCHED_MEAN, TOUCHED_SPREAD = 1.3, 0.8
+# Log odds of a dot among touched neighbours (minus that: among free ones).
+_COUPLING = 4.0
+# Log likelihood ratio below which a patch may be noise: once in some 10^7 dots.
+_EVIDENCE = 16.0
+_EIGHT = np.ones((3, 3))
+
+
+def likelihood_gain(load: np.ndarray, misfit: float, variance: np.ndarray | float = 0.0) -> np.ndarray:
+    """Log likelihood (K,) of being touched over that of being free, of loads (K,) over the fluid's pressure.
+
+    misfit: standard deviation of a free dot's load; variance: of load by errors of measurement.
+    """
+    wide, narrow = TOUCHED_SPREAD**2 + variance, misfit**2 + variance
+    return (load**2 / narrow - (load - TOUCHED_MEAN)**2 / wide + np.log(narrow / wide)) / 2
+
+
+def judge(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    """Probability (K,) that a dot is touched, from its likelihood_gain (K,) and its neighbours' last probabilities touched (K,)."""
+    odds = np.clip(gain + _COUPLING * (2 * mesh.neighbour_mean(touched) - 1), -30, 30)
+    return np.where(mesh.inner, 1 / (1 + np.exp(-odds)), 0.0)
+
+
+def confirm(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    """touched (K,) without the patches of touched dots whose gains (K,) together are no proof."""
+    patch, count = ndimage.label((touched > .5).reshape(mesh.rows, mesh.columns), _EIGHT)
+    if count == 0:
+        return np.zeros_like(touched)
+    proof = np.bincount(patch.ravel(), gain, count + 1) > _EVIDENCE
+    return np.where(proof[patch.ravel()] | (patch.ravel() == 0), touched, 0.0)
