@@ -1,0 +1,75 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration files: written whole, read back the same, and every way of being broken named."""
+import math
+
+import pytest
+import yaml
+from tactile_perception.calibration.files import CalibrationFile, check_numbers, read_calibration, write_calibration
+from tactile_perception.errors import BadCalibration
+
+
+@pytest.fixture
+def path(tmp_path):
+    content = CalibrationFile('touchpad', {'a': 'm'}, {'a': 0.1, 'b': [1, 2.5]}, {'rms': float('nan')}, {'depth': [0.0, 0.004]}, ['one press'])
+    write_calibration(tmp_path / 'pad.yaml', content)
+    return tmp_path / 'pad.yaml'
+
+
+def test_what_was_written_is_read_back(path):
+    content = read_calibration(path, 'touchpad')
+    assert content.fitted == {'a': 0.1, 'b': [1, 2.5]}
+    assert math.isnan(content.residuals['rms'])
+    assert content.calibrated_range == {'depth': [0.0, 0.004]} and content.left_out == ['one press']
+    assert content.date.endswith('Z') and len(content.date) == 20
+    assert [p.name for p in path.parent.iterdir()] == ['pad.yaml']
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(BadCalibration, match='no such file'):
+        read_calibration(tmp_path / 'none.yaml', 'touchpad')
+
+
+def test_a_file_cut_anywhere_is_never_taken_for_whole(path):
+    text = path.read_text()
+    for length in range(0, len(text) - len('complete: true\n') + 1, 7):
+        path.write_text(text[:length])
+        with pytest.raises(BadCalibration):
+            read_calibration(path, 'touchpad')
+
+
+def test_another_sensor(path):
+    with pytest.raises(BadCalibration, match="'touchpad', this is 'areal_single'"):
+        read_calibration(path, 'areal_single')
+
+
+@pytest.mark.parametrize('text', ['', '- 1\n- 2\n', 'a: [1, 2', '\x00\x01', 'format: something else\n', '!!python/object/apply:os.getcwd []'])
+def test_files_of_another_kind(path, text):
+    path.write_text(text)
+    with pytest.raises(BadCalibration, match='pad.yaml'):
+        read_calibration(path, 'touchpad')
+
+
+def test_bytes_that_are_no_text(path):
+    path.write_bytes(b'\xff\xfe\x80')
+    with pytest.raises(BadCalibration, match='cannot be read'):
+        read_calibration(path, 'touchpad')
+
+
+@pytest.mark.parametrize('value', [float('nan'), float('inf'), 'seven', None, True])
+def test_numbers_that_are_none(path, value):
+    page = yaml.safe_load(path.read_text())
+    page['fitted']['b'][1] = value
+    path.write_text(yaml.safe_dump(page, sort_keys=False))
+    with pytest.raises(BadCalibration, match=r'fitted\.b\[1\]'):
+        read_calibration(path, 'touchpad')
+
+
+def test_not_finite_numbers_are_not_even_written(tmp_path):
+    with pytest.raises(BadCalibration, match=r'fitted\.a is nan'):
+        write_calibration(tmp_path / 'pad.yaml', CalibrationFile('touchpad', {}, {'a': float('nan')}, {}, {}))
+    assert not list(tmp_path.iterdir())
+
+
+def test_check_numbers_passes_nested_numbers():
+    check_numbers({'a': [1, 2.0, {'b': 3}]}, 'fitted', 'x.yaml')

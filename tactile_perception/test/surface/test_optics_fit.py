@@ -1,0 +1,48 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The water from the untouched pad: three pads of different water, window and lamps."""
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.surface.optics_fit import OpticsPrior, fit_rest, follow_constants
+
+PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
+
+
+@pytest.mark.parametrize('design', PADS)
+def test_the_untouched_pad_tells_how_fast_its_water_absorbs(water_pad, design):
+    pad = water_pad(**design)
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    true = pad.absorption[:2] - pad.absorption[2]
+    assert model.absorptions == pytest.approx(true, rel=0.08)
+    assert model.scale_sigma < 0.15
+    assert model.path.window_z == pytest.approx(pad.window, abs=0.006)
+
+
+def test_a_design_that_is_known_narrows_the_answer(water_pad):
+    pad = water_pad()
+    known = OpticsPrior(window=(-0.275, 0.002), lamp_height=(0, 0.002), lamp_radius=(0.35, 0.01))
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera, prior=known)
+    assert model.absorptions == pytest.approx(pad.absorption[:2] - pad.absorption[2], rel=0.02)
+
+
+def test_constants_follow_a_drift_of_the_white_balance(water_pad):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    pad.gain = pad.gain * np.array([1.1, 1.0, 0.95])
+    followed = follow_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    assert followed.constants - model.constants == pytest.approx(np.log([1.1 / 0.95, 1 / 0.95]), abs=2e-3)
+    ranges, _ = followed.depths(pad.image(), pad.tracks(), pad.camera)
+    assert np.sqrt(np.nanmean((ranges - pad.ranges())**2)) < 4e-5
+
+
+def test_water_without_colour_is_refused(water_pad):
+    pad = water_pad(absorption=(5.0, 5.0, 30.0), gain=(200, 200, 700))
+    with pytest.raises(BadArgument, match='leaves no colour'):
+        fit_rest(pad.image(), pad.rest_uv, pad.camera)
+
+
+def test_black_frames_are_refused(water_pad):
+    pad = water_pad()
+    with pytest.raises(BadFrame, match='check light'):
+        fit_rest(np.zeros_like(pad.image()), pad.rest_uv, pad.camera)
