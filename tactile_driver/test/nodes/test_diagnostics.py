@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+
+from tactile_driver.nodes.diagnostics import WARN, Health, NodeDiagnostics, SayOnce  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def node():
+    context = Context()
+    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    node = Node('diagnosed', context=context)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_health_is_published(node):
+    received = []
+    node.create_subscription(DiagnosticArray, '/diagnostics', received.append, 10)
+    diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow', {'rate (Hz)': 14.23456, 'frames': 7}))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + 10
+    while not any(s.message == 'slow' for m in received for s in m.status) and time.monotonic() < end:
+        diagnostics.update()
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    status = next(s for m in received for s in m.status if s.message == 'slow')
+    assert (status.name, status.level, status.hardware_id) == ('diagnosed: camera', WARN, 'A111')
+    assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7'}
+
+
+def test_a_message_is_said_once_until_it_is_forgotten():
+    said = []
+    logger = type('Logger', (), {'error': lambda _self, text: said.append(text), 'warning': lambda _self, text: said.append('W ' + text)})()
+    say = SayOnce(type('FakeNode', (), {'get_logger': lambda _self: logger})())
+    for _ in range(3):
+        say.error('black', 'the frame is black')
+        say.warning('slow', 'slow')
+    say.forget('black')
+    say.error('black', 'black again')
+    assert said == ['the frame is black', 'W slow', 'black again']

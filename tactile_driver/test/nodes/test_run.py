@@ -1,0 +1,59 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from tactile_driver.nodes import run  # noqa: E402
+
+PROGRAM = """
+import sys
+from rclpy.node import Node
+from tactile_driver.nodes.run import run_node
+
+class Quiet(Node):
+    def __init__(self):
+        super().__init__('quiet')
+        print('up', flush=True)
+
+    def destroy_node(self):
+        print('released', flush=True)
+        super().destroy_node()
+
+sys.exit(run_node(Quiet))
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_process_cleanly(which):
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
+    process = subprocess.Popen([sys.executable, '-c', PROGRAM], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+                               start_new_session=True)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(which)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.parametrize('chosen', run._CHOSEN_BY)
+def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, chosen):
+    for name in run._CHOSEN_BY:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(chosen, 'mine')
+    run.make_room_for_images()
+    assert {name: os.environ[name] for name in run._CHOSEN_BY if name in os.environ} == {chosen: 'mine'}
+
+
+def test_without_one_the_profile_is_used_and_exists(monkeypatch):
+    for name in run._CHOSEN_BY:
+        monkeypatch.setenv(name, '')
+    run.make_room_for_images()
+    assert os.path.isfile(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
