@@ -13,7 +13,7 @@ from .contact import MembraneState
 from .membrane import Membrane
 from .motion import Pose, touching_height
 from .pattern import DotPattern
-from .region import ON_TOOL, Region, find_region
+from .region import Region, find_region
 from .tools import Tool
 from .truth import GROSS, INCIPIENT, NO_SLIP, NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame
 
@@ -42,6 +42,7 @@ class Observer:
         self._before = None
 
     def _observe_untouched(self) -> Observation:
+        """The resting pad: one observation for all frames without contact."""
         places, uv, spread = self.pattern.seen(self.membrane.rest, self.camera)
         truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.membrane.pressure)
         return Observation(self.membrane.rest, spread, truth)

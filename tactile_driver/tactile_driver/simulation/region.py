@@ -15,7 +15,7 @@ from .tools import Tool
 
 _FINE = 4
 #: m: the skin counts as lying on the tool within this.
-ON_TOOL = 20e-6
+_ON_TOOL = 20e-6
 _GAP_SCALE = 60e-6
 
 
@@ -65,7 +65,7 @@ def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A line of contact narrower than a cell presses on every other node only: close it along its way.
     full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
-    outside = np.maximum(0.5 - full, (gap - ON_TOOL) / _GAP_SCALE)
+    outside = np.maximum(0.5 - full, (gap - _ON_TOOL) / _GAP_SCALE)
     return _measure(places, outside, fullness)
 
 

@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import cv2
 import numpy as np
 import pytest
 
@@ -69,7 +70,6 @@ def test_touching_dots_lie_on_the_tool(drag):
 
 
 def test_touching_dots_lie_inside_the_outline(drag):
-    import cv2
     truth = drag[3][33][0]
     outline = truth.outlines[0][:, :2].astype(np.float32).reshape(-1, 1, 2) * 1e3
     for place, state in zip(truth.dot_xyz, truth.dot_state):
