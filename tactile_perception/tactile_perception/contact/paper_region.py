@@ -13,6 +13,7 @@ from .grid_surface import grid_normals, to_grid
 from .rigid import RigidFit, fit_rigid
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
+_BLOCK = 16  # kept frames that are compared with the present one at a time
 _AROUND = 9  # dots around the reference dot that are taken to stick (section 3.2)
 
 
@@ -89,9 +90,13 @@ class PaperRegion:
 
     def _previous(self, now: np.ndarray) -> tuple[np.ndarray | None, float]:
         """Places at t_p and t_p: the newest frame from which some dot has moved by more than d_max (eqs 10, 13)."""
-        for stamp, places in reversed(self._past):
-            step = now - places
-            if np.nanmax(np.einsum('ij,ij->i', step, step), initial=0.0) > self.d_max**2:
+        past = list(self._past)
+        for end in range(len(past), 0, -_BLOCK):
+            block = past[max(end - _BLOCK, 0):end]
+            step = now - np.array([places for _, places in block])
+            far = np.flatnonzero((np.einsum('tki,tki->tk', step, step) > self.d_max**2).any(axis=1))
+            if len(far):
+                stamp, places = block[far[-1]]
                 return places, stamp
         return None, np.nan
 
