@@ -215,8 +215,8 @@ def test_nonsense_is_named_once_and_the_node_waits(watcher, start):
         assert log.count(part) == 1
 
 
-@pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'source': 'bag', 'path': '/nowhere'}, {'scene': 'nowhere'},
-                                        {'camera_info_path': '/nowhere.yaml'}])
+@pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'source': 'bag', 'path': '/nowhere'},
+                                        {'scene': 'nowhere'}, {'camera_info_path': '/nowhere.yaml'}])
 def test_what_is_missing_is_named(start, watcher, parameters):
     process = start(**parameters)
     assert watcher.state() == 'unconfigured'

@@ -15,8 +15,9 @@ def test_header():
     assert (HEADER.stamp.sec, HEADER.stamp.nanosec, HEADER.frame_id) == (12, 345, 'pad')
 
 
-@pytest.mark.parametrize(('shape', 'own', 'asked', 'encoding', 'step'), [((4, 6, 3), 'bgr8', '', 'bgr8', 18), ((4, 6), 'mono8', '', 'mono8', 6),
-                                                                         ((4, 6), 'mono8', 'bgr8', 'bgr8', 18), ((4, 6, 3), 'bgr8', 'mono8', 'mono8', 6)])
+@pytest.mark.parametrize(('shape', 'own', 'asked', 'encoding', 'step'), [
+    ((4, 6, 3), 'bgr8', '', 'bgr8', 18), ((4, 6), 'mono8', '', 'mono8', 6), ((4, 6), 'mono8', 'bgr8', 'bgr8', 18),
+    ((4, 6, 3), 'bgr8', 'mono8', 'mono8', 6)])
 def test_images(shape, own, asked, encoding, step):
     pixels = np.arange(np.prod(shape), dtype=np.uint8).reshape(shape)
     message = image_to_message(Frame(pixels, 0, own), asked, HEADER)

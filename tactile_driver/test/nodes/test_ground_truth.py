@@ -50,7 +50,8 @@ def test_region():
 
 def test_slip_velocity_is_given_at_the_frames_origin():
     # An object that turns about the z axis through its own centroid at x = 10 mm moves at the origin.
-    message = slip_message(truth(slip_state=2, slipping_fraction=1.0, centroid=np.array([0.01, 0, 0]), velocity=np.array([0, 0, 0, 0, 0, 2.0])), HEADER)
+    turning = truth(slip_state=2, slipping_fraction=1.0, centroid=np.array([0.01, 0, 0]), velocity=np.array([0, 0, 0, 0, 0, 2.0]))
+    message = slip_message(turning, HEADER)
     assert (message.state, message.slipping_fraction) == (2, 1.0)
     assert message.velocity.linear.y == pytest.approx(-0.02)
     assert message.velocity.angular.z == 2.0

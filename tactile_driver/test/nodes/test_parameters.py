@@ -16,7 +16,8 @@ PLACES = Parameter('places', list[float], [1.0, 2.0], 'mm', 'where', 0.0, 10.0)
 
 
 @pytest.mark.parametrize(('parameter', 'value', 'converted'), [
-    (RATE, 20, 20.0), (RATE, 0.0, 0.0), (RATE, 100.0, 100.0), (MODE, 'exact', 'exact'), (PLACES, [3, 4], [3.0, 4.0]), (PLACES, (3.0,), [3.0]),
+    (RATE, 20, 20.0), (RATE, 0.0, 0.0), (RATE, 100.0, 100.0), (MODE, 'exact', 'exact'), (PLACES, [3, 4], [3.0, 4.0]),
+    (PLACES, (3.0,), [3.0]),
     (Parameter('device', str, '', '', ''), 12345, '12345'), (Parameter('flag', bool, False, '', ''), True, True),
     (Parameter('names', list[str], [], '', ''), ['a'], ['a'])])
 def test_good_values_come_back_in_the_right_type(parameter, value, converted):
@@ -25,7 +26,8 @@ def test_good_values_come_back_in_the_right_type(parameter, value, converted):
 
 
 @pytest.mark.parametrize(('parameter', 'value'), [
-    (RATE, -1.0), (RATE, 100.1), (RATE, math.nan), (RATE, math.inf), (RATE, 'abc'), (RATE, True), (RATE, None), (RATE, [1.0]), (MODE, 'slow'),
+    (RATE, -1.0), (RATE, 100.1), (RATE, math.nan), (RATE, math.inf), (RATE, 'abc'), (RATE, True), (RATE, None), (RATE, [1.0]),
+    (MODE, 'slow'),
     (PLACES, [1.0, 11.0]), (PLACES, ['a']), (PLACES, 3.0), (PLACES, 'abc'), (Parameter('flag', bool, False, '', ''), 1),
     (Parameter('count', int, 0, '', ''), 1.5)])
 def test_a_wrong_value_is_named_with_what_is_allowed(parameter, value):

@@ -30,7 +30,8 @@ def image(k, encoding='bgr8', channels=3):
 
 def info():
     roi = TYPES['sensor_msgs/msg/RegionOfInterest'](0, 0, 0, 0, False)
-    return TYPES['sensor_msgs/msg/CameraInfo'](header(0), 48, 64, 'plumb_bob', np.zeros(5), np.array(K), np.eye(3).ravel(), np.zeros(12), 0, 0, roi)
+    matrices = np.zeros(5), np.array(K), np.eye(3).ravel(), np.zeros(12)
+    return TYPES['sensor_msgs/msg/CameraInfo'](header(0), 48, 64, 'plumb_bob', *matrices, 0, 0, roi)
 
 
 def write(path, topics, storage=StoragePlugin.MCAP):
