@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .camera import SimulatedCamera
+from .camera import NATIVE_WIDTH, SimulatedCamera
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,8 @@ class Lighting:
 
     absorption: 1/m per channel B, G, R (Beer and Lambert); gain: grey levels per channel; ambient: share of diffuse light;
     lamp_radius, lamp_depth: m, of the circle of lamps about the axis, below the rim; lamps: how many; window: z of the pad's floor, m;
-    power: of all lamps together; gloss: mirror strength of the skin in grey levels; gloss_width: rad; largest_spot: px, standard deviation.
+    power: of all lamps together; gloss: mirror strength of the skin in grey levels; gloss_width: rad; largest_spot: px of the native
+    picture, standard deviation.
     """
 
     absorption: tuple = (78.0, 62.0, 13.0)
@@ -52,6 +53,7 @@ class Illumination:
 
     def __init__(self, camera: SimulatedCamera, lighting: Lighting, blur: float):
         self._lighting, self._blur = lighting, blur
+        self._largest_spot = lighting.largest_spot * camera.width / NATIVE_WIDTH
         self._sources = np.concatenate([camera.centre[None], lamp_places(lighting)])
         self._absorption = np.asarray(lighting.absorption, np.float32)
         self._gain = np.asarray(lighting.gain, np.float32)
@@ -98,7 +100,7 @@ class Illumination:
         rest = ((here + slope @ step)**2).sum(axis=(1, 2))
         per_pixel = slope @ np.linalg.inv(pixel)
         width = self._lighting.gloss_width
-        sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._lighting.largest_spot**2)
+        sharp = np.linalg.inv(per_pixel.transpose(0, 2, 1) @ per_pixel / width**2 + np.eye(2) / self._largest_spot**2)
         blurred = sharp + self._blur**2 * np.eye(2)
         peak = self._lighting.gloss * np.exp(-rest / (2 * width**2)) * np.sqrt(np.linalg.det(sharp) / np.linalg.det(blurred))
         return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak

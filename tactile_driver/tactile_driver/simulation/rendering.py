@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from .camera import SimulatedCamera
+from .camera import NATIVE_WIDTH, SimulatedCamera
 from .membrane import Membrane
 from .optics import Illumination, Lighting, vignette
 
@@ -43,11 +43,10 @@ class Renderer:
     def __init__(self, membrane: Membrane, camera: SimulatedCamera, lighting: Lighting, imaging: Imaging, seed: int):
         self.membrane, self.camera, self.imaging = membrane, camera, imaging
         self._seed = seed
-        self._spread = np.sqrt((imaging.blur * camera.width / 640)**2 + _PIXEL_VARIANCE)
+        self._spread = np.sqrt((imaging.blur * camera.width / NATIVE_WIDTH)**2 + _PIXEL_VARIANCE)
         self._illumination = Illumination(camera, lighting, self._spread)
         self._set_up_cells()
         self._pad = self._pad_cover()
-        size = camera.width * camera.height * 3
         shape = (camera.height, camera.width, 3)
         self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
         self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -168,7 +167,7 @@ class Renderer:
         points = np.round(((circle + 0.5) * fine - 0.5) * 16).astype(np.int32)
         cv2.fillPoly(cover, [points.reshape(-1, 1, 2)], 1.0, cv2.LINE_8, 4)
         cover = cv2.resize(cover, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
-        return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.width / 640)
+        return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.width / NATIVE_WIDTH)
 
 
 def _look_up(grid: np.ndarray, place: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:
