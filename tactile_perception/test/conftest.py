@@ -19,7 +19,8 @@ class WaterPad:
     A ball pressed in dents the pad sharply: the wall is where ball or cap comes first, so every range is known without a membrane.
     """
 
-    def __init__(self, absorption=(43.0, 33.0, 5.0), window=-0.011, lamp_radius=0.014, ambient=0.3, gain=(400, 330, 230), noise=1.0, seed=1):
+    def __init__(self, absorption=(43.0, 33.0, 5.0), window=-0.011, lamp_radius=0.014, ambient=0.3, gain=(400, 330, 230),
+                 noise=1.0, seed=1):
         self.absorption, self.window, self.lamp_radius, self.ambient = np.array(absorption), window, lamp_radius, ambient
         self.gain, self.noise, self.rng = np.array(gain, float), noise, np.random.default_rng(seed)
         matrix = np.array([[FOCAL, 0, WIDTH / 2 - 3], [0, FOCAL, HEIGHT / 2 + 2], [0, 0, 1.0]])
@@ -75,7 +76,8 @@ class WaterPad:
     def tracks(self):
         """The dots, which the ball pushes along their rays: their picture stays where it is."""
         count = len(self.rest_uv)
-        return DotTracks(ROWS, COLUMNS, np.arange(count), self.rest_uv, np.full(count, np.pi * DOT_PX**2), np.full(count, 0.02), np.zeros((count, 2)))
+        return DotTracks(ROWS, COLUMNS, np.arange(count), self.rest_uv, np.full(count, np.pi * DOT_PX**2), np.full(count, 0.02),
+                         np.zeros((count, 2)))
 
     def ranges(self, tip=None, radius=0.008):
         """True ranges (N,) of the dots, m."""

@@ -22,8 +22,9 @@ AGAIN = 'run `ros2 run tactile_perception calibrate` again'
 class CalibrationFile:
     """What a calibration file holds.
 
-    sensor: type as in the sensor's launch file (touchpad ...); units: name of a number -> unit; fitted: numbers, lists of numbers or
-    dictionaries of them; residuals: name -> number (NaN: not known); calibrated_range: name -> [lowest, highest]; left_out: a line each; date: UTC.
+    sensor: type as in the sensor's launch file (touchpad ...); units: name of a number -> unit; fitted: numbers, lists of
+    numbers or dictionaries of them; residuals: name -> number (NaN: not known); calibrated_range: name -> [lowest, highest];
+    left_out: a line each; date: UTC.
     """
 
     sensor: str

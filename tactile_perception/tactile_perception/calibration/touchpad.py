@@ -61,15 +61,16 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
     image = np.mean([p.image for p in rest], axis=0, dtype=np.float32)
     ground = rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest)))
     on_sphere, empty = _read(used, first, camera, sphere_radius)
-    if sum(len(group.count) for group in on_sphere) < MINIMUM_DOTS:
-        raise BadCalibration(f'touchpad calibration: only {sum(len(g.count) for g in on_sphere)} dots lie on the sphere, {MINIMUM_DOTS} needed; '
-                             f'check sphere radius and ground_truth/contacts, add presses deeper than 1 mm ({"; ".join(empty) or "none empty"})')
+    dots = sum(len(group.count) for group in on_sphere)
+    if dots < MINIMUM_DOTS:
+        raise BadCalibration(f'touchpad calibration: only {dots} dots lie on the sphere, {MINIMUM_DOTS} needed; check sphere radius and '
+                             f'ground_truth/contacts, add presses deeper than 1 mm ({"; ".join(empty) or "no press is empty"})')
     model = _fit(ground, on_sphere, first, camera, prior)
     on_sphere, dropped = _trim(on_sphere, model)
     model = _fit(ground, on_sphere, first, camera, prior)
     if model.scale_sigma > LARGEST_SCALE_SIGMA:
-        raise BadCalibration(f'touchpad calibration: a dent\'s depth stays uncertain by {model.scale_sigma:.1%}, {LARGEST_SCALE_SIGMA:.0%} allowed; '
-                             'add deeper presses at more places')
+        raise BadCalibration(f'touchpad calibration: a dent\'s depth stays uncertain by {model.scale_sigma:.1%}, '
+                             f'{LARGEST_SCALE_SIGMA:.0%} allowed; add deeper presses at more places')
     return _report(model, ground, on_sphere, camera, sphere_radius, prior, left_out + empty + dropped)
 
 
@@ -92,16 +93,16 @@ def _require_coverage(rest: list[Press], used: list[Press], left_out: list[str])
     if not rest:
         raise BadCalibration('touchpad calibration: no untouched frame; add a second of recording before the first press')
     if len(used) < 3:
-        raise BadCalibration(f'touchpad calibration: {len(used)} usable presses, at least 3 needed; rest frames alone cannot tell how fast the '
-                             f'water absorbs; add sphere presses of 1 to 4 mm at several places{tail}')
+        raise BadCalibration(f'touchpad calibration: {len(used)} usable presses, at least 3 needed; rest frames alone cannot tell how '
+                             f'fast the water absorbs; add sphere presses of 1 to 4 mm at several places{tail}')
     depths, tips = np.array([p.depth for p in used]), np.array([p.tip for p in used])
     if np.ptp(depths) < MINIMUM_SPAN:
         raise BadCalibration(f'touchpad calibration: depths span {np.ptp(depths) * 1e3:.2f} mm, {MINIMUM_SPAN * 1e3:.0f} mm needed; '
                              f'add presses of other depths{tail}')
     spread = float(np.linalg.norm(tips[:, :2] - tips[0, :2], axis=1).max())
     if spread < MINIMUM_SPREAD:
-        raise BadCalibration(f'touchpad calibration: all presses lie within {spread * 1e3:.2f} mm of one place, {MINIMUM_SPREAD * 1e3:.0f} mm '
-                             f'needed; press at other places too{tail}')
+        raise BadCalibration(f'touchpad calibration: all presses lie within {spread * 1e3:.2f} mm of one place, '
+                             f'{MINIMUM_SPREAD * 1e3:.0f} mm needed; press at other places too{tail}')
 
 
 def _read(presses: list[Press], model: WaterModel, camera: CameraModel, radius: float) -> tuple[list[OnSphere], list[str]]:

@@ -18,7 +18,8 @@ from .touchpad import TouchpadCalibration
 SENSOR = 'touchpad'
 UNITS = {'lengths': 'm', 'absorptions': '1/m', 'ring': 'px', 'image_size': 'px', 'constants': 'log ratio blue/red, green/red',
          'noise': 'variance of log ratios', 'scale_sigma': '1', 'camera_centre': 'm'}
-NUMBERS = ('window_z', 'lamp_z', 'lamp_radius', 'ambient', 'ring', 'ring_offset', 'scale_sigma', 'offset_sigma', 'curvature_radius', 'height')
+NUMBERS = ('window_z', 'lamp_z', 'lamp_radius', 'ambient', 'ring', 'ring_offset', 'scale_sigma', 'offset_sigma',
+           'curvature_radius', 'height')
 ARRAYS = {'constants': (2,), 'absorptions': (2,), 'noise': (2, 2), 'camera_centre': (3,), 'image_size': (2,)}
 POSITIVE = ('ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 'image_size')
 POSE_TOLERANCE = 2e-4  # m: a camera that stands elsewhere than when calibrated
@@ -28,14 +29,15 @@ def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_siz
     """Write a calibration for images of image_size (width, height) px. Raises BadCalibration or OSError as write_calibration does."""
     model = calibration.model
     light = model.path
-    values = {'window_z': light.window_z, 'lamp_z': light.lamp_z, 'lamp_radius': light.lamp_radius, 'ambient': light.ambient, 'ring': model.ring,
-              'ring_offset': model.ring_offset, 'scale_sigma': model.scale_sigma, 'offset_sigma': model.offset_sigma,
+    values = {'window_z': light.window_z, 'lamp_z': light.lamp_z, 'lamp_radius': light.lamp_radius, 'ambient': light.ambient,
+              'ring': model.ring, 'ring_offset': model.ring_offset, 'scale_sigma': model.scale_sigma, 'offset_sigma': model.offset_sigma,
               'curvature_radius': model.cap.curvature_radius, 'height': model.cap.height}
     fitted = {name: float(value) for name, value in values.items()}
     arrays = {'constants': model.constants, 'absorptions': model.absorptions, 'noise': model.noise, 'camera_centre': light.centre,
               'image_size': image_size}
     fitted |= {name: np.asarray(value).tolist() for name, value in arrays.items()}
-    residuals = {'range_rms': calibration.residual_rms, 'range_bias': calibration.residual_bias, 'held_out_places_range_rms': calibration.held_out_rms,
+    residuals = {'range_rms': calibration.residual_rms, 'range_bias': calibration.residual_bias,
+                 'held_out_places_range_rms': calibration.held_out_rms,
                  'presses': calibration.presses, 'dots': calibration.dots, 'sphere_radius': calibration.sphere_radius}
     low, high = np.asarray(calibration.place_range, float).tolist()
     span = {'depth': [float(v) for v in calibration.depth_range], 'x': [low[0], high[0]], 'y': [low[1], high[1]]}
@@ -51,7 +53,8 @@ def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, 
         raise BadCalibration(f'{path}: made for images of {fitted["image_size"]} px, these are {list(image_size)}; calibrate at this size')
     moved = float(np.linalg.norm(values['camera_centre'] - camera.centre))
     if moved > POSE_TOLERANCE:
-        raise BadCalibration(f'{path}: the camera stood {moved * 1e3:.2f} mm from where the parameters put it; correct the pose or calibrate again')
+        raise BadCalibration(f'{path}: the camera stood {moved * 1e3:.2f} mm from where the parameters put it; correct the pose '
+                             'or calibrate again')
     light = LightPath(*(fitted[name] for name in ('window_z', 'lamp_z', 'lamp_radius', 'ambient')), tuple(values['camera_centre']))
     try:
         cap = Cap(fitted['curvature_radius'], fitted['height'])

@@ -23,9 +23,9 @@ class WaterModel:
     """Colour -> range. Made by optics_fit.fit_rest (untouched pad alone) or improved by calibration.touchpad.fit_touchpad.
 
     path: the light's way; constants: (2,) log blue/red and green/red at no water; absorptions: (2,) 1/m, how much more blue and green
-    fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px; ring_offset: m, by which a mean over
-    that ring exceeds the range in its centre on the cap at rest;
-    scale_sigma: relative standard deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share.
+    fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px;
+    ring_offset: m, by which a mean over that ring exceeds the range in its centre on the cap at rest; scale_sigma: relative standard
+    deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share.
     """
 
     path: LightPath
@@ -65,7 +65,10 @@ class WaterModel:
         return rest + shift - self._ring_bias(shift, tracks) - self.ring_offset, sigma / slope
 
     def path_lengths(self, ratios: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,), m, that explain both log ratios (N, 2) best, and their standard deviations, m; wider where the ratios disagree (glare)."""
+        """Path lengths (N,), m, that explain both log ratios (N, 2) best, and their standard deviations, m.
+
+        count: (N,) ring points behind the ratios. Glare makes the two ratios disagree: sigma is wider there.
+        """
         weight = np.linalg.inv(self.noise)
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)

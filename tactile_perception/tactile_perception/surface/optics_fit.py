@@ -16,6 +16,7 @@ from .optics_colour import POINTS, RING_PIXELS, background_ratios, check_image, 
 from .optics_path import LightPath
 
 MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
+CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
 RIM_MARGIN = 0.04   # of the cap's height: nearer to the rim the picture is blurred into what lies outside
 
 
@@ -131,7 +132,7 @@ def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
     x, y, _ = places.T / np.nanmax(np.abs(places))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:
-        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure (too dark, or red saturated)')
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
     terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
     gap = ratios[known] - terms @ np.linalg.lstsq(terms, ratios[known], rcond=None)[0]
     near = (np.abs(gap) < 4 * 1.4826 * np.median(np.abs(gap), axis=0)).all(1)
@@ -141,13 +142,13 @@ def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
 def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius: float, camera: CameraModel, cap: Cap) -> WaterModel:
     """The model for parameters q (8,) with covariance (8, 8): absorptions must be positive, else BadArgument says so."""
     if (q[2:4] <= 0).any():
-        raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, or fill red water')
+        raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, fill red water')
     path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
     return WaterModel(path, q[:2], q[2:4], noise, radius, cap, ring_offset(radius, camera, cap), scale_sigma(q, covariance, camera, cap))
 
 
 def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
-    """By how much, m, a mean over a ring of radius px exceeds the range in its centre on the cap at rest: small and smooth, one value serves."""
+    """By how much, m, a mean over a ring of radius px exceeds the range in its centre on the cap at rest (small: one value serves)."""
     side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
     x, y = (part.ravel() for part in np.meshgrid(side, side))
     uv = camera.project(np.column_stack([x, y, np.full(x.size, 0.7 * cap.height)]))
@@ -157,7 +158,7 @@ def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
 
 
 def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
-    """Relative standard deviation of a dent's depth that covariance (8, 8) of the parameters leaves, for dents of that depth (m) over the cap."""
+    """Relative standard deviation of a dent's depth (dents of `dent` m all over the cap) that the parameters' covariance (8, 8) leaves."""
     side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
     x, y = (part.ravel() for part in np.meshgrid(side, side))
     z = cap.centre_z + np.sqrt(cap.curvature_radius**2 - x**2 - y**2)
@@ -174,15 +175,16 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
 
 
 def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
-    """A calibrated model after its lamps' colour or the white balance drifted, from an untouched image (H, W, 3) with dots at uv (N, 2), px.
+    """A calibrated model after its lamps' colour or the white balance drifted.
 
-    Only the two constants follow; the absorptions and the light's path stay. Raises BadFrame where too little of the image can be read.
+    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants follow; the absorptions and the
+    light's path stay. Raises BadFrame where too little of the image can be read.
     """
     ratios, _ = log_ratios(check_image(image), uv, model.ring)
     places = model.cap.meet(camera.centre, camera.rays(uv))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:
-        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; check light and exposure (too dark, or red saturated)')
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
     normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
     length, slope = model.path.lengths(places[known], normals)
     length = length + model.ring_offset * slope

@@ -37,7 +37,7 @@ def _blur_rows(grid: np.ndarray) -> np.ndarray:
 
 
 def normals(places: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Unit normals (rows, columns, 3) with z up of a surface through places (rows, columns, 3); `otherwise` where neighbours are missing."""
+    """Unit normals (rows, columns, 3), z up, of a surface through places (rows, columns, 3); `otherwise` where neighbours are missing."""
     along_columns, along_rows = _differences(places, 1), _differences(places, 0)
     out = np.cross(along_columns, along_rows)
     out /= np.linalg.norm(out, axis=2, keepdims=True)

@@ -29,10 +29,10 @@ class LightPath:
     centre: tuple[float, float, float]
 
     def lengths(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Lengths (N,), m, in the water to and from places (N, 3), m, with unit normals (N, 3) out of the pad; and their slopes (N,) along rays.
+        """Lengths (N,), m, in the water to and from places (N, 3), m, and their slopes (N,) along rays.
 
-        rays: (N, 3) unit vectors from the camera's centre through the places (worked out where not given). The slope holds the lamps'
-        weights still: good to 1 %.
+        normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera's centre through the places (worked out
+        where not given). The slope holds the lamps' weights still: good to 1 %.
         """
         out = places - np.asarray(self.centre)
         rays = out / np.sqrt((out**2).sum(1, keepdims=True)) if rays is None else rays
@@ -42,7 +42,7 @@ class LightPath:
         return depth * both, rays[:, 2] * both + depth * change
 
     def _lamp_slant(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of 1 / cos(angle to the z axis) of the light that arrives, weighted by irradiance (inverse square, cosine on the surface); its slope."""
+        """Mean of 1 / cos(angle to the z axis) of arriving light, weighted by irradiance (inverse square, facing the surface); its slope."""
         angle = np.arange(LAMPS) * (2 * np.pi / LAMPS)
         dx = places[:, :1] - (self.centre[0] + self.lamp_radius * np.cos(angle))
         dy = places[:, 1:2] - (self.centre[1] + self.lamp_radius * np.sin(angle))

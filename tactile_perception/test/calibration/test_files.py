@@ -11,7 +11,8 @@ from tactile_perception.errors import BadCalibration
 
 @pytest.fixture
 def path(tmp_path):
-    content = CalibrationFile('touchpad', {'a': 'm'}, {'a': 0.1, 'b': [1, 2.5]}, {'rms': float('nan')}, {'depth': [0.0, 0.004]}, ['one press'])
+    content = CalibrationFile('touchpad', {'a': 'm'}, {'a': 0.1, 'b': [1, 2.5]}, {'rms': float('nan')}, {'depth': [0.0, 0.004]},
+                              ['one press'])
     write_calibration(tmp_path / 'pad.yaml', content)
     return tmp_path / 'pad.yaml'
 
@@ -43,7 +44,8 @@ def test_another_sensor(path):
         read_calibration(path, 'areal_single')
 
 
-@pytest.mark.parametrize('text', ['', '- 1\n- 2\n', 'a: [1, 2', '\x00\x01', 'format: something else\n', '!!python/object/apply:os.getcwd []'])
+@pytest.mark.parametrize('text', ['', '- 1\n- 2\n', 'a: [1, 2', '\x00\x01', 'format: something else\n',
+                                  '!!python/object/apply:os.getcwd []'])
 def test_files_of_another_kind(path, text):
     path.write_text(text)
     with pytest.raises(BadCalibration, match='pad.yaml'):

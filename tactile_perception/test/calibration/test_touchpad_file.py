@@ -23,7 +23,8 @@ def model():
 
 @pytest.fixture
 def path(tmp_path, model):
-    calibration = TouchpadCalibration(model, 0.008, 36, 565, 3e-5, -3e-7, np.nan, (0.001, 0.004), np.array([[-0.005, -0.005], [0.005, 0.005]]), ['x'])
+    calibration = TouchpadCalibration(model, 0.008, 36, 565, 3e-5, -3e-7, np.nan, (0.001, 0.004),
+                                      np.array([[-0.005, -0.005], [0.005, 0.005]]), ['x'])
     write_touchpad(tmp_path / 'pad.yaml', calibration, SIZE)
     return tmp_path / 'pad.yaml'
 
