@@ -42,6 +42,8 @@ def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None
         return None
     if message.distortion_model not in ('plumb_bob', ''):
         raise BadFrame(f'camera_info: distortion model {message.distortion_model!r} is not supported; use plumb_bob')
+    if len(message.d) > 5:
+        raise BadFrame(f'camera_info: {len(message.d)} distortion coefficients; plumb_bob has 5')
     distortion = np.zeros(5)
     distortion[:len(message.d)] = message.d
     return matrix, distortion

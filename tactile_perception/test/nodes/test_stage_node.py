@@ -1,0 +1,112 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The processing nodes over ROS: results under the image's header, nothing done for nobody, bad frames counted, the reference on request."""
+import os
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.simulation.scenes import open_scene  # noqa: E402
+from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
+from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
+from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
+from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+class Bench:
+    """Both nodes, a publisher of images and listeners, in one executor."""
+
+    def __init__(self):
+        self.nodes = [DotTrackerNode(), ContactRegionNode(), rclpy.create_node('bench')]
+        self.tracker, self.region, self.bench = self.nodes
+        self.executor = SingleThreadedExecutor()
+        for node in self.nodes:
+            self.executor.add_node(node)
+        self.scene = open_scene('sphere_press', rate=10.0, seed=3)
+        camera = self.scene.camera
+        self.info = {'width': camera.width, 'height': camera.height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
+        self.image_out = self.bench.create_publisher(Image, 'image_raw', 10)
+        self.info_out = self.bench.create_publisher(CameraInfo, 'camera_info', 10)
+        self.seen = {}
+
+    def listen(self, topic, kind):
+        self.seen[topic] = []
+        return self.bench.create_subscription(kind, topic, self.seen[topic].append, 10)
+
+    def until(self, condition, seconds=15.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        return condition()
+
+    def show(self, scene_time, spoil=None):
+        """Publish the scene at that time; whether both topics went out to somebody."""
+        stamp = round((scene_time + 5) * 1e9)
+        header = header_of(stamp, 'pad')
+        image = image_to_message(Frame(self.scene.render(scene_time).image, stamp, 'bgr8'), '', header)
+        if spoil:
+            spoil(image)
+        self.info_out.publish(camera_info_message(self.info, header))
+        self.image_out.publish(image)
+        return header
+
+    def close(self):
+        for node in self.nodes:
+            self.executor.remove_node(node)
+            node.destroy_node()
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    rclpy.init(domain_id=61)
+    bench = Bench()
+    yield bench
+    bench.close()
+    rclpy.shutdown()
+
+
+def test_from_image_to_region_with_faults_in_between(bench):
+    assert bench.image_out.get_subscription_count() == 0, 'nobody listens yet'
+    bench.listen('dots', DotTracks)
+    listener = bench.listen('contact_region', ContactRegion)
+    assert bench.until(lambda: bench.image_out.get_subscription_count() == 1 and bench.info_out.get_subscription_count() == 2)
+    header = bench.show(1.0)
+    assert bench.until(lambda: bench.seen['contact_region'], 30.0)
+    assert bench.seen['dots'][0].header == header and bench.seen['contact_region'][0].header == header
+    assert len(bench.seen['dots'][0].id) > 520 and bench.seen['contact_region'][0].area == 0
+
+    def cut(image):
+        image.data = image.data[:99]
+    bench.show(1.1, cut)
+    assert bench.until(lambda: bench.tracker.log.refused == 1)
+    assert 'do not make the 99 bytes' in bench.tracker.log.last_error
+    bench.show(2.4)
+    assert bench.until(lambda: len(bench.seen['contact_region']) == 2)
+    assert bench.seen['contact_region'][1].area > 10e-6
+
+    client = bench.bench.create_client(Trigger, 'set_reference')
+    assert bench.until(client.service_is_ready)
+    answer = client.call_async(Trigger.Request())
+    assert bench.until(answer.done) and answer.result().success
+    bench.show(2.5)
+    assert bench.until(lambda: len(bench.seen['dots']) == 3)
+    assert max(abs(u) for u in bench.seen['dots'][2].du) == 0
+
+    bench.bench.destroy_subscription(listener)
+    assert bench.until(lambda: bench.region.count_subscribers('dots') == 1), 'contact_region_node stops listening to dots'
+
+
+def test_without_images_there_is_no_reference_to_take(bench):
+    client = bench.bench.create_client(Trigger, 'set_reference')
+    assert bench.until(client.service_is_ready)
+    answer = client.call_async(Trigger.Request())
+    assert bench.until(answer.done) and not answer.result().success and 'no image' in answer.result().message

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a node says of itself on /diagnostics."""
+import math
+
+import pytest
+from tactile_driver.nodes.diagnostics import ERROR, OK, WARN
+from tactile_perception.nodes.work_log import WorkLog
+
+
+def test_counts_times_and_latencies_of_what_was_done():
+    log = WorkLog('image_raw')
+    for seconds in (0.002, 0.004, 0.003):
+        log.add(seconds, 2 * seconds)
+    values = log.health(idle=False).values
+    assert (values['frames'], values['refused frames']) == (3, 0)
+    assert values['time per frame (ms)'] == pytest.approx(3.0)
+    assert values['latency (ms)'] == pytest.approx(6.0)
+    assert log.health(idle=False).level == OK
+
+
+def test_a_refused_frame_is_an_error_until_a_good_one_comes():
+    log = WorkLog('image_raw')
+    log.add(0.001, 0.002)
+    log.refuse('the frame is black')
+    health = log.health(idle=False)
+    assert (health.level, health.message, health.values['refused frames']) == (ERROR, 'the frame is black', 1)
+    log.add(0.001, 0.002)
+    assert log.health(idle=False).level == OK
+    assert log.health(idle=False).values['last error'] == 'the frame is black'
+
+
+def test_silence_is_warned_of_with_the_topic_and_idleness_is_not():
+    log = WorkLog('image_raw')
+    silent = log.health(idle=False)
+    assert silent.level == WARN and 'image_raw' in silent.message and math.isnan(silent.values['time per frame (ms)'])
+    assert log.health(idle=True).level == OK
+
+
+def test_a_remark_is_a_warning():
+    log = WorkLog('image_raw')
+    log.add(0.001, 0.002)
+    assert log.health(False, 'taken while pressed', {'reference': 'x'}).message == 'taken while pressed'
