@@ -100,20 +100,29 @@ class Membrane:
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
         """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges."""
         if self._response is None:
-            self._response = self._unit_response(frame.rays)**2
+            self._response = self._squared_response(frame.rays)
         return 1 / np.maximum(self._response @ frame.weight, 1e-3)
 
-    def _unit_response(self, rays):
-        """(K, K) m: how far each dot moves along its ray (columns) under a load of one fluid pressure on one dot (rows), from rest."""
+    def _squared_response(self, rays: np.ndarray) -> np.ndarray:
+        """(K, K) m^2: information about the load on one dot (rows), in fluid pressures, that each dot's range (columns) gives at unit weight.
+
+        It is the square of how far the dots move along their rays under that load alone, less what the outermost dots, which no balance
+        holds, could make of it.
+        """
         rest = np.ascontiguousarray(self.rest.T)
         _, slopes, _, _, area = self.forces.along_rays(rest, rays, self.material.rest_pressure)
         size, inner = self.mesh.size, np.flatnonzero(self.mesh.inner)
         dense = np.zeros((size, size))
         dense[np.arange(size)[None], self.mesh.stencil] = slopes
-        scaled = dense[np.ix_(inner, inner)] / (self.material.rest_pressure * area[inner])[:, None]
-        response = np.zeros((size, size))
-        response[np.ix_(inner, inner)] = np.linalg.inv(scaled).T
-        return response
+        rows = dense[inner] / (self.material.rest_pressure * area[inner])[:, None]
+        squared = np.zeros((size, size))
+        squared[np.ix_(inner, inner)] = np.linalg.inv(rows[:, inner]).T**2
+        # posterior variance of each load with all others nearly fixed, and with its own balance taken out again
+        stiff = 1e-3 * np.sqrt(squared[inner].sum(1).min())**-1 * _KNOWN
+        posterior = np.einsum('ij,ji->i', rows, np.linalg.solve(np.eye(size) / _KNOWN**2 + rows.T @ rows / stiff**2, rows.T))
+        alone = 1 / (1 / posterior - 1 / stiff**2) / _KNOWN**2
+        squared[inner] /= (alone * squared[inner].sum(1))[:, None]
+        return squared
 
     def evaluate(self, xyz: np.ndarray, ids: np.ndarray, origin: np.ndarray | None = None) -> MembraneState:
         """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure from it.

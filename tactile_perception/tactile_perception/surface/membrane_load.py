@@ -12,8 +12,8 @@ from .membrane_grid import GridMesh
 TOUCHED_MEAN, TOUCHED_SPREAD = 1.3, 0.8
 # Log odds of a dot among touched neighbours (minus that: among free ones).
 _COUPLING = 4.0
-# Log likelihood ratio below which a patch may be noise: once in some 10^7 dots.
-_EVIDENCE = 16.0
+# Log likelihood ratio below which a patch may be noise (once in some 10^7 dots), and the most that one dot can add: a patch takes three dots.
+_EVIDENCE, _LARGEST_VOICE = 18.0, 7.5
 _EIGHT = np.ones((3, 3))
 
 
@@ -33,9 +33,9 @@ def judge(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 
 def confirm(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
-    """touched (K,) without the patches of touched dots whose gains (K,) together are no proof."""
+    """touched (K,) without the patches of touched dots whose gains (K,) together are no proof; one spoiled range alone is none."""
     patch, count = ndimage.label((touched > .5).reshape(mesh.rows, mesh.columns), _EIGHT)
     if count == 0:
         return np.zeros_like(touched)
-    proof = np.bincount(patch.ravel(), gain, count + 1) > _EVIDENCE
+    proof = np.bincount(patch.ravel(), np.minimum(gain, _LARGEST_VOICE), count + 1) > _EVIDENCE
     return np.where(proof[patch.ravel()] | (patch.ravel() == 0), touched, 0.0)

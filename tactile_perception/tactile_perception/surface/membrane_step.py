@@ -12,7 +12,7 @@ from .membrane_load import TOUCHED_MEAN, TOUCHED_SPREAD, confirm, judge, likelih
 _LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
 # m: how loosely dots are held to where they were; it matters to those that nothing else holds.
 _WEAK_HOLD = 1e-3
-# A range this many standard deviations off its neighbours, and off them by this share of how far they went, has been spoiled (glare).
+# A range this many standard deviations off its neighbours', and off by this share of how far they went, has been spoiled.
 _STRAY_SIGMA, _STRAY_SHARE = 5.0, 0.7
 _NEIGHBOURS = [0, 1, 2, 3, 5, 6, 7, 8]
 
@@ -65,11 +65,13 @@ class MembraneFrame:
         self.anchor = self.ranges
 
     def _leave_out_strays(self):
-        """Take the weight off ranges that went where their neighbours did not go."""
+        """Take the weight off ranges that went where at most one neighbour went: along an edge there are two, glare spoils one or two dots."""
         gone = np.where(self.weight > 0, self.measured - self.ranges, 0.0)
-        around = np.median(gone[self.mesh.stencil[_NEIGHBOURS]], axis=0)
+        around = gone[self.mesh.stencil[_NEIGHBOURS]]
         off = np.abs(gone - around)
-        stray = (off**2 * self.weight > _STRAY_SIGMA**2) & (off > _STRAY_SHARE * np.abs(around))
+        second = np.argpartition(off, 1, axis=0)[1]
+        nearest, there = np.take_along_axis(off, second[None], 0)[0], np.take_along_axis(around, second[None], 0)[0]
+        stray = (nearest**2 * self.weight > _STRAY_SIGMA**2) & (nearest > _STRAY_SHARE * np.abs(there))
         self.weight[stray] = 0
 
     @property

@@ -42,7 +42,7 @@ class LightPath:
         return depth * both, rays[:, 2] * both + depth * change
 
     def _lamp_slant(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of 1 / cos(angle to the z axis) of arriving light, weighted by irradiance (inverse square, facing the surface); its slope."""
+        """Mean of 1 / cos(angle to the z axis) of arriving light, weighted by irradiance (inverse square, facing surface); its slope."""
         angle = np.arange(LAMPS) * (2 * np.pi / LAMPS)
         dx = places[:, :1] - (self.centre[0] + self.lamp_radius * np.cos(angle))
         dy = places[:, 1:2] - (self.centre[1] + self.lamp_radius * np.sin(angle))

@@ -1,0 +1,65 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.surface.cap import Cap
+from tactile_perception.surface.membrane_forces import MembraneForces, MembraneMaterial
+from tactile_perception.surface.membrane_grid import GridMesh
+from tactile_perception.surface.membrane_step import MembraneFrame
+
+ORIGIN, SIDE = np.array([0.0, 0.0, -0.04]), 11
+
+
+@pytest.fixture(scope='module')
+def pad():
+    y, x = np.meshgrid(np.linspace(-0.15, 0.15, SIDE), np.linspace(-0.15, 0.15, SIDE), indexing='ij')
+    rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3)
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    rest = Cap().meet(ORIGIN, rays)
+    return rest, rays, MembraneForces(GridMesh(SIDE, SIDE), rest, MembraneMaterial())
+
+
+def _frame(pad, ranges, sigma=20e-6, ids=None, touched=None):
+    rest, rays, forces = pad
+    ids = np.arange(SIDE**2) if ids is None else ids
+    return MembraneFrame(forces, ORIGIN, rays[ids], ranges[ids], np.full(len(ids), sigma), ids, rest, touched, 2000.0)
+
+
+def test_a_step_from_a_bent_start_goes_to_the_measured_shape(pad):
+    ranges = np.linalg.norm(pad[0] - ORIGIN, axis=1)
+    frame = _frame(pad, ranges)
+    frame.ranges = ranges + 50e-6 * np.cos(np.arange(SIDE**2))
+    for _ in range(2):
+        frame.step(0.06, renew=False, doubt=True, final=False)
+    assert np.abs(frame.ranges - ranges).max() < 1e-6
+    assert frame.pressure == pytest.approx(2000, rel=1e-3)
+
+
+def test_a_range_that_goes_alone_is_left_out_and_an_edge_is_not(pad):
+    ranges = np.linalg.norm(pad[0] - ORIGIN, axis=1)
+    spoiled = ranges.copy()
+    spoiled[60] += 0.4e-3
+    assert np.flatnonzero(_frame(pad, spoiled).weight == 0).tolist() == [60]
+    edge = ranges.reshape(SIDE, SIDE).copy()
+    edge[5] -= 0.4e-3
+    assert (_frame(pad, edge.ravel()).weight > 0).all()
+
+
+def test_dots_not_seen_move_as_their_neighbours(pad):
+    rest, rays, forces = pad
+    ids = np.setdiff1d(np.arange(SIDE**2), [60, 61])
+    turned = rays + [0.01, 0, 0]
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    ranges = np.linalg.norm(rest - ORIGIN, axis=1)
+    frame = MembraneFrame(forces, ORIGIN, turned[ids], ranges[ids], np.full(len(ids), 1e-5), ids, rest, None, 2000.0)
+    assert not frame.seen[[60, 61]].any() and frame.weight[60] == 0
+    np.testing.assert_allclose(frame.rays[:, [60, 61]].T, turned[[60, 61]], atol=1e-4)
+
+
+def test_a_jump_of_the_surface_starts_from_the_measured_ranges(pad):
+    ranges = np.linalg.norm(pad[0] - ORIGIN, axis=1)
+    free = np.zeros(SIDE**2)
+    assert not _frame(pad, ranges - 0.2e-3, touched=free).cold
+    jumped = _frame(pad, ranges - 2e-3, touched=free)
+    assert jumped.cold
+    np.testing.assert_allclose(jumped.ranges, ranges - 2e-3)
