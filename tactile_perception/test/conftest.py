@@ -90,7 +90,7 @@ class WaterPad:
         return np.array([x, y, touch - depth])
 
 
-@pytest.fixture
+@pytest.fixture(scope='session')
 def water_pad():
     """Makes pads: water_pad(absorption=..., window=..., ...)."""
     return WaterPad

@@ -21,25 +21,23 @@ DEPTHS = (0.0015, 0.0035)
 
 
 @pytest.fixture(scope='module')
-def recorded():
-    """A pad and its presses: one untouched frame, then two depths at each of three places."""
-    def make(pad):
-        presses = [Press(pad.image(), pad.tracks())]
-        for x, y in PLACES:
-            for depth in DEPTHS:
-                tip = pad.tip(x, y, depth)
-                presses.append(Press(pad.image(tip), pad.tracks(), tip, depth))
-        return presses
-    return make
-
-
-@pytest.fixture
 def pad(water_pad):
     return water_pad(window=-0.005, lamp_radius=0.022)
 
 
+@pytest.fixture(scope='module')
+def recorded(pad):
+    """One untouched frame, then two depths at each of three places."""
+    presses = [Press(pad.image(), pad.tracks())]
+    for x, y in PLACES:
+        for depth in DEPTHS:
+            tip = pad.tip(x, y, depth)
+            presses.append(Press(pad.image(tip), pad.tracks(), tip, depth))
+    return presses
+
+
 def test_presses_find_the_water_that_rest_alone_leaves_open(pad, recorded):
-    result = fit_touchpad(recorded(pad), pad.camera, RADIUS)
+    result = fit_touchpad(recorded, pad.camera, RADIUS)
     true = pad.absorption[:2] - pad.absorption[2]
     assert result.model.absorptions == pytest.approx(true, rel=0.025)
     assert result.residual_rms < 4e-5 and abs(result.residual_bias) < 1e-5
@@ -54,7 +52,7 @@ def test_presses_find_the_water_that_rest_alone_leaves_open(pad, recorded):
 
 
 def test_bad_presses_are_left_out_and_said(pad, recorded):
-    presses = recorded(pad)
+    presses = list(recorded)
     presses += [Press(pad.image(), pad.tracks(), pad.tip(0, 0, 0.0001), 0.0001, name='touch'),
                 Press(np.zeros_like(presses[0].image), pad.tracks(), pad.tip(0, 0, 0.002), 0.002, name='dark')]
     result = fit_touchpad(presses, pad.camera, RADIUS)
@@ -71,13 +69,13 @@ def test_bad_presses_are_left_out_and_said(pad, recorded):
     (lambda p: p[:3] + p[1:3], 'lie within 0.00 mm of one place')])
 def test_data_that_cannot_tell_are_refused(pad, recorded, pick, complaint):
     with pytest.raises(BadCalibration, match=complaint):
-        fit_touchpad(pick(recorded(pad)), pad.camera, RADIUS)
+        fit_touchpad(pick(recorded), pad.camera, RADIUS)
 
 
 @pytest.mark.parametrize('radius', [0.0, np.nan, -1.0])
 def test_a_sphere_without_radius_is_refused(pad, recorded, radius):
     with pytest.raises(BadCalibration, match='sphere radius'):
-        fit_touchpad(recorded(pad), pad.camera, radius)
+        fit_touchpad(recorded, pad.camera, radius)
 
 
 def recording(scene):
