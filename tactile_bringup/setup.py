@@ -28,6 +28,7 @@ setup(
     entry_points={
         'console_scripts': [
             'markers_node = tactile_bringup.nodes.markers_node:main',
+            'record_node = tactile_bringup.nodes.record_node:main',
             'demo = tactile_bringup.demo.main:main',
         ],
     },

@@ -4,14 +4,19 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.executors import ExternalShutdownException
+from rclpy.logging import get_logger
 from rclpy.node import Node
+
+from ..errors import TactileError
 
 #: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
 _SWITCH_S = 5e-4
@@ -40,11 +45,22 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
         _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except TactileError as error:
+        get_logger('tactile').fatal(str(error))
+        return 1
     finally:
+        _be_deaf()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        _be_deaf()  # rclpy has put back what was there before it
     return 0
+
+
+def _be_deaf() -> None:
+    """Ignore further interrupts: a second Ctrl-C, or launch's beside the terminal's, must not tear what is being put away."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _spin(node: Node) -> None:

@@ -67,7 +67,7 @@ class Capture:
         self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
         self._status = CaptureStatus('paused', 0, 0, 0, float('nan'), float('nan'), '')
         self._overwritten = self._bad = 0
-        self._size = None
+        self._size, self._begun = None, False
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
         self._thread.start()
 
@@ -128,7 +128,9 @@ class Capture:
         active = self._active.is_set()
         if self._status.state in ('running', 'paused'):
             self._set(state='running' if active else 'paused')
-        return self._source.live or (active and (self._wanted() or not self._source.on_demand))
+        # A recording begins when somebody first wants it: its untouched start must not be over before the perception runs.
+        self._begun = self._begun or (active and self._wanted())
+        return self._source.live or (active and (self._wanted() or (self._begun and not self._source.on_demand)))
 
     def _read_one(self) -> None:
         try:

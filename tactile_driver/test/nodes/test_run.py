@@ -43,6 +43,21 @@ def test_a_signal_ends_the_process_cleanly(which):
     assert (process.returncode, out, err) == (0, 'released\n', '')
 
 
+@pytest.mark.ros
+def test_further_interrupts_do_not_tear_what_is_put_away():
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
+    slow = PROGRAM.replace("print('released', flush=True)", "print('putting away', flush=True); time.sleep(0.5); print('released', flush=True)")
+    process = subprocess.Popen([sys.executable, '-c', 'import time' + slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               env=environment, start_new_session=True)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == 'putting away\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
 @pytest.mark.parametrize('chosen', run._CHOSEN_BY)
 def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, chosen):
     for name in run._CHOSEN_BY:

@@ -145,12 +145,18 @@ def test_as_fast_as_consumed_stands_still_without_a_consumer(captured):
     assert it.take_all(5) == [0, 1, 2, 3, 4]
 
 
-def test_at_its_own_pace_a_recording_goes_on_without_a_consumer(captured):
-    source = ScriptedSource(range(5), on_demand=False)
-    it = captured(source, wanted=lambda: False)
+def test_at_its_own_pace_a_recording_begins_with_its_first_consumer_and_goes_on_without(captured):
+    wanted = threading.Event()
+    source = ScriptedSource(range(5), on_demand=False, period=0.05)
+    it = captured(source, wanted=wanted.is_set)
     it.capture.resume()
-    wait_for(lambda: it.capture.status.state == 'ended')
-    assert source.asked == [False] * 6
+    time.sleep(0.1)
+    assert source.asked == []
+    wanted.set()
+    assert it.take_all(1) == [0]
+    wanted.clear()
+    wait_for(lambda: it.capture.take(0.01) is None and it.capture.status.state == 'ended')
+    assert len(source.asked) == 6 and source.asked[-1] is False
 
 
 def test_bad_frames_are_counted_said_once_and_skipped(captured):

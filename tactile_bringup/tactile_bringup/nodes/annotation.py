@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the messages of one stamp to what is drawn on its image."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from sensor_msgs.msg import CameraInfo
+from tactile_msgs.msg import ContactRegion, DotTracks, Slip
+from tactile_perception.camera import CameraModel
+
+from ..picture import Annotation, states_of
+from .marker_messages import rings_of
+
+SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
+
+
+class Projection:
+    """Sensor frame to image, by a camera_info and the camera's place; matrices: of camera_matrices, None where it is not calibrated."""
+
+    def __init__(self, message: CameraInfo, matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float]):
+        self.key = self.key_of(message)
+        self._model = None
+        if matrices is not None:
+            self._model = CameraModel(*matrices, cv2.Rodrigues(np.array(rotation, float))[0], np.array(translation, float))
+
+    @staticmethod
+    def key_of(message: CameraInfo) -> tuple:
+        """What tells one calibration from another."""
+        return tuple(message.k), tuple(message.d)
+
+    def places(self, xyz: np.ndarray) -> np.ndarray:
+        """Image places (N, 2), px, of xyz (N, 3), m; NaN where the camera is not calibrated or a place is not known."""
+        uv = np.full((len(xyz), 2), np.nan)
+        known = np.isfinite(xyz).all(axis=1)
+        if self._model is not None and known.any():
+            uv[known] = self._model.project(xyz[known])
+        return uv
+
+
+def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
+    """What messages by topic (dots, contact_region, contacts, slip; any may be missing) say of the image that they belong to."""
+    dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
+    id = np.asarray(dots.id, np.int64)
+    what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
+                      np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2),
+                      states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found))
+    if camera is not None:
+        what.outlines, what.holes = ([uv for uv in map(camera.places, rings) if np.isfinite(uv).all() and len(uv)] for rings in rings_of(region))
+        contacts = found['contacts'].contacts if 'contacts' in found else []
+        what.contacts = camera.places(np.array([(c.position.x, c.position.y, c.position.z) for c in contacts], float).reshape(-1, 3))
+    return what
+
+
+def text_of(found: Mapping) -> list[str]:
+    """One or two lines of numbers."""
+    dots, region = found.get('dots'), found.get('contact_region')
+    if dots is None:
+        return ['no dots']
+    moved = np.hypot(dots.du, dots.dv)
+    largest = f'{np.nanmax(moved):.1f} px' if np.isfinite(moved).any() else 'not known yet'
+    lines = [f'{len(dots.id)} dots, largest displacement {largest}']
+    if region is not None:
+        lines.append(contact_line(found, region))
+    return lines
+
+
+def contact_line(found: Mapping, region: ContactRegion) -> str:
+    """Area, depth, force, slip and the number of dots in each state, as far as they are known."""
+    if not region.outlines:
+        return 'nothing touches'
+    counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
+    words = [f'{1e6 * region.area:.0f} mm2']
+    contacts = found['contacts'].contacts if 'contacts' in found else []
+    depths = [c.depth for c in contacts if np.isfinite(c.depth)]
+    if depths:
+        words.append(f'{1e3 * max(depths):.1f} mm deep')
+    if 'wrench' in found and np.isfinite(found['wrench'].wrench.force.z):
+        force = found['wrench'].wrench.force
+        words.append(f'{np.hypot(np.hypot(force.x, force.y), force.z):.1f} N')
+    words.append(f'{counts[1]} stick, {counts[2]} slip')
+    if 'slip' in found:
+        words.append(SLIP_NAMES.get(found['slip'].state, ''))
+    return ', '.join(word for word in words if word)

@@ -1,0 +1,132 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From results to what RViz draws."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from geometry_msgs.msg import Point, Vector3
+from rclpy.duration import Duration
+from std_msgs.msg import ColorRGBA, Header
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from visualization_msgs.msg import Marker, MarkerArray
+
+from .. import colours, mesh
+from ..picture import states_of
+
+_LIFETIME = Duration(seconds=0.5).to_msg()
+_LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
+
+
+def _colour(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
+    return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
+
+
+_STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
+
+
+def points_of(places: np.ndarray) -> list[Point]:
+    """Places (N, 3), m, as Points."""
+    return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
+
+
+def _array(points) -> np.ndarray:
+    return np.array([(p.x, p.y, p.z) for p in points], float).reshape(-1, 3)
+
+
+def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Outlines and holes, each (n, 3), m."""
+    return [_array(polygon.points) for polygon in region.outlines], [_array(polygon.points) for polygon in region.holes]
+
+
+class MarkerSet:
+    """Makes the markers of each frame, and takes away those of the frame before that are no more.
+
+    sizes: dot_size (m), normal_length (m), force_scale (m/N), torque_scale (m/(N m)).
+    """
+
+    def __init__(self, sizes: Mapping):
+        self._sizes = sizes
+        self._shown: set[tuple[str, int]] = set()
+        self._made: list[Marker] = []
+        self._header = Header()
+
+    def frame(self, header: Header, found: Mapping) -> MarkerArray:
+        """The markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        self._header, self._made = header, []
+        dots = found.get('dots')
+        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if dots is not None and len(dots.x) else np.zeros((0, 3))
+        region = found.get('contact_region') or ContactRegion()
+        if len(places):
+            self._dots(dots, places, region)
+        if region.outlines:
+            self._region(region, places)
+        if found.get('contacts') is not None:
+            self._contacts(found['contacts'])
+        if found.get('wrench') is not None:
+            self._wrench(found['wrench'].wrench, region)
+        if found.get('slip') is not None:
+            self._slip(found['slip'], region)
+        return MarkerArray(markers=self._gone() + self._made)
+
+    def nothing(self, header: Header) -> MarkerArray:
+        """Takes all markers away."""
+        self._shown = set()
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+
+    def _gone(self) -> list[Marker]:
+        made = {(marker.ns, marker.id) for marker in self._made}
+        gone = [Marker(header=self._header, ns=ns, id=number, action=Marker.DELETE) for ns, number in sorted(self._shown - made)]
+        self._shown = made
+        return gone
+
+    def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point], number: int = 0) -> Marker:
+        marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
+                        points=points, lifetime=_LIFETIME)
+        marker.pose.orientation.w = 1.0
+        self._made.append(marker)
+        return marker
+
+    def _dots(self, dots: DotTracks, places: np.ndarray, region: ContactRegion) -> None:
+        state = states_of(np.asarray(dots.id, np.int64), np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
+        known = np.isfinite(places).all(axis=1)
+        size = self._sizes['dot_size']
+        marker = self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points_of(places[known]))
+        marker.colors = [_STATES[max(s, 0)] for s in state[known].tolist()]
+
+    def _region(self, region: ContactRegion, places: np.ndarray) -> None:
+        outlines, holes = rings_of(region)
+        for ns, rings, colour in (('outlines', outlines, colours.REGION), ('holes', holes, colours.HOLE)):
+            if rings:
+                ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
+                lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
+                self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
+        corners = mesh.fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
+        if len(corners):
+            self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), points_of(corners))
+
+    def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
+        if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
+            size = self._sizes['dot_size']
+            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), points_of(ends), number)
+
+    def _contacts(self, contacts: Contacts) -> None:
+        for contact in contacts.contacts:
+            place, normal = _array([contact.position])[0], _array([contact.normal])[0]
+            self._arrow('normals', contact.id, np.stack([place, place + self._sizes['normal_length'] * normal]), colours.CONTACT)
+
+    def _wrench(self, wrench, region: ContactRegion) -> None:
+        """Force as it points, its tip where the region's centroid is; torque at the frame's origin, where it is given."""
+        force, torque = _array([wrench.force])[0], _array([wrench.torque])[0]
+        tip = _array([region.centroid])[0] if region.outlines else np.full(3, np.nan)
+        self._arrow('force', 0, np.stack([tip - self._sizes['force_scale'] * force, tip]), colours.FORCE)
+        if region.outlines:
+            self._arrow('torque', 0, np.stack([np.zeros(3), self._sizes['torque_scale'] * torque]), colours.TORQUE)
+
+    def _slip(self, slip: Slip, region: ContactRegion) -> None:
+        centre = _array([slip.rotation_center])[0]
+        if slip.state != Slip.NONE and np.isfinite(centre[:2]).all():
+            centre[2] = centre[2] if np.isfinite(centre[2]) else region.centroid.z
+            size = 2.0 * self._sizes['dot_size']
+            self._add('slip_center', Marker.SPHERE_LIST, (size, size, size), _STATES[2], points_of(centre[None]))

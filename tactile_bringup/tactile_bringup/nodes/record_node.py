@@ -1,0 +1,90 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""record_node: everything that a sensor publishes, as it comes, into a bag (MCAP)."""
+from __future__ import annotations
+
+import sys
+import time
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.diagnostics import SayOnce
+from tactile_driver.nodes.parameter_server import NodeParameters
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
+from tactile_perception.nodes.serialization import MessageCodec, type_name_of
+from tactile_perception.offline.bags import BagWriter
+from visualization_msgs.msg import MarkerArray
+
+from ..parameters import RECORD_PARAMETERS
+
+RAW = {'image_raw': Image, 'left/image_raw': Image, 'right/image_raw': Image, 'camera_info': CameraInfo, 'voltages': PsdVoltages}
+RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped,
+           'ground_truth/contacts': Contacts, 'ground_truth/contact_region': ContactRegion, 'ground_truth/slip': Slip,
+           'ground_truth/wrench': WrenchStamped}
+PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
+
+_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
+_LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_LOOK_S = 0.2
+_PATIENCE_S = 4.0
+
+
+class RecordNode(Node):
+    """Writes each message as it was received, stamped with the time of receipt; the bag carries the messages' definitions."""
+
+    def __init__(self):
+        super().__init__('record_node')
+        settings = NodeParameters(self, RECORD_PARAMETERS)
+        if settings.problems or not settings['bag']:
+            raise BadArgument('record_node: ' + ('; '.join(settings.problems.values()) or 'parameter bag is empty; name the bag to write'))
+        self._say = SayOnce(self)
+        self._begin_s, self.written = time.monotonic(), 0
+        self._writer = BagWriter(settings['bag'], MessageCodec().store)
+        self._writer.__enter__()
+        self._path = settings['bag']
+        for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
+            self._record(topic, kind, _KEEP_ALL)
+        self._record('description', String, _LATCHED)
+        # Raw data last: a recording that is played begins with its first subscriber, and what works on it must be there by then.
+        self._waiting = self.create_timer(_LOOK_S, self._record_raw)
+
+    def destroy_node(self) -> None:
+        """Close the bag: without that it has no index."""
+        writer, self._writer = getattr(self, '_writer', None), None
+        if writer is not None:
+            writer.__exit__(None, None, None)
+            print(f'{self._path}: {self.written} messages recorded', flush=True)
+        super().destroy_node()
+
+    def _record_raw(self) -> None:
+        if self.count_publishers('dots') or time.monotonic() - self._begin_s > _PATIENCE_S:
+            self._waiting.cancel()
+            for topic, kind in RAW.items():
+                self._record(topic, kind, _KEEP_ALL)
+
+    def _record(self, topic: str, kind: type, qos: QoSProfile) -> None:
+        name, type_name = self.resolve_topic_name(topic), type_name_of(kind)
+        self.create_subscription(kind, topic, lambda data: self._write(name, type_name, data), qos, raw=True)
+
+    def _write(self, topic: str, type_name: str, data: bytes) -> None:
+        if self._writer is None:
+            return
+        try:
+            self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
+            self.written += 1
+        except OSError as error:
+            self._say.error('write', f'{topic} could not be recorded: {error}; is the disk full?')
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process record_node."""
+    sys.exit(run_node(RecordNode, args))
+
+
+if __name__ == '__main__':
+    main()

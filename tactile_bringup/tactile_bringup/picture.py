@@ -1,0 +1,164 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The annotated image: dots by state, their displacements, contact regions, numbers. Arrays in, image out; no ROS here."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from . import colours
+from .colours import bgr
+
+_SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
+_SHORTEST = 1.2  # px of the picture: shorter arrows would be noise
+_HEAD = 0.35
+_CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+@dataclass
+class Annotation:
+    """What is known of one image; places are px of that image.
+
+    rows, columns: of the grid, 0 for none; id: (N,); uv, duv: (N, 2) places and displacements from rest, NaN where not known; state: (N,)
+    0 untouched, 1 sticking, 2 slipping, -1 not known; outlines, holes: lists of (n, 2); contacts: (C, 2); text: lines to write.
+    """
+
+    rows: int = 0
+    columns: int = 0
+    id: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    uv: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    duv: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    outlines: list[np.ndarray] = field(default_factory=list)
+    holes: list[np.ndarray] = field(default_factory=list)
+    contacts: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    text: list[str] = field(default_factory=list)
+
+
+def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """The states (N,) of dots id (N,), from state (M,) of dots state_id (M,); -1 for a dot without one."""
+    found = np.full(len(id), -1, np.int64)
+    if len(state_id):
+        order = np.argsort(state_id)
+        place = np.minimum(np.searchsorted(state_id[order], id), len(state_id) - 1)
+        known = state_id[order][place] == id
+        found[known] = state[order][place][known]
+    return found
+
+
+def enlargement(width: int, smallest: int = 600) -> int:
+    """The whole number by which an image is enlarged to be at least smallest px wide."""
+    return max(1, -(-smallest // width))
+
+
+def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
+    """A picture (kH, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it; k: enlargement(W)."""
+    scale = enlargement(image.shape[1])
+    picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
+    if scale > 1:
+        picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
+
+    def placed(uv: np.ndarray) -> np.ndarray:
+        # The centre of pixel 0 lies at (scale - 1) / 2 of the enlarged picture.
+        return uv * scale + (scale - 1) / 2
+
+    draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes])
+    uv = placed(what.uv)
+    radius = dot_radius(what)
+    draw_dots(picture, uv, what.state, radius * scale)
+    draw_arrows(picture, uv - what.duv * scale, uv)
+    draw_numbers(picture, what, uv)
+    draw_contacts(picture, placed(what.contacts))
+    draw_text(picture, what.text)
+    return picture
+
+
+def dot_radius(what: Annotation) -> float:
+    """Radius of the rings round dots, px: a third of the dots' mean distance at rest."""
+    rest = (what.uv - what.duv)[np.isfinite(what.duv).all(axis=1)]
+    if len(rest) < 4:
+        return 4.0
+    across = np.ptp(rest, axis=0) + 1e-9
+    return float(np.clip(0.36 * np.sqrt(across[0] * across[1] / len(rest)), 3.0, 12.0))
+
+
+def _fixed(points: np.ndarray) -> np.ndarray:
+    return np.round(points * (1 << _SHIFT)).astype(np.int32)
+
+
+def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray]) -> None:
+    """Fill outlines (n, 2) px less holes with a veil and draw their borders."""
+    if not outlines:
+        return
+    corners = np.concatenate(outlines)
+    x0, y0 = np.maximum(np.floor(corners.min(axis=0)).astype(int) - 1, 0)
+    x1, y1 = np.ceil(corners.max(axis=0)).astype(int) + 2
+    part = picture[y0:y1, x0:x1]
+    if part.size:
+        veiled = part.copy()
+        cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(colours.REGION), shift=_SHIFT)
+        cv2.addWeighted(veiled, 0.22, part, 0.78, 0.0, dst=part)
+    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(colours.REGION), 2, cv2.LINE_AA, _SHIFT)
+    if holes:
+        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(colours.HOLE), 2, cv2.LINE_AA, _SHIFT)
+
+
+def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float) -> None:
+    """A ring of radius px round each dot at uv (N, 2) in the colour of its state (N,); a thicker one round those that are touched."""
+    rings = _fixed(uv[:, None] + radius * _CORNERS)
+    for value, colour in enumerate(colours.STATE_COLOURS):
+        chosen = rings[(state == value) | (state < 0)] if value == 0 else rings[state == value]
+        if len(chosen):
+            cv2.polylines(picture, list(chosen), True, bgr(colour), 2 if value else 1, cv2.LINE_AA if value else cv2.LINE_8, _SHIFT)
+
+
+def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray) -> None:
+    """Arrows from start to end (N, 2) px; none where a place is NaN or the arrow would be too short to see."""
+    along = end - start
+    length = np.hypot(along[:, 0], along[:, 1])
+    chosen = length > _SHORTEST  # false for NaN
+    if not chosen.any():
+        return
+    start, end, along = start[chosen], end[chosen], along[chosen]
+    size = np.minimum(_HEAD * length[chosen], 5.0) / length[chosen]
+    back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
+    strokes = _fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1))
+    cv2.polylines(picture, list(strokes), False, (0, 0, 0), 3, cv2.LINE_8, _SHIFT)
+    cv2.polylines(picture, list(strokes), False, bgr(colours.ARROW), 1, cv2.LINE_AA, _SHIFT)
+
+
+def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray) -> None:
+    """Row.column beside every few dots of a grid, at most some seven a side."""
+    if not what.rows * what.columns:
+        return
+    row, column = np.divmod(what.id, what.columns)
+    step = max(1, -(-max(what.rows, what.columns) // 12))
+    middle = step // 2
+    for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
+        place = round(uv[k, 0]) + 5, round(uv[k, 1]) - 5
+        text = f'{row[k]}.{column[k]}'
+        cv2.putText(picture, text, place, _FONT, 0.32, (0, 0, 0), 2, cv2.LINE_8)
+        cv2.putText(picture, text, place, _FONT, 0.32, bgr(colours.TEXT), 1, cv2.LINE_AA)
+
+
+def draw_contacts(picture: np.ndarray, places: np.ndarray) -> None:
+    """A cross in a circle at each contact (C, 2) px."""
+    for u, v in places[np.isfinite(places).all(axis=1)]:
+        centre = round(u), round(v)
+        cv2.circle(picture, centre, 9, (0, 0, 0), 4, cv2.LINE_AA)
+        cv2.circle(picture, centre, 9, bgr(colours.CONTACT), 2, cv2.LINE_AA)
+        cv2.drawMarker(picture, centre, bgr(colours.CONTACT), cv2.MARKER_CROSS, 26, 2)
+
+
+def draw_text(picture: np.ndarray, lines: list[str]) -> None:
+    """Lines of text on a dark ground along the lower border."""
+    if not lines:
+        return
+    height = 20 * len(lines) + 6
+    ground = picture[-height:]
+    np.right_shift(ground, 2, out=ground)
+    for k, line in enumerate(lines):
+        cv2.putText(picture, line, (8, picture.shape[0] - height + 18 + 20 * k), _FONT, 0.48, bgr(colours.TEXT), 1, cv2.LINE_AA)

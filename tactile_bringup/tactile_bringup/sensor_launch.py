@@ -1,0 +1,118 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the launch files of the sensors share: their arguments, and the actions that these make."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
+from launch import LaunchContext
+from launch.actions import DeclareLaunchArgument, LogInfo, Shutdown
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+SOURCES = ('sim', 'device', 'file', 'bag')
+_BOOLEANS = {'true': True, 'false': False}
+
+
+class LaunchError(ValueError):
+    """A launch argument is wrong; the message is the one line that the user gets to see."""
+
+
+def share(*parts: str) -> str:
+    """The path of an installed file of this package."""
+    return str(Path(get_package_share_directory('tactile_bringup'), *parts))
+
+
+def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
+    """The arguments that the launch file of every sensor has."""
+    texts = {
+        'namespace': (sensor_type, "of the sensor's nodes and topics; the sensor frame is named after it"),
+        'source': ('sim', 'where data comes from: ' + ', '.join(SOURCES)),
+        'device': ('', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
+        'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
+        'params': (share('params', f'{sensor_type}.yaml'), 'parameter file of all nodes'),
+        'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
+        'rviz': ('false', 'show it in RViz'),
+        'record': ('', 'bag (MCAP) to write; empty: none'),
+        'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
+        'loop': ('', 'file, bag: start again at the end; empty: what the parameter file says'),
+        'scene': ('', 'sim: the scene; empty: what the parameter file says'),
+    }
+    choices = {'source': SOURCES, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}
+    return [DeclareLaunchArgument(name, default_value=default, description=text, choices=choices.get(name))
+            for name, (default, text) in texts.items()]
+
+
+def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
+    """Name -> value as given, of the arguments declared."""
+    return {a.name: LaunchConfiguration(a.name).perform(context) for a in arguments}
+
+
+def check(values: dict[str, str]) -> None:
+    """What can be told before any node runs. Raises LaunchError."""
+    if values['source'] in ('file', 'bag'):
+        if not values['path']:
+            raise LaunchError(f'source:={values["source"]} needs the recording: path:=...')
+        if not Path(values['path']).expanduser().exists():
+            raise LaunchError(f'path:={values["path"]} does not exist')
+    for name in ('params', 'calibration'):
+        if values[name] and not Path(values[name]).is_file():
+            raise LaunchError(f'{name}:={values[name]} is no file')
+    if values['record'] and Path(values['record']).exists():
+        raise LaunchError(f'record:={values["record"]} exists already: choose another name or remove it')
+
+
+def frame_of(values: dict[str, str], sensor_type: str) -> str:
+    """The name of the sensor frame: the namespace in one word."""
+    return values['namespace'].strip('/').replace('/', '_') or sensor_type
+
+
+def camera_parameters(values: dict[str, str], frame_id: str) -> dict:
+    """The parameters of camera_node that the arguments set. Raises LaunchError for a rate that is no number."""
+    chosen = {'source': values['source'], 'frame_id': frame_id}
+    chosen.update({name: values[name] for name in ('device', 'path', 'scene') if values[name]})
+    if values['loop']:
+        chosen['loop'] = _BOOLEANS[values['loop']]
+    if values['rate']:
+        try:
+            chosen['rate'] = float(values['rate'])
+        except ValueError:
+            raise LaunchError(f'rate:={values["rate"]} is no number') from None
+    return chosen
+
+
+class SensorNodes:
+    """Makes the nodes of one sensor, all with its namespace and parameter file; the launch ends when one of them ends."""
+
+    def __init__(self, values: dict[str, str]):
+        self._values = values
+
+    def node(self, package: str, executable: str, own: dict | None = None) -> Node:
+        """One node; own: parameters by name that go before those of the parameter file."""
+        return Node(package=package, executable=executable, name=executable, namespace=self._values['namespace'], output='screen',
+                    parameters=[self._values['params'], own] if own else [self._values['params']],
+                    on_exit=Shutdown(reason=f'{executable} has ended'))
+
+    def calibrated(self) -> dict[str, str]:
+        """The parameter calibration, where the argument sets it."""
+        return {'calibration': self._values['calibration']} if self._values['calibration'] else {}
+
+    def recorder(self) -> list[Node]:
+        """record_node where the argument record names a bag."""
+        return [self.node('tactile_bringup', 'record_node', {'bag': self._values['record']})] if self._values['record'] else []
+
+    def rviz(self, configuration: str, frame_id: str, topics: Sequence[str]) -> list:
+        """RViz where the argument rviz asks for it; topics: those that the configuration shows, under the sensor type's own namespace."""
+        if not _BOOLEANS[self._values['rviz']]:
+            return []
+        try:
+            get_package_prefix('rviz2')
+        except PackageNotFoundError:
+            return [LogInfo(msg='rviz:=true: RViz (package rviz2) is not installed; everything else is started')]
+        own = Path(configuration).stem
+        namespace = '/' + self._values['namespace'].strip('/') if self._values['namespace'].strip('/') else ''
+        return [Node(package='rviz2', executable='rviz2', name='rviz2', namespace=self._values['namespace'], output='screen',
+                     arguments=['-d', configuration, '-f', frame_id],
+                     remappings=[(f'/{own}/{topic}', f'{namespace}/{topic}') for topic in topics])]

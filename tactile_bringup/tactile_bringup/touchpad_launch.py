@@ -1,0 +1,38 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of a touchpad, from the arguments of its launch file."""
+from __future__ import annotations
+
+from launch import LaunchContext
+from tactile_driver.errors import TactileError
+from tactile_driver.nodes.parameters import Parameter
+from tactile_perception.pipeline.parameter_file import read_parameters
+
+from .sensor_launch import LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of
+
+SENSOR_TYPE = 'touchpad'
+RVIZ_TOPICS = ('image_raw', 'image_annotated', 'markers')
+# The whole table takes a second to import, and launch needs only this of it.
+_SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in 3D'),)
+
+
+def touchpad_actions(context: LaunchContext) -> list:
+    """The actions for the arguments in context. Raises LaunchError."""
+    values = values_of(context, sensor_arguments(SENSOR_TYPE))
+    check(values)
+    frame_id = frame_of(values, SENSOR_TYPE)
+    nodes = SensorNodes(values)
+    actions = [nodes.node('tactile_driver', 'camera_node', camera_parameters(values, frame_id)),
+               nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
+    if has_surface(values['params']):
+        actions.append(nodes.node('tactile_perception', 'contact_region_node', nodes.calibrated()))
+    actions.append(nodes.node('tactile_bringup', 'markers_node', {'frame_id': frame_id}))
+    return [*actions, *nodes.recorder(), *nodes.rviz(share('rviz', 'touchpad.rviz'), frame_id, RVIZ_TOPICS)]
+
+
+def has_surface(params: str) -> bool:
+    """Whether a parameter file gives the dots places in 3D, without which there is no contact region. Raises LaunchError."""
+    try:
+        return read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] != 'none'
+    except TactileError as error:
+        raise LaunchError(str(error)) from error
