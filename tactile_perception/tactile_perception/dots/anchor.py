@@ -154,8 +154,9 @@ def _place_part(extent, vote, beyond, is_first) -> tuple[int, str]:
     seen = f'only {extent.seen} of {extent.printed} {extent.name} seen'
     if by_border is not None and by_vote is not None and by_border != by_vote and not sure:
         return 0, f'{seen}; the border and the last frame disagree on which'
-    chosen = by_vote if sure or (still and by_border is None) else by_border
-    if chosen is None and is_first and missing == 1 and before > 0 and after > 0:
+    wider = before > 0 and after > 0  # the pattern reaches beyond the image on both sides: where it ends is never seen
+    chosen = by_vote if sure or (still and wider) else by_border
+    if chosen is None and is_first and missing == 1 and wider:
         chosen = -1 if before < after else 0
     return (0, f'{seen}, and nothing tells which') if chosen is None else (chosen, '')
 

@@ -73,7 +73,7 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
     id = np.full(len(uv), -1)
     lattice = find_lattice(uv)
     if lattice is None:
-        return GridNumbers(id, f'{len(uv)} dots found, and they form no grid', np.nan)
+        return GridNumbers(id, f'{len(uv)} dots found, and they form no grid, or one that contradicts itself', np.nan)
     if abs(lattice.angle) > MAX_ANGLE:
         return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart', np.nan)
     member = np.flatnonzero(lattice.member)

@@ -54,7 +54,7 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
         return None
     z = uv[:, 0] + 1j * uv[:, 1]
     pairs, pitch = _near_pairs(uv, z)
-    if not len(pairs.i):
+    if not len(pairs.i) or pitch * len(uv) <= np.ptp(uv, axis=0).max():  # a grid of so many dots cannot be wider
         return None
     cells = _Cells(z, CELL * pitch)
     field = _direction_field(pairs, cells, pitch, angle_hint)

@@ -10,6 +10,7 @@ from tactile_perception.errors import BadArgument
 
 QUIET = 5.0  # standard deviations: a dot that leaves the common affine motion by more is being moved by something that touches
 QUIET_FLOOR = 0.1  # px: what small changes of light do to a dot's centroid is no touch
+DRIFTED = 0.5  # px: dots that have, most of them, left the reference further have been moved; drift is followed before it gets there
 QUIET_SHARE = 0.01  # of the dots may be off by more, as false ones are
 
 
@@ -84,6 +85,10 @@ class Reference:
     def _moved(self, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray) -> bool:
         """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image)."""
         known = np.isfinite(duv[:, 0])
+        if not known.any():
+            return False
+        if np.median(np.linalg.norm(duv[known], axis=1)) > DRIFTED:
+            return True
         if known.sum() < 8:
             return False
         basis = np.column_stack([np.ones(known.sum()), uv[known] - uv[known].mean(axis=0)])

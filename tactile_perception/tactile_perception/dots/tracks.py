@@ -15,7 +15,7 @@ NEW, TRACKED, LOST = 0, 1, 2
 class Linker:
     """Gives each dot a number that stays its own, frame by frame.
 
-    gate: a dot is looked for within so many median spacings of where constant velocity predicts it. confirm: a dot that appears after the first
+    gate: a dot is looked for within so many median spacings of where it is expected. confirm: a dot that appears after the first
     frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found again; then
     its number is gone for good, none is ever used twice.
     """
@@ -32,6 +32,7 @@ class Linker:
         self.id = np.zeros(0, np.int64)
         self.uv = np.zeros((0, 2))
         self.state = np.zeros(0, np.uint8)
+        self._first_uv = np.zeros((0, 2))
         self._velocity = np.zeros((0, 2))
         self._seen = np.zeros(0, np.int64)
         self._seen_s = np.zeros(0)
@@ -52,10 +53,19 @@ class Linker:
         return number
 
     def _assign(self, uv: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of tracks and of the dots linked to them."""
+        """Indices of tracks and of the dots linked to them: by constant velocity, from the last places or from the first ones, whichever fits best.
+
+        A press that ends between two frames takes the dots back to where they were first, against all velocity.
+        """
         ahead = np.minimum(stamp_s - self._seen_s, self._keep_s)[:, None] * (self.state != LOST)[:, None]
-        predicted = self.uv + self._velocity * ahead
-        return assign(predicted, uv, self._gate * _spacing(self.uv))
+        gate = self._gate * _spacing(self.uv)
+        best, least = None, np.inf
+        for places in (self.uv + self._velocity * ahead, self.uv, self._first_uv):
+            track, dot = assign(places, uv, gate)
+            cost = np.sum((places[track] - uv[dot]) ** 2) - len(track) * gate**2
+            if cost < least:
+                best, least = (track, dot), cost
+        return best
 
     def _advance(self, track: np.ndarray, uv: np.ndarray, stamp_s: float) -> None:
         self._linked_id = self.id[track]
@@ -73,7 +83,7 @@ class Linker:
 
     def _retire(self, stamp_s: float) -> None:
         keep = (self._seen >= 0) & ((self.state != LOST) | (stamp_s - self._seen_s <= self._keep_s))
-        for name in ('id', 'uv', 'state', '_velocity', '_seen', '_seen_s'):
+        for name in ('id', 'uv', 'state', '_first_uv', '_velocity', '_seen', '_seen_s'):
             setattr(self, name, getattr(self, name)[keep])
 
     def _begin(self, uv: np.ndarray, stamp_s: float, seen: int) -> np.ndarray:
@@ -82,6 +92,7 @@ class Linker:
         self._next_id += count
         self.id = np.r_[self.id, born]
         self.uv = np.vstack([self.uv, uv])
+        self._first_uv = np.vstack([self._first_uv, uv])
         self.state = np.r_[self.state, np.full(count, TRACKED if seen >= self._confirm else NEW, np.uint8)]
         self._velocity = np.vstack([self._velocity, np.zeros((count, 2))])
         self._seen = np.r_[self._seen, np.full(count, seen)]

@@ -1,0 +1,89 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.dots.reference import Reference
+from tactile_perception.errors import BadArgument
+
+ROW, COLUMN = np.divmod(np.arange(100), 10)
+ID, UV, SIGMA = np.arange(100), np.stack([COLUMN, ROW], axis=1) * 20.0 + 30, np.full(100, 0.02)
+DENT = 3.0 * np.exp(-((UV - 120) ** 2).sum(axis=1, keepdims=True) / (2 * 40**2)) * [1, 0]
+
+
+def run(reference, frames, start=0.0, move=0.0, touched=None, rate=50.0, noise=0.02, seed=0):
+    """Feeds frames of UV + move(k); the last displacements."""
+    rng = np.random.default_rng(seed)
+    for k in range(frames):
+        now = UV + (move(k) if callable(move) else move) + rng.normal(0, noise, UV.shape)
+        duv = reference.update(ID, now, SIGMA, start + k / rate, 10, touched)
+    return duv
+
+
+def test_first_frames_are_averaged():
+    reference = Reference(frames=16)
+    run(reference, 16)
+    assert np.sqrt(np.mean((reference.uv - UV) ** 2)) < 0.02 / 4 * 1.2
+
+
+def test_no_motion_gives_no_displacement():
+    reference = Reference()
+    run(reference, 20)
+    duv = reference.update(ID, UV, SIGMA, 1.0, 10)
+    assert np.abs(duv).max() < 0.03
+    assert not reference.touched
+
+
+def test_a_touch_is_noticed_and_freezes():
+    reference = Reference(time_constant_s=0.1)
+    run(reference, 20)
+    before = reference.uv.copy()
+    duv = run(reference, 100, start=1.0, move=DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+    assert np.abs(duv - DENT).max() < 0.12
+
+
+def test_slow_drift_is_followed():
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    swelling = (UV - 120) * 0.002
+    duv = run(reference, 1000, start=1.0, move=lambda k: swelling * k / 1000)
+    assert not reference.touched
+    assert np.abs(duv).max() < 0.12  # 0.25 px of drift at the corners
+
+
+def test_a_later_stage_may_say_that_something_touches():
+    reference = Reference()
+    run(reference, 5)
+    before = reference.uv.copy()
+    run(reference, 50, start=1.0, move=0.05, touched=True)
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+def test_a_dot_seen_late_gets_its_place_when_untouched():
+    reference = Reference()
+    reference.update(ID[1:], UV[1:], SIGMA[1:], 0.0, 10)
+    duv = reference.update(ID, UV + DENT, SIGMA, 0.1, 10)
+    assert np.isnan(duv[0]).all() and np.isfinite(duv[1:]).all()
+    assert np.isfinite(reference.update(ID, UV, SIGMA, 0.2, 10)).all()
+
+
+def test_restart():
+    reference = Reference()
+    run(reference, 5)
+    reference.restart()
+    assert np.abs(reference.update(ID, UV + 7, SIGMA, 1.0, 10)).max() == 0
+
+
+def test_taken_while_pressed_is_suspicious_until_taken_anew():
+    reference = Reference()
+    run(reference, 1, move=DENT)
+    assert 'set_reference' in reference.suspicious
+    reference.restart()
+    run(reference, 1, start=1.0)
+    assert reference.suspicious == ''
+
+
+def test_wrong_parameters():
+    with pytest.raises(BadArgument, match='time_constant_s'):
+        Reference(time_constant_s=0.0)

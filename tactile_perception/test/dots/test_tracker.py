@@ -1,0 +1,146 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from tactile_perception.dots.dots import Dots
+from tactile_perception.dots.tracker import DotTracker
+from tactile_perception.errors import BadArgument, BadFrame
+
+RECORDINGS = os.environ.get('TACTILE_RECORDINGS')
+needs_recordings = pytest.mark.skipif(not RECORDINGS, reason='TACTILE_RECORDINGS is not set: recordings are not shipped')
+IMAGE = np.zeros((480, 640), np.uint8)
+
+
+class Given:
+    """A detector that finds what it was given."""
+
+    def __init__(self, uv):
+        self.uv = uv
+
+    def detect(self, image):
+        return Dots(self.uv, np.full(len(self.uv), 30.0), np.full(len(self.uv), 0.02))
+
+
+def grid(rows=9, columns=12, pitch=30.0):
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    return np.stack([column, row], axis=1) * pitch + 90.0
+
+
+def test_displacements_of_numbered_dots():
+    detector = Given(grid())
+    tracker = DotTracker(9, 12, detector=detector)
+    first = tracker.process(IMAGE, 0.0)
+    assert np.abs(first.duv).max() == 0
+    detector.uv = (grid() + [45.0, 30.0])[::-1]  # one and a half pitches at once, in another order
+    second = tracker.process(IMAGE, 0.02)
+    assert sorted(second.id) == list(range(108))
+    np.testing.assert_allclose(second.duv, np.tile([45.0, 30.0], (108, 1)))
+
+
+def test_a_pattern_that_is_no_grid():
+    uv = np.random.default_rng(0).permutation(grid())[:70] + np.random.default_rng(1).uniform(-8, 8, (70, 2))
+    detector = Given(uv)
+    tracker = DotTracker(0, 0, detector=detector)
+    tracker.process(IMAGE, 0.0)
+    detector.uv = uv + 4.0
+    tracks = tracker.process(IMAGE, 0.02)
+    assert (tracks.rows, tracks.columns) == (0, 0)
+    np.testing.assert_array_equal(tracks.id, np.arange(70))
+    np.testing.assert_allclose(tracks.uv - tracks.rest_uv, tracks.duv)
+
+
+@pytest.mark.parametrize('stamp', [1.0, 0.5, np.nan])
+def test_stamps_that_do_not_go_on(stamp):
+    tracker = DotTracker(9, 12, detector=Given(grid()))
+    tracker.process(IMAGE, 1.0)
+    with pytest.raises(BadFrame, match='stamp'):
+        tracker.process(IMAGE, stamp)
+    assert len(tracker.process(IMAGE, 1.1)) == 108
+
+
+@pytest.mark.parametrize('image', [None, np.zeros((0, 0), np.uint8), np.zeros((480, 640)), np.zeros((240, 320), np.uint8), np.zeros((480, 640, 3), np.uint8)])
+def test_images_that_cannot_be_used(image):
+    tracker = DotTracker(9, 12, detector=Given(grid()))
+    tracker.process(IMAGE, 0.0)
+    with pytest.raises(BadFrame):
+        tracker.process(image, 0.1)
+    assert len(tracker.process(IMAGE, 0.1)) == 108
+
+
+def test_another_pattern_and_no_dots_then_recovery():
+    detector = Given(grid(10, 12))
+    tracker = DotTracker(9, 12, detector=detector)
+    with pytest.raises(BadFrame, match='10 rows of dots seen, 9 configured'):
+        tracker.process(IMAGE, 0.0)
+    detector.uv = np.zeros((0, 2))
+    with pytest.raises(BadFrame, match='no dots'):
+        tracker.process(IMAGE, 0.1)
+    detector.uv = np.full((50, 2), np.nan)
+    with pytest.raises(BadFrame, match='not numbered'):
+        tracker.process(IMAGE, 0.2)
+    detector.uv = grid()
+    assert len(tracker.process(IMAGE, 0.3)) == 108
+
+
+def test_half_of_the_dots_gone_makes_no_number_up():
+    detector = Given(grid())
+    tracker = DotTracker(9, 12, detector=detector)
+    tracker.process(IMAGE, 0.0)
+    detector.uv = grid()[grid()[:, 0] < 250] + [30.0, 0]  # moved by a pitch, and cut: nothing can tell
+    with pytest.raises(BadFrame):
+        tracker.process(IMAGE, 0.1)
+
+
+@pytest.mark.parametrize(('arguments', 'text'), [((1, 9), 'rows and columns'), ((9, 12, 'grey'), 'polarity'), ((9, 12, 'dark', 'likelihood', 'walk'), 'numbering')])
+def test_wrong_arguments(arguments, text):
+    with pytest.raises(BadArgument, match=text):
+        DotTracker(*arguments)
+
+
+@needs_recordings
+@pytest.mark.parametrize('scene', ['tp_rect_drag', 'tp_disc_twist', 'tp_ring_press', 'tp_calib', 'tp_noise'])
+def test_no_wrong_number_on_simulated_recordings(scene):
+    folder = Path(RECORDINGS) / 'simulated' / scene
+    truth = np.load(folder / 'truth.npz')
+    number = truth['dot_rc'] @ [23, 1]
+    tracker = DotTracker(23, 23)
+    numbered = 0
+    for k, path in enumerate(sorted((folder / 'frames').glob('*.webp'))[:20]):
+        tracks = tracker.process(cv2.imread(str(path)), float(k))
+        distance, true = cKDTree(truth['uv'][k]).query(tracks.uv)
+        assert np.all((number[true] == tracks.id)[distance < 2.0])
+        numbered += np.sum(distance < 2.0)
+    assert numbered >= 0.97 * truth['visible'][: k + 1].sum()
+    assert tracker.reference.suspicious == ''
+
+
+@needs_recordings
+@pytest.mark.parametrize('rows', [7, 8])
+def test_numbers_stay_through_the_press_and_back_on_a_real_sensor(rows):
+    video = cv2.VideoCapture(str(Path(RECORDINGS) / 'gelsight_mini' / 'mini_example.avi'))
+    tracker, last, counts = DotTracker(rows, 10), {}, []
+    for k in range(219):
+        tracks = tracker.process(video.read()[1], k / 25)
+        now = dict(zip(tracks.id.tolist(), tracks.uv))
+        assert all(np.hypot(*(now[id] - last[id])) < 10.0 for id in now.keys() & last.keys())  # a third of the pitch
+        last, counts = now, counts + [len(now)]
+    assert np.nanmedian(np.linalg.norm(tracks.duv, axis=1)) < 0.7
+    assert np.median(counts) >= 60
+
+
+@needs_recordings
+def test_pins_in_a_hexagonal_array_get_tracks():
+    paths = sorted((Path(RECORDINGS) / 'pin_array_127').glob('frame_*.png'), key=lambda p: int(p.stem.split('_')[1]))
+    tracker = DotTracker(0, 0, 'bright')
+    first = tracker.process(cv2.imread(str(paths[0])), 0.0)
+    kept = []
+    for k, path in enumerate(paths[1:40], 1):  # each a press of its own, that moves pins by up to a spacing
+        tracks = tracker.process(cv2.imread(str(path)), k / 25)
+        assert len(np.unique(tracks.id)) == len(tracks)
+        kept.append(np.isin(first.id, tracks.id).sum())
+    assert np.median(kept) >= 120
