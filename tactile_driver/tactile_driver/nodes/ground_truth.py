@@ -6,7 +6,7 @@ from __future__ import annotations
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Point, Point32, Polygon, Transform, Twist, Vector3, WrenchStamped
+from geometry_msgs.msg import Point, Point32, Polygon, Quaternion, Transform, Twist, Vector3, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import qos_profile_system_default
 from std_msgs.msg import Header
@@ -57,24 +57,30 @@ def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -
         for n, t in zip(numbers, touches)])
 
 
-def region_message(truth: TruthFrame, header: Header) -> ContactRegion:
-    """Dot states, outlines, area, centroid and normal; the truth gives no axes and no motion over an interval (NaN)."""
-    unknown = Transform(translation=_vector((_NAN,) * 3))
-    unknown.rotation.x = unknown.rotation.y = unknown.rotation.z = unknown.rotation.w = _NAN
+def _transform(motion: np.ndarray) -> Transform:
+    """A motion (6,), m and rad (rotation vector), of the point at the origin, as p(now) = rotation p(before) + translation."""
+    turn = np.asarray(motion[3:], float)
+    angle = float(np.linalg.norm(turn))
+    x, y, z = turn * (0.5 if angle == 0 else np.sin(angle / 2) / angle)
+    return Transform(translation=_vector(motion[:3]), rotation=Quaternion(x=float(x), y=float(y), z=float(z), w=float(np.cos(angle / 2))))
+
+
+def region_message(truth: TruthFrame, interval: float, header: Header) -> ContactRegion:
+    """Dot states, outlines, area, centroid, normal and the object's motion over interval s; the truth gives no axes (NaN)."""
+    known = bool(np.isfinite(truth.motion).all())
     return ContactRegion(
         header=header, dot_id=array('I', np.asarray(truth.dot_id, np.uint32).tobytes()),
         dot_state=array('B', np.asarray(truth.dot_state, np.uint8).tobytes()),
         outlines=[_polygon(o) for o in truth.outlines], holes=[_polygon(h) for h in truth.holes], area=float(truth.area),
-        centroid=_point(truth.centroid), normal=_vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN, motion=unknown,
-        motion_interval=_NAN)
+        centroid=_point(truth.centroid), normal=_vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN,
+        motion=_transform(truth.motion), motion_interval=interval if known else _NAN)
 
 
 def slip_message(truth: TruthFrame, header: Header) -> Slip:
-    """Slip of the whole contact; the velocity is carried over from the region's centroid to the frame's origin."""
-    linear, turn = np.asarray(truth.velocity[:3], float), np.asarray(truth.velocity[3:], float)
-    at_origin = linear - np.cross(turn, truth.centroid)
+    """Slip of the whole contact."""
     return Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
-                velocity=Twist(linear=_vector(at_origin), angular=_vector(turn)), rotation_center=_point(truth.rotation_center))
+                velocity=Twist(linear=_vector(truth.velocity[:3]), angular=_vector(truth.velocity[3:])),
+                rotation_center=_point(truth.rotation_center))
 
 
 def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
@@ -98,11 +104,11 @@ class GroundTruth:
         """Whether anybody subscribes."""
         return any(p.get_subscription_count() for p in self._publishers.values())
 
-    def publish(self, truth: TruthFrame, header: Header) -> None:
-        """Publish what is subscribed, under the image's header."""
+    def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
+        """Publish what is subscribed, under the image's header; interval: s between the scene's frames."""
         numbers = self._numbers.assign(truth.contacts)
         make = {'contacts': lambda: contacts_message(truth.contacts, numbers, header),
-                'contact_region': lambda: region_message(truth, header),
+                'contact_region': lambda: region_message(truth, interval, header),
                 'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
         for name, publisher in self._publishers.items():
             if publisher.get_subscription_count():

@@ -109,7 +109,7 @@ class ImageStream:
             self._publishers.image.publish(image_to_message(frame, self._values['encoding'], header))
         self._publishers.info.publish(self._info)
         if frame.truth is not None:
-            self._publishers.truth.publish(frame.truth, header)
+            self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], header)
         if self.source.on_demand:
             # As fast as it is consumed: reliable subscribers say when they have it.
             self._publishers.image.wait_for_all_acked(_ACKNOWLEDGE)

@@ -18,8 +18,7 @@ class SimulatedSource:
     """A scene of the simulated touchpad in real time, again from its start when it is over.
 
     scene: its name; rate: Hz, or -1 for 30; seed: of noise and specimen; size: (width, height), px, 0 for 640 x 480; clock: ns for the
-    stamps. While its frames are not wanted the
-    scene stands still: nothing is computed that nobody sees.
+    stamps. While its frames are not wanted the scene stands still: nothing is computed that nobody sees.
     """
 
     live = True
@@ -54,8 +53,7 @@ class SimulatedSource:
             wait_until(due)
             return None
         # Frames missed have to be computed too, only not drawn: to catch up after a long stall would make the next one longer.
-        leap = min(self._pace.skipped - skipped, _LONGEST_LEAP)
-        self._number = (self._number + leap) % max(round(self._scene.duration * self.rate), 1)
+        self._number += min(self._pace.skipped - skipped, _LONGEST_LEAP)
         rendered = self._scene.render(self._number / self.rate)
         self._number += 1
         wait_until(due)

@@ -226,8 +226,9 @@ def test_what_is_missing_is_named(start, watcher, parameters):
 
 
 def test_diagnostics_tell_rate_drops_and_age(watcher, start, video):
-    reports = watcher.collect(DiagnosticArray, '/diagnostics', 10)
+    reports, images = watcher.collect(DiagnosticArray, '/diagnostics', 10), watcher.collect(Image, 'image_raw')
     start(source='file', path=video, loop='true')
+    watcher.until(lambda: images)
     watcher.spin(4.0)
     status = [s for m in reports for s in m.status if s.name == 'camera_node: camera'][-1]
     values = {v.key: v.value for v in status.values}

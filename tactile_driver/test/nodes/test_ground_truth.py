@@ -41,20 +41,29 @@ def test_contacts():
 
 def test_region():
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0.5]], float)
-    message = region_message(truth(outlines=[square], area=2e-5, centroid=np.array([1.0, 2, 3])), HEADER)
+    message = region_message(truth(outlines=[square], area=2e-5, centroid=np.array([1.0, 2, 3])), 0.02, HEADER)
     assert list(message.dot_id) == [0, 5] and list(message.dot_state) == [0, 2]
     assert [(p.x, p.y, p.z) for p in message.outlines[0].points] == [tuple(p) for p in square]
     assert message.area == 2e-5 and message.centroid.y == 2.0
-    assert math.isnan(message.normal.x) and math.isnan(message.motion.translation.x) and math.isnan(message.orientation)
+    assert math.isnan(message.normal.x) and math.isnan(message.motion.rotation.w) and math.isnan(message.motion_interval)
 
 
-def test_slip_velocity_is_given_at_the_frames_origin():
-    # An object that turns about the z axis through its own centroid at x = 10 mm moves at the origin.
-    turning = truth(slip_state=2, slipping_fraction=1.0, centroid=np.array([0.01, 0, 0]), velocity=np.array([0, 0, 0, 0, 0, 2.0]))
+def test_motion():
+    # A quarter turn about x and a way of 3 mm along y.
+    message = region_message(truth(motion=np.array([0, 3e-3, 0, np.pi / 2, 0, 0])), 0.02, HEADER)
+    turn = message.motion.rotation
+    assert message.motion.translation.y == 3e-3 and message.motion_interval == 0.02
+    assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx((0.5 ** 0.5, 0, 0, 0.5 ** 0.5))
+    assert region_message(truth(motion=np.zeros(6)), 0.02, HEADER).motion.rotation.w == 1.0
+
+
+def test_slip():
+    turning = truth(slip_state=2, slipping_fraction=1.0, velocity=np.array([0.01, 0, 0, 0, 0, 2.0]))
     message = slip_message(turning, HEADER)
     assert (message.state, message.slipping_fraction) == (2, 1.0)
-    assert message.velocity.linear.y == pytest.approx(-0.02)
+    assert message.velocity.linear.x == 0.01
     assert message.velocity.angular.z == 2.0
+    assert math.isnan(message.rotation_center.x)
 
 
 def test_wrench():
