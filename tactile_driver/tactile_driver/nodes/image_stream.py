@@ -116,16 +116,22 @@ class ImageStream:
 
     def _new_size(self, size: tuple[int, int], encoding: str) -> None:
         """Make camera_info for images of this size, px, and complete the description."""
-        known = self._calibration
-        self.remark = ''
+        known, self.remark = self._calibration, ''
+        asked = self._values['width'] or size[0], self._values['height'] or size[1]
+        if self._values['source'] == 'device' and asked != size:
+            self._remark(f'the camera gives {size[0]} x {size[1]} px instead of {asked[0]} x {asked[1]} px; set width, height and '
+                         'pixel_format to what it offers (v4l2-ctl --list-formats-ext)')
         if known is not None and (known.width, known.height) != size:
-            self.remark = (f'the camera calibration is for {known.width} x {known.height} px, but images are {size[0]} x {size[1]} px: '
-                           'camera_info is published as uncalibrated; set camera_info_path to a calibration of this size')
-            self._say.warning('size', self.remark)
+            self._remark(f'the camera calibration is for {known.width} x {known.height} px, but images are {size[0]} x {size[1]} px: '
+                         'camera_info is published as uncalibrated; set camera_info_path to a calibration of this size')
             known = None
         self._info = calibration_to_message(known or CameraCalibration(*size))
         self._size = size
         self._describe(width=size[0], height=size[1], encoding=self._values['encoding'] or encoding)
+
+    def _remark(self, text: str) -> None:
+        self.remark = f'{self.remark}; {text}' if self.remark else text
+        self._say.warning(text, text)
 
     def _describe(self, **known) -> None:
         about = {'sensor_type': self._values['sensor_type'], 'frame_id': self._values['frame_id'], **self.source.describe(), **known}

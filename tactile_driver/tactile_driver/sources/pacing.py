@@ -13,7 +13,8 @@ NS = 1_000_000_000
 def stamp_of(captured_ns: int, clock: Clock) -> int:
     """The stamp, ns on clock, of what happened at captured_ns on time.monotonic_ns(); steps of the wall clock between the two do no
     harm."""
-    return clock() - (time.monotonic_ns() - captured_ns)
+    # Simulated time stands at 0 until its first message.
+    return max(clock() - (time.monotonic_ns() - captured_ns), 0)
 
 
 def wait_until(due_ns: int) -> None:

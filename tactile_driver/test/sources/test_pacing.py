@@ -18,6 +18,7 @@ def now(monkeypatch):
 
 def test_a_stamp_is_carried_over_to_the_other_clock(now):
     assert stamp_of(now[0] - 3_000_000, lambda: 77 * NS) == 77 * NS - 3_000_000
+    assert stamp_of(now[0] - 3_000_000, lambda: 0) == 0
 
 
 def test_deadlines_do_not_drift(now):
