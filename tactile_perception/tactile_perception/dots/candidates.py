@@ -18,8 +18,9 @@ def find_candidates(grey: np.ndarray, look) -> np.ndarray:
     small = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) if step == 2 else grey
     if look.contrast < 0:
         small = cv2.bitwise_not(small)
+    smooth = 2 * int(np.clip(look.typical / step / 2.5, 1, 5)) + 1
     box = 2 * int(1.1 * look.typical / step) + 3
-    above = cv2.subtract(cv2.GaussianBlur(small, (3, 3), 0), cv2.blur(small, (box, box)))
+    above = cv2.subtract(cv2.GaussianBlur(small, (smooth, smooth), 0), cv2.blur(small, (box, box)))
     lowest = max(_WEAKEST * abs(look.contrast), _NOISE_PEAK * look.noise / step, 2.0)
     _, above = cv2.threshold(above, lowest, 255, cv2.THRESH_TOZERO)
     peak = cv2.min(cv2.compare(above, cv2.dilate(above, _SQUARE), cv2.CMP_GE), above)

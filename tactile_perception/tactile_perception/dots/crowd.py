@@ -75,9 +75,7 @@ class Separator:
         fit.diameter[some] = look.typical
         for _ in range(_ROUNDS):
             cleaned = self._cleaned(fit, compressed, centre, i, j)[some]
-            part = self._fitter.fit(cleaned, fit.u[some], fit.v[some], fit.diameter[some], 1)
-            for name in ('u', 'v', 'diameter', 'amplitude', 'ground', 'node'):
-                getattr(fit, name)[some] = getattr(part, name)
+            fit.put(some, self._fitter.fit(cleaned, fit.u[some], fit.v[some], fit.diameter[some], 1))
         return fit
 
     def _cleaned(self, fit, compressed, centre, i, j):

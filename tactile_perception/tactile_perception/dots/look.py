@@ -126,14 +126,15 @@ def _describe(channel, grey, noise, blobs, sign):
     centre, rough = (blobs.centre + 0.5) / step - 0.5, blobs.diameter / step
     blur, diameter, contrast = _fit_blur(grey, centre, rough, noise / step)
     low, middle, high = np.percentile(diameter, [2, 50, 98])
-    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.15 * float(high), blur, sign * contrast, _ground_level(grey, centre, 0.5 * middle + 2), noise / step)
+    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.15 * float(high), blur, sign * contrast, _ground_level(grey, centre, 0.5 * middle + 2 + 2 * blur), noise / step)
 
 
 def _ground_level(grey, centre, away):
-    """Median grey level this far (px) to the left and right of the dots."""
-    row = np.clip(np.rint(centre[:, 1]).astype(int), 0, grey.shape[0] - 1)
-    sides = [np.clip(np.rint(centre[:, 0] + s * away).astype(int), 0, grey.shape[1] - 1) for s in (-1, 1)]
-    return float(np.median([grey[row, side] for side in sides]))
+    """Median grey level this far (px) from the dots, slantwise, where a lattice has no dots."""
+    away *= np.sqrt(0.5)
+    row = np.clip(np.rint(centre[:, 1] + away).astype(int), 0, grey.shape[0] - 1)
+    column = np.clip(np.rint(centre[:, 0] + away).astype(int), 0, grey.shape[1] - 1)
+    return float(np.median(grey[row, column]))
 
 
 def _fit_blur(grey, centre, rough, noise):

@@ -37,6 +37,11 @@ class Fit:
     ground: np.ndarray
     node: np.ndarray
 
+    def put(self, some: np.ndarray, other: Fit):
+        """Overwrite the dots `some` (indices) by another fit's, in place."""
+        for name in ('u', 'v', 'diameter', 'amplitude', 'ground', 'node'):
+            getattr(self, name)[some] = getattr(other, name)
+
 
 class LikelihoodFitter:
     """Fits discs of diameters in a range, seen through a known blur.

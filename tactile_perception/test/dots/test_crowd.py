@@ -1,0 +1,28 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+
+from tactile_perception.dots.crowd import near_pairs
+from tactile_perception.dots.detect import DotDetector
+
+
+def test_pairs_are_those_of_a_full_search():
+    rng = np.random.default_rng(3)
+    grid = np.stack(np.meshgrid(np.arange(20.0, 300, 11), np.arange(20.0, 200, 11)), -1).reshape(-1, 2)
+    u, v = (grid + rng.uniform(-2, 2, grid.shape)).T
+    i, j = near_pairs(u, v, 14.0)
+    expected = (np.abs(u[:, None] - u) < 14) & (np.abs(v[:, None] - v) < 14) & ~np.eye(len(u), dtype=bool)
+    assert set(zip(i, j)) == set(zip(*np.nonzero(expected)))
+    assert (np.diff(i) >= 0).all()
+
+
+def test_dots_that_touch_are_told_apart(draw_dots, lattice):
+    uv, diameter = lattice
+    for first, second in ((9, 10), (20, 28)):
+        step = uv[second] - uv[first]
+        uv[second] = uv[first] + step / np.hypot(*step) * (diameter[first] + diameter[second]) / 2
+    image = np.clip(draw_dots(uv, diameter) + np.random.default_rng(4).normal(0, 2, (120, 160)), 0, 255).astype(np.uint8)
+    dots = DotDetector('dark').detect(image)
+    assert len(dots) == len(uv)
+    distance = np.hypot(*(uv[:, None] - dots.uv).transpose(2, 0, 1))
+    assert distance.min(1).max() < 0.08
