@@ -50,13 +50,14 @@ def anchor_lattice(rc, uv, shape, pitch, previous=None, image_size=None) -> Anch
 
     pitch: px; previous: (uv, rc) of the last certain frame, or None; image_size: (width, height) px, or None where not known.
     """
-    vote = _stayed(rc, uv, pitch, previous)
     offset = np.zeros(2, np.int64)
-    for axis in (0, 1):
-        extent = _extent(rc, axis, shape)
-        if extent is None:
-            return Anchor(offset, False, f'no {_NAMES[axis]} with enough dots')
-        beyond = _beyond(rc, uv, axis, extent, image_size, pitch)
+    extents = [_extent(rc, axis, shape) for axis in (0, 1)]
+    if None in extents:
+        return Anchor(offset, False, f'no {_NAMES[extents.index(None)]} with enough dots')
+    whole = all(extent.seen == extent.printed for extent in extents)
+    vote = None if whole else _stayed(rc, uv, pitch, previous)
+    for axis, extent in enumerate(extents):
+        beyond = (0.0, 0.0) if whole else _beyond(rc, uv, axis, extent, image_size, pitch)
         window, reason = _window(extent, _said(vote, axis, extent.first), beyond, previous is None)
         if reason:
             return Anchor(offset, False, reason)

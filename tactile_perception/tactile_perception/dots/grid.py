@@ -9,6 +9,7 @@ import numpy as np
 
 from tactile_perception.dots.anchor import anchor_lattice
 from tactile_perception.dots.follow import follow
+from tactile_perception.dots.jumps import leave_out_jumps
 from tactile_perception.dots.lattice import find_lattice
 from tactile_perception.errors import BadArgument
 
@@ -84,4 +85,6 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
         rc = rc + anchor.offset
         inside = np.all((rc >= 0) & (rc < shape), axis=1)
         id[member[inside]] = rc[inside, 0] * shape[1] + rc[inside, 1]
+        if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
+            id = leave_out_jumps(id, uv, shape)
     return GridNumbers(id, anchor.reason, lattice.pitch)

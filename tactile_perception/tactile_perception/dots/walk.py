@@ -34,8 +34,7 @@ def walk(links: Links) -> tuple[np.ndarray, int]:
     place = _along_chains(chains, links.count)
     contradictions = _contradictions(sound, place)
     if not contradictions:
-        _join(links, place)
-        _leave_out_doubles(place)
+        place = _join(links, place)
     return place, contradictions
 
 
@@ -88,23 +87,21 @@ def _doubles(place: np.ndarray) -> np.ndarray:
     return double
 
 
-def _join(links: Links, place: np.ndarray) -> None:
-    """Places, in place, for dots outside closed meshes whose links to known places all say the same."""
+def _join(links: Links, place: np.ndarray) -> np.ndarray:
+    """Places with those of dots outside closed meshes whose links to known places all say the same; without any of these if two end up in one place."""
+    joined = place.copy()
     for _ in range(2):
-        loose = np.flatnonzero(~np.isfinite(place.real))
+        loose = np.flatnonzero(~np.isfinite(joined.real))
         if not len(loose):
-            return
+            break
         said = np.full((4, len(loose)), np.nan + 1j * np.nan)
         sides = ((links.left, ALONG_ROW), (links.right, -ALONG_ROW), (links.above, ALONG_COLUMN), (links.below, -ALONG_COLUMN))
         for k, (side, step) in enumerate(sides):
             other = side[loose]
             has = other >= 0
-            said[k, has] = place[other[has]] + step
+            said[k, has] = joined[other[has]] + step
         heard = np.isfinite(said.real)
         mean = np.where(heard, said, 0).sum(axis=0) / np.maximum(heard.sum(axis=0), 1)
         agree = heard.any(axis=0) & ~np.any(heard & (np.abs(said - mean) > 0.1), axis=0)
-        place[loose[agree]] = np.round(mean[agree])
-
-
-def _leave_out_doubles(place: np.ndarray) -> None:
-    place[_doubles(place)] = np.nan + 1j * np.nan
+        joined[loose[agree]] = np.round(mean[agree])
+    return place if _doubles(joined).any() else joined
