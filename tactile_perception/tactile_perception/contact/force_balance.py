@@ -25,7 +25,14 @@ def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
     share = load_share(state.load.reshape(shape))
     heights = heights_over_face(share > _HALF, state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3))
     face = 1 - np.nan_to_num(heights) / (2 * _EDGE_HEIGHT * membrane.pitch)
-    return np.minimum(share, np.clip(face, 0, 1)).ravel()
+    return _without_single_dots(np.minimum(share, np.clip(face, 0, 1))).ravel()
+
+
+def _without_single_dots(score: np.ndarray) -> np.ndarray:
+    """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never for long."""
+    over = score > _HALF
+    alone = over & (ndimage.correlate(over.astype(int), _AROUND.astype(int), mode='constant') == 0)
+    return np.where(alone, _HALF, score)
 
 
 def load_share(load: np.ndarray) -> np.ndarray:

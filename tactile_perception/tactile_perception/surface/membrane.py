@@ -19,10 +19,11 @@ from .membrane_load import judge, likelihood_gain
 from .membrane_step import MembraneFrame
 
 # What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last frame.
-_COLD = (1.0, .7, .4, .25, .15, .1, .06, .06)
-_WARM = (.25, .1, .06)
+_COLD = (1.0, .7, .4, .25, .15, .1, .08)
+#: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
+PACES = {'full': (.3, .2, .12, .08), 'fast': (.2, .08)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_FILL, _KNOWN = (.15, .06), 3e-6
+_FILL, _KNOWN = (.15, .1), 3e-6
 
 
 @dataclass
@@ -61,11 +62,14 @@ class MembraneState:
 class Membrane:
     """The membrane between the dots of a rows x columns grid that rest at rest_xyz (K, 3), m, in the order of their numbers.
 
-    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. Raises BadArgument for a wrong shape or
-    where less than half of the dots are known.
+    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. pace: a name in PACES. Raises BadArgument for a
+    wrong shape, an unknown pace, or where less than half of the dots are known.
     """
 
-    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None):
+    def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None, pace: str = 'full'):
+        if pace not in PACES:
+            raise BadArgument(f'membrane: pace {pace!r} is unknown; choose one of {", ".join(PACES)}')
+        self.pace = pace
         self.mesh = GridMesh(rows, columns)
         self.material = material or MembraneMaterial()
         rest = np.asarray(rest_xyz, float)
@@ -92,9 +96,9 @@ class Membrane:
             previous.xyz, previous.touched, previous.fluid_pressure)
         frame = MembraneFrame(self.forces, origin, rays, ranges, sigma, ids, start, touched, pressure)
         frame.variance = self._load_variance(frame)
-        schedule = steps or (_COLD if frame.cold else _WARM)
+        schedule = steps or (_COLD if frame.cold else PACES[self.pace])
         for index, misfit in enumerate(schedule):
-            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+            frame.step(misfit, refresh=frame.cold, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
         return self.at(frame.places, frame.pressure, frame.touched, frame.seen, frame.ranges)
 
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:

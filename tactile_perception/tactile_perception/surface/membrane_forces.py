@@ -93,6 +93,12 @@ class MembraneForces:
         share = self._area_vectors(vector)
         return self._balance(x, pressure, edge, vector / area, self._stiffening(area), share), share
 
+    def leftover(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
+        """Outward normal part of evaluate (K,), N, and the dots' areas (K,), m^2."""
+        force, share = self.evaluate(x, pressure)
+        area = np.sqrt((share * share).sum(0))
+        return (force * share).sum(0) / area, area
+
     def _stiffening(self, area: np.ndarray) -> np.ndarray:
         return self.material.shear_stiffness * self.area_share / 2 * (self.rest_area / area)**3
 

@@ -36,6 +36,7 @@ class MembraneFrame:
         self.measured[ids[good]] = np.asarray(ranges)[good]
         self.weight[ids[good]] = 1 / np.asarray(sigma)[good]**2
         self.pressure, self.misfit, self.variance = pressure, 1.0, np.zeros(size)
+        self._slopes, self._by_pressure = None, None
         self._begin(start, touched)
 
     def _all_rays(self, start, rays, ids):
@@ -79,14 +80,20 @@ class MembraneFrame:
         """(3, K) m."""
         return self.origin + self.ranges * self.rays
 
-    def step(self, misfit: float, renew: bool, doubt: bool, final: bool):
+    def step(self, misfit: float, refresh: bool, renew: bool, doubt: bool, final: bool):
         """One Gauss-Newton step with this misfit of free dots.
 
-        renew: find the dots' probabilities anew first; doubt: give less weight to ranges that do not fit; final: drop patches without proof.
+        refresh: find the slopes anew (else those of the last step serve: the surface has hardly moved); renew: find the dots' probabilities
+        anew first; doubt: give less weight to ranges that do not fit; final: drop patches without proof.
         """
-        leftover, slopes, by_pressure, normal, area = self.forces.along_rays(self.places, self.rays, self.pressure)
-        scale = 1 / (self.pressure * area)
-        load, slopes, by_pressure = leftover * scale, slopes * scale, by_pressure * scale
+        if refresh or self._slopes is None:
+            leftover, slopes, by_pressure, _, area = self.forces.along_rays(self.places, self.rays, self.pressure)
+            scale = 1 / (self.pressure * area)
+            self._slopes, self._by_pressure = slopes * scale, by_pressure * scale
+        else:
+            leftover, area = self.forces.leftover(self.places, self.pressure)
+            scale = 1 / (self.pressure * area)
+        load, slopes, by_pressure = leftover * scale, self._slopes, self._by_pressure
         if renew:
             self._judge(load, misfit, final)
         self.misfit = misfit

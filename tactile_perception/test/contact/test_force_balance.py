@@ -52,3 +52,10 @@ def test_full_contact_is_what_the_dots_around_carry():
     assert share[3, 3] == 1 and share[2, 2] == 1
     assert share[3, 5] == pytest.approx(1.2 / 2.28, abs=0.01)
     assert share[0, 0] == 0
+
+
+def test_one_dot_alone_is_no_contact():
+    membrane = _membrane()
+    state = membrane.evaluate(membrane.rest, np.arange(361))
+    state.pressure = np.where(np.arange(361) == 180, 1.5 * state.fluid_pressure, 0.0)
+    assert not (contact_score(membrane, state) > 0.5).any()

@@ -32,6 +32,11 @@ def test_rest_places_of_another_shape_or_mostly_unknown_are_refused():
         Membrane(rest, 15, 17)
 
 
+def test_an_unknown_pace_is_refused_with_the_known_ones():
+    with pytest.raises(BadArgument, match='full, fast'):
+        Membrane(_rest()[0], 15, 17, pace='slow')
+
+
 def test_numbers_outside_the_grid_are_refused():
     membrane, rays, ranges = _at_rest()
     with pytest.raises(BadArgument, match='outside the grid'):
