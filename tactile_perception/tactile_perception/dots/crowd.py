@@ -15,6 +15,7 @@ _BEYOND = 3.5  # blurs outside its edge at which a dot has faded
 _SAME = 0.4  # of a dot's diameter: two places nearer than this are of one dot
 _MET = 0.15  # of a dot's diameter: two fits that come so near to each other began on one dot
 _GAP = 1.5  # px between the edges of dots that cannot be fitted at first without regard to each other
+_RUN_OFF = 1.5  # px from the patch's centre
 _ROUNDS = 5  # of fitting such dots in turns
 _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off their neighbours
 
@@ -63,7 +64,10 @@ class Separator:
         if touching.any():
             fit = self._take_turns(fit, compressed, places, centre, i[touching], j[touching])
         reach = self._fitter.half + fit.diameter[j] / 2 + look.blur
-        seen = both & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j, 1] - fit.v[j]) < reach)
+        # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
+        settled = (np.maximum(np.abs(fit.u), np.abs(fit.v)) < _RUN_OFF) & (fit.diameter < look.largest)
+        settled[i[touching]] = True
+        seen = both & settled[j] & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j, 1] - fit.v[j]) < reach)
         if seen.any():
             compressed = self._cleaned(fit, compressed, centre, i[seen], j[seen])
         return self._fitter.fit(compressed, fit.u, fit.v, fit.diameter, 1), compressed, single
