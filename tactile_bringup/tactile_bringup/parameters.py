@@ -19,3 +19,10 @@ RECORD_PARAMETERS = (
     Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
     Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),
 )
+
+DEMO_PARAMETERS = (
+    Parameter('out', str, 'out/demo', '', 'folder for pictures and video', read_only=True),
+    Parameter('seconds', float, 25.0, 's', 'how long it lasts, by the stamps; 0: until nothing comes any more', 0.0, 1e6, read_only=True),
+    Parameter('patience', float, 30.0, 's', 'how long it waits for the first frame', 0.1, 1e6, read_only=True),
+    Parameter('panel', bool, False, '', 'numbers written over each other, for a terminal, instead of line under line', read_only=True),
+)

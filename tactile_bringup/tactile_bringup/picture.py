@@ -14,6 +14,7 @@ from .colours import bgr
 _SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
 _SHORTEST = 1.2  # px of the picture: shorter arrows would be noise
 _HEAD = 0.35
+_GAP = 2.0  # px between a dot and its ring
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
@@ -23,7 +24,7 @@ class Annotation:
     """What is known of one image; places are px of that image.
 
     rows, columns: of the grid, 0 for none; id: (N,); uv, duv: (N, 2) places and displacements from rest, NaN where not known; state: (N,)
-    0 untouched, 1 sticking, 2 slipping, -1 not known; outlines, holes: lists of (n, 2); contacts: (C, 2); text: lines to write.
+    0 untouched, 1 sticking, 2 slipping, -1 not known; radius: of the dots, px; outlines, holes: lists of (n, 2); contacts: (C, 2); text: lines to write.
     """
 
     rows: int = 0
@@ -32,6 +33,7 @@ class Annotation:
     uv: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     duv: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     state: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    radius: float = 3.0
     outlines: list[np.ndarray] = field(default_factory=list)
     holes: list[np.ndarray] = field(default_factory=list)
     contacts: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -55,7 +57,10 @@ def enlargement(width: int, smallest: int = 600) -> int:
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
-    """A picture (kH, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it; k: enlargement(W)."""
+    """A picture (kH + t, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it.
+
+    k: enlargement(W); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot.
+    """
     scale = enlargement(image.shape[1])
     picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     if scale > 1:
@@ -67,22 +72,11 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
 
     draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes])
     uv = placed(what.uv)
-    radius = dot_radius(what)
-    draw_dots(picture, uv, what.state, radius * scale)
+    draw_dots(picture, uv, what.state, scale * what.radius + _GAP)
     draw_arrows(picture, uv - what.duv * scale, uv)
     draw_numbers(picture, what, uv)
     draw_contacts(picture, placed(what.contacts))
-    draw_text(picture, what.text)
-    return picture
-
-
-def dot_radius(what: Annotation) -> float:
-    """Radius of the rings round dots, px: a third of the dots' mean distance at rest."""
-    rest = (what.uv - what.duv)[np.isfinite(what.duv).all(axis=1)]
-    if len(rest) < 4:
-        return 4.0
-    across = np.ptp(rest, axis=0) + 1e-9
-    return float(np.clip(0.36 * np.sqrt(across[0] * across[1] / len(rest)), 3.0, 12.0))
+    return np.vstack([picture, text_bar(what.text, picture.shape[1])]) if what.text else picture
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
@@ -153,12 +147,9 @@ def draw_contacts(picture: np.ndarray, places: np.ndarray) -> None:
         cv2.drawMarker(picture, centre, bgr(colours.CONTACT), cv2.MARKER_CROSS, 26, 2)
 
 
-def draw_text(picture: np.ndarray, lines: list[str]) -> None:
-    """Lines of text on a dark ground along the lower border."""
-    if not lines:
-        return
-    height = 20 * len(lines) + 6
-    ground = picture[-height:]
-    np.right_shift(ground, 2, out=ground)
+def text_bar(lines: list[str], width: int) -> np.ndarray:
+    """Lines of text on a dark ground, (20 px a line, width, 3) uint8."""
+    bar = np.full((20 * len(lines) + 6, width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
-        cv2.putText(picture, line, (8, picture.shape[0] - height + 18 + 20 * k), _FONT, 0.48, bgr(colours.TEXT), 1, cv2.LINE_AA)
+        cv2.putText(bar, line, (8, 18 + 20 * k), _FONT, 0.48, bgr(colours.TEXT), 1, cv2.LINE_AA)
+    return bar

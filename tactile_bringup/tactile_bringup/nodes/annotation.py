@@ -47,6 +47,8 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
                       np.column_stack([dots.du, dots.dv]).astype(float).reshape(-1, 2),
                       states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64)), text=text_of(found))
+    if np.isfinite(dots.area).any():
+        what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if camera is not None:
         what.outlines, what.holes = ([uv for uv in map(camera.places, rings) if np.isfinite(uv).all() and len(uv)] for rings in rings_of(region))
         contacts = found['contacts'].contacts if 'contacts' in found else []
@@ -55,16 +57,13 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
 
 
 def text_of(found: Mapping) -> list[str]:
-    """One or two lines of numbers."""
+    """Two lines of numbers."""
     dots, region = found.get('dots'), found.get('contact_region')
     if dots is None:
-        return ['no dots']
+        return ['no dots', '']
     moved = np.hypot(dots.du, dots.dv)
     largest = f'{np.nanmax(moved):.1f} px' if np.isfinite(moved).any() else 'not known yet'
-    lines = [f'{len(dots.id)} dots, largest displacement {largest}']
-    if region is not None:
-        lines.append(contact_line(found, region))
-    return lines
+    return [f'{len(dots.id)} dots, largest displacement {largest}', contact_line(found, region) if region is not None else '']
 
 
 def contact_line(found: Mapping, region: ContactRegion) -> str:

@@ -1,0 +1,138 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""demo: shows in the terminal what a sensor feels, writes pictures and a video, and ends by itself."""
+from __future__ import annotations
+
+import math
+import sys
+import time
+from pathlib import Path
+
+import cv2
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import Image
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.parameter_server import NodeParameters
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import DotTracks
+from tactile_perception.nodes.conversions import image_to_array, stamp_seconds
+from tactile_perception.nodes.touchpad_stages import RESULTS
+
+from ..parameters import DEMO_PARAMETERS
+from ..stamp_sync import StampSync
+from .moments import Moments
+from .readings import reading_of
+from .summary import Reading, Summary
+from .video import Video
+
+_TOPICS = {'dots': DotTracks, **RESULTS}
+_QUEUE = QoSProfile(depth=30)
+_LOOK_S = 0.25
+_LINE_S = 1.0
+_SILENCE_S = 3.0  # after which a recording is over, or a device lost
+_PICTURE = 'image_annotated'
+
+
+class DemoNode(Node):
+    """Follows one sensor until `seconds` are over or nothing comes any more; failed: why nothing could be shown, '' if all went well."""
+
+    def __init__(self):
+        super().__init__('demo')
+        self._settings = NodeParameters(self, DEMO_PARAMETERS)
+        if self._settings.problems:
+            raise BadArgument('demo: ' + '; '.join(self._settings.problems.values()))
+        self._out = Path(self._settings['out']).expanduser().absolute()
+        try:
+            self._out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadArgument(f'parameter out: {self._out} cannot be made: {error}') from error
+        self.failed = 'interrupted before anything came'
+        self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo')
+        self._reading: Reading | None = None
+        self._begin_s = self._arrival_s = time.monotonic()
+        self._drawn_s, self._panel_lines, self._results_s = -math.inf, 0, 0.0
+        self._expected: set[str] = set()
+        self._sync = StampSync(self._on_frame, lambda: self._expected | {_PICTURE}, patience=30)
+        self._latest: dict[int, float] = {}
+        for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
+            self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)
+        self.create_timer(_LOOK_S, self._look)
+
+    def destroy_node(self) -> None:
+        """Write what there is."""
+        self._finish()
+        super().destroy_node()
+
+    def _on_message(self, topic: str, message) -> None:
+        stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        if topic != _PICTURE:
+            # Latency is that of the results: the picture is drawn after them.
+            self._latest[stamp_ns] = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
+        self._sync.add(topic, stamp_ns, message)
+
+    def _on_frame(self, found: dict) -> None:
+        if _PICTURE not in found or 'dots' not in found:
+            return
+        header = found[_PICTURE].header
+        stamp_ns = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
+        self._reading = reading_of(found, stamp_seconds(header), self._latest.get(stamp_ns, math.nan))
+        self._latest = {stamp: latency for stamp, latency in self._latest.items() if stamp > stamp_ns}
+        self._arrival_s = time.monotonic()
+        image = image_to_array(found[_PICTURE])
+        self._summary.add(self._reading)
+        self._moments.add(self._reading, image)
+        self._video.add(self._reading.stamp_s, image)
+
+    def _look(self) -> None:
+        """Four times a second: show the numbers, see whether it is over."""
+        self._expected = {topic for topic in _TOPICS if self.count_publishers(topic)}
+        now = time.monotonic()
+        if self._reading is not None:
+            self._show(now)
+        over = now - self._arrival_s > _SILENCE_S if self._reading else now - self._begin_s > self._settings['patience']
+        limit = self._settings['seconds']
+        if over or (self._reading and 0 < limit <= self._summary.last_s - self._summary.first_s):
+            raise KeyboardInterrupt  # ends run_node's spinning as Ctrl-C does
+
+    def _show(self, now: float) -> None:
+        if self._settings['panel']:
+            lines = self._summary.panel(self._reading)
+            back = f'\x1b[{self._panel_lines}A' if self._panel_lines else ''
+            print(back + ''.join(f'\r{line}\x1b[K\n' for line in lines), end='', flush=True)
+            self._panel_lines = len(lines)
+        elif now - self._drawn_s >= _LINE_S:
+            print(self._summary.line(self._reading), flush=True)
+            self._drawn_s = now
+
+    def _finish(self) -> None:
+        self._video.close()
+        if self._reading is None:
+            missing = [t for t in (*_TOPICS, _PICTURE) if not self.count_publishers(t)] if self.context.ok() else []
+            self.failed = (f'nothing came in {time.monotonic() - self._begin_s:.0f} s: see the messages above; is the source there, and do the '
+                           'parameters rows, columns and polarity fit the images?' + (f' Nobody publishes {", ".join(missing)}.' if missing else ''))
+            print(f'demo: {self.failed}', file=sys.stderr, flush=True)
+            return
+        self.failed = ''
+        print('\n'.join(self._summary.report()), flush=True)
+        for name, picture in self._moments.pictures().items():
+            path = self._out / f'{name}.png'
+            cv2.imwrite(str(path), picture.image)
+            print(f'{picture.stamp_s - self._summary.first_s:5.1f} s  {name:21s} {path}', flush=True)
+        print(f'         video                 {self._video.path}', flush=True)
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process demo; exit code 1 where nothing came."""
+    made = []
+
+    def make() -> DemoNode:
+        made.append(DemoNode())
+        return made[0]
+
+    code = run_node(make, args)
+    sys.exit(code or (1 if made and made[0].failed else 0))
+
+
+if __name__ == '__main__':
+    main()
