@@ -1,8 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong and missing numbers, and time, of every numbering method after moves between two frames: `python test/benchmark/numbering.py [--quick] [--out out]`.
+"""Wrong and missing numbers, and time, of every numbering method: `python test/benchmark/numbering.py [--quick] [--out out]`.
 
-Methods are interleaved on the same dots: true places of the scenes with 0.05 px of noise, 1 % false dots and 2 % missing ones besides what the scene has.
+Dots have moved between two frames. Methods are interleaved on the same dots: true places of the scenes with 0.05 px of noise, 1 % false
+dots and 2 % missing ones besides what the scene has.
 Writes numbering.md and numbering.json: per 1000 dots, wrong and not numbered; median milliseconds on one thread.
 """
 from __future__ import annotations
@@ -49,14 +50,15 @@ def measure(frames: int) -> list[dict]:
                 id = method(uv, scene.rows, scene.columns, None if 'nothing' in name else still, SIZE).id
                 times[name, shift].append(time.perf_counter() - start)
                 counts[name, shift] += np.sum(true & (id >= 0) & (id != number)), np.sum(true & (id < 0)), true.sum()
-    return [{'method': name, 'shift': shift, 'wrong': 1000 * c[0] / c[2], 'none': 1000 * c[1] / c[2], 'ms': 1e3 * float(np.median(times[name, shift]))}
-            for (name, shift), c in counts.items()]
+    return [{'method': name, 'shift': shift, 'wrong': 1000 * c[0] / c[2], 'none': 1000 * c[1] / c[2],
+             'ms': 1e3 * float(np.median(times[name, shift]))} for (name, shift), c in counts.items()]
 
 
 def table(rows: list[dict]) -> str:
     """The rows as Markdown."""
     lines = ['| method | shift, pitches | wrong per 1000 | none per 1000 | ms |', '|---|---|---|---|---|']
-    return '\n'.join(lines + [f"| {r['method']} | {r['shift']} | {r['wrong']:.1f} | {r['none']:.1f} | {r['ms']:.2f} |" for r in rows]) + '\n'
+    lines += [f"| {r['method']} | {r['shift']} | {r['wrong']:.1f} | {r['none']:.1f} | {r['ms']:.2f} |" for r in rows]
+    return '\n'.join(lines) + '\n'
 
 
 def main() -> None:

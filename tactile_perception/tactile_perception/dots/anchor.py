@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which printed row and column a found lattice begins with, and whether that is certain.
 
-One image tells it when as many rows and columns are seen as are printed. Where an outer row is not seen, either it left the image (its place lies
-outside) or the numbers of the last frame go on (nothing moved by half a pitch). A whole row hidden inside the image while everything moved by
-a whole pitch cannot be told from nothing having moved: then nothing is certain.
+One image tells it when as many rows and columns are seen as are printed. Where an outer row is not seen, either it left the image (its
+place lies outside) or the numbers of the last frame go on (nothing moved by half a pitch). A whole row hidden inside the image while
+everything moved by a whole pitch cannot be told from nothing having moved: then nothing is certain.
 """
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ class Anchor:
 
 @dataclass
 class _Extent:
-    """Rows (or columns) of which enough dots are seen: the first one's relative number, how many, dots in each from the first on; and how many are printed."""
+    """Rows (or columns) of which enough dots are seen.
+
+    first: relative number of the first one; seen: how many; counts: dots in each from the first on; printed: how many there are.
+    """
 
     name: str
     first: int
@@ -146,7 +149,7 @@ def _leave_out_clipped(extent, vote) -> tuple[int, str]:
 def _place_part(extent, vote, beyond, is_first) -> tuple[int, str]:
     """Fewer rows than printed are seen: where they belong, by which side left the image and by what stayed.
 
-    Where the pattern reaches beyond the image on both sides and no numbers are given yet, the nearer side's row is taken for the one that is cut.
+    Where the pattern reaches beyond the image on both sides and no numbers are given yet, the nearer side's row is taken for the cut one.
     """
     missing = extent.printed - extent.seen
     before, after = beyond

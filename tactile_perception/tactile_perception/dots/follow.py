@@ -19,7 +19,8 @@ OUTER_SHARE = 0.6  # of an outer row's dots must be found again
 
 def follow(uv: np.ndarray, before_uv: np.ndarray, before_id: np.ndarray, shape: tuple, pitch: float) -> np.ndarray | None:
     """Numbers (N,) int64 (-1: none) of dots at uv (N, 2) px, taken over from the last frame's; None unless that is certain."""
-    distance, nearest = cKDTree(uv, leafsize=16, balanced_tree=False, compact_nodes=False).query(before_uv, distance_upper_bound=NEAR * pitch)
+    tree = cKDTree(uv, leafsize=16, balanced_tree=False, compact_nodes=False)
+    distance, nearest = tree.query(before_uv, distance_upper_bound=NEAR * pitch)
     found = np.flatnonzero(np.isfinite(distance))
     allowed = LOST_SHARE * len(before_uv) + FEW
     if len(before_uv) - len(found) > allowed or len(uv) - len(found) > allowed:

@@ -18,7 +18,10 @@ MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for
 
 @dataclass
 class GridNumbers:
-    """Numbers of N dots. id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why nothing is numbered; pitch: px."""
+    """Numbers of N dots.
+
+    id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why nothing is numbered; pitch: px.
+    """
 
     id: np.ndarray
     reason: str
@@ -42,8 +45,9 @@ class Numbered:
 def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
     """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
 
-    previous: the last certain frame, which makes it faster and helps where outer rows are hidden; image_size: (width, height) px, tells that an
-    outer row has left the image. Rows may run up to 38 degrees off the image's. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
+    previous: the last certain frame, which makes it faster and helps where outer rows are hidden; image_size: (width, height) px, tells
+    that an outer row has left the image. Rows may run up to 38 degrees off the image's. Raises BadArgument for a grid smaller than 2 x 2
+    or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
     good = np.flatnonzero(np.isfinite(uv).all(axis=1))
@@ -58,7 +62,8 @@ def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
     if uv.ndim != 2 or uv.shape[1] != 2:
         raise BadArgument(f'uv must have the shape (N, 2), not {uv.shape}')
     if rows < 2 or columns < 2:
-        raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; use rows = columns = 0 with the tracker for other patterns')
+        raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; '
+                          'use rows = columns = 0 with the tracker for other patterns')
     return uv
 
 

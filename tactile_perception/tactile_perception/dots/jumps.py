@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 AROUND = 5  # rows and columns over which steps are averaged
-JUMP = 0.45  # of the step around: a step that differs more joins two dots of which one has a wrong number
+JUMP = 0.6  # of the step around: a step that differs more joins two dots of which one has a wrong number
 
 
 def leave_out_jumps(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from tactile_perception.dots.walk import Links, walk
 
 REACH = 1.9  # pairs up to so many median nearest distances: holds a pitch of 1 next to one compressed to 0.6, and stretched rows
-TOLERANCES = (0.3, 0.21)  # of the local step: a link that differs more joins no true neighbours; the second where the first contradicts itself
+TOLERANCES = (0.3, 0.21)  # of the local step: a link that differs more joins no true neighbours; the second if the first contradicts itself
 SLOPE = 4.0  # a step across counts as much as so many squared along, when neighbours along a row are ranked
 COHERENCE = 0.15  # length of the mean direction vector under which dots do not lie on a grid at all
 CELL = 2.0  # pitches: side of the cells over which steps are averaged, three by three at a time
@@ -100,7 +100,7 @@ def _direction_field(pairs: _Pairs, cells: '_Cells', pitch: float, hint: float) 
 
 
 def _split(pairs: _Pairs, turn: np.ndarray) -> tuple[_Pairs, _Pairs]:
-    """Pairs along rows, left dot first, and along columns, upper dot first; differences in the upright frame, columns turned by -90 degrees."""
+    """Pairs along rows, left dot first, and along columns, upper dot first; differences upright, those of columns turned by -90 degrees."""
     upright = pairs.d * turn
     along_row = np.abs(upright.real) > np.abs(upright.imag)
     row, column = np.flatnonzero(along_row), np.flatnonzero(~along_row)

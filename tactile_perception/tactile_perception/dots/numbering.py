@@ -14,7 +14,7 @@ from tactile_perception.errors import BadArgument
 
 
 def numbering_method(name: str) -> Callable[..., GridNumbers]:
-    """The function (uv, rows, columns, previous, image_size) -> GridNumbers of that name in METHODS. Raises BadArgument for an unknown one."""
+    """The function (uv, rows, columns, previous, image_size) -> GridNumbers of that name in METHODS. Raises BadArgument for another."""
     if name not in METHODS:
         raise BadArgument(f'numbering method {name!r} is unknown: choose from {", ".join(METHODS)}')
     return METHODS[name]

@@ -36,7 +36,8 @@ class Reference:
         self.touched = False
         self.suspicious = ''
 
-    def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int, touched: bool | None = None) -> np.ndarray:
+    def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
+               touched: bool | None = None) -> np.ndarray:
         """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN for a dot without a rest place.
 
         touched: what a later stage knows; None leaves it to the dots themselves. columns: of the grid, 0 for other patterns.

@@ -27,7 +27,8 @@ def rest_suspicion(id: np.ndarray, uv: np.ndarray, columns: int) -> str:
     for name, grid, degree, even in (('is not symmetric', mirrored, 2, True), ('has a dent or a bulge', places, _degree(places), False)):
         size, part = _shared(_remainder(grid, degree, even))
         if part > SHARED_PART and size > SHARED_SIZE * pitch:
-            return f'the grid of dots {name} ({size:.2f} px shared by neighbours): was it touched when the reference was taken? Release it, then call set_reference'
+            return (f'the grid of dots {name} ({size:.2f} px shared by neighbours): was it touched when the reference was taken? '
+                    'Release it, then call set_reference')
     return ''
 
 

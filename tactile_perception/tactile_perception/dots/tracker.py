@@ -17,9 +17,9 @@ from tactile_perception.errors import BadArgument, BadFrame
 class DotTracker:
     """Dots of one camera, frame by frame.
 
-    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detection, numbering: names
-    in the tables of methods (detect.py, numbering.py); detector: anything with detect(image) -> Dots, in place of the named one; reference: of
-    untouched places, Reference() if not given. Raises BadArgument for names and sizes that there are not.
+    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detection,
+    numbering: names in the tables of methods (detect.py, numbering.py); detector: anything with detect(image) -> Dots, in place of the
+    named one; reference: of untouched places, Reference() if not given. Raises BadArgument for names and sizes that there are not.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',

@@ -16,8 +16,8 @@ class Linker:
     """Gives each dot a number that stays its own, frame by frame.
 
     gate: a dot is looked for within so many median spacings of where it is expected. confirm: a dot that appears after the first
-    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found again; then
-    its number is gone for good, none is ever used twice.
+    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found again; then its
+    number is gone for good, none is ever used twice.
     """
 
     def __init__(self, gate: float = 0.7, confirm: int = 3, keep_s: float = 2.0):
@@ -53,7 +53,7 @@ class Linker:
         return number
 
     def _assign(self, uv: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of tracks and of the dots linked to them: by constant velocity, from the last places or from the first ones, whichever fits best.
+        """Indices of tracks and of the dots linked to them: by constant velocity, from the last or the first places, whichever fits best.
 
         A press that ends between two frames takes the dots back to where they were first, against all velocity.
         """
@@ -101,9 +101,10 @@ class Linker:
 
 
 def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarray, np.ndarray]:
-    """One to one links between places (M, 2) and dots (N, 2), px, nearer than gate, of least sum of squares: indices (K,) of places and of dots.
+    """One to one links between places (M, 2) and dots (N, 2), px, nearer than gate, of least sum of squares.
 
-    An unlinked place costs the gate's square. Only where several are within reach of each other is anything to be solved.
+    Returns indices (K,) of places and of dots. An unlinked place costs the gate's square. Only where several are
+    within reach of each other is anything to be solved.
     """
     none = np.zeros(0, np.int64)
     if not len(places) or not len(dots) or not gate > 0:

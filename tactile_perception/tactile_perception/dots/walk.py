@@ -9,7 +9,7 @@ ALONG_ROW, ALONG_COLUMN = 1.0, 1.0j  # a place on the grid is column + i row
 
 
 class Links:
-    """Neighbours of count dots: right, left, below, above (N + 1,) int64, -1 where none; the last entry is always -1, so that -1 reads none."""
+    """Neighbours of count dots: right, left, below, above (N + 1,) int64, -1 where none; the last entry is -1, so that -1 reads none."""
 
     def __init__(self, count: int, row: tuple[np.ndarray, np.ndarray], column: tuple[np.ndarray, np.ndarray]):
         """row: left and right dots of the links along rows; column: upper and lower dots of those along columns."""
@@ -28,7 +28,7 @@ class Links:
 
 
 def walk(links: Links) -> tuple[np.ndarray, int]:
-    """Place (N,) complex, column + i row, of each dot that links lead to, nan + nan i elsewhere; and how many links or dots contradict them."""
+    """Place (N,) complex, column + i row, of each dot that links lead to, nan + nan i elsewhere; and the number of contradictions."""
     sound = links.sound()
     chains = [_chains(sound.left[:-1], ALONG_ROW), _chains(sound.above[:-1], ALONG_COLUMN)]
     place = _along_chains(chains, links.count)
@@ -88,7 +88,10 @@ def _doubles(place: np.ndarray) -> np.ndarray:
 
 
 def _join(links: Links, place: np.ndarray) -> np.ndarray:
-    """Places with those of dots outside closed meshes whose links to known places all say the same; without any of these if two end up in one place."""
+    """Places with those of dots outside closed meshes whose links to known places all say the same.
+
+    Without any of these if two dots end up in one place.
+    """
     joined = place.copy()
     for _ in range(2):
         loose = np.flatnonzero(~np.isfinite(joined.real))

@@ -15,8 +15,8 @@ SCENES = {
 }
 
 
-def make_grid(rng, rows=23, columns=23, pitch=18.0, size=(640, 480), turn=0.0, shear=0.0, bulge=0.0, compression=1.0, drag=0.0, shift=(0.0, 0.0),
-              missing=0.0, merged=0.0, false=0.0, noise=0.05):
+def make_grid(rng, rows=23, columns=23, pitch=18.0, size=(640, 480), turn=0.0, shear=0.0, bulge=0.0, compression=1.0, drag=0.0,
+              shift=(0.0, 0.0), missing=0.0, merged=0.0, false=0.0, noise=0.05):
     """(uv (N, 2) px, number (N,)) in random order; number is -2 for false and merged dots. shift, drag: pitches; turn: degrees."""
     number = np.arange(rows * columns)
     p = np.stack([number % columns - (columns - 1) / 2, number // columns - (rows - 1) / 2], axis=1)

@@ -63,7 +63,8 @@ def test_stamps_that_do_not_go_on(stamp):
     assert len(tracker.process(IMAGE, 1.1)) == 108
 
 
-@pytest.mark.parametrize('image', [None, np.zeros((0, 0), np.uint8), np.zeros((480, 640)), np.zeros((240, 320), np.uint8), np.zeros((480, 640, 3), np.uint8)])
+@pytest.mark.parametrize('image', [None, np.zeros((0, 0), np.uint8), np.zeros((480, 640)), np.zeros((240, 320), np.uint8),
+                                   np.zeros((480, 640, 3), np.uint8)])
 def test_images_that_cannot_be_used(image):
     tracker = DotTracker(9, 12, detector=Given(grid()))
     tracker.process(IMAGE, 0.0)
@@ -96,7 +97,8 @@ def test_half_of_the_dots_gone_makes_no_number_up():
         tracker.process(IMAGE, 0.1)
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [((1, 9), 'rows and columns'), ((9, 12, 'grey'), 'polarity'), ((9, 12, 'dark', 'likelihood', 'walk'), 'numbering')])
+@pytest.mark.parametrize(('arguments', 'text'), [((1, 9), 'rows and columns'), ((9, 12, 'grey'), 'polarity'),
+                                                 ((9, 12, 'dark', 'likelihood', 'walk'), 'numbering')])
 def test_wrong_arguments(arguments, text):
     with pytest.raises(BadArgument, match=text):
         DotTracker(*arguments)
