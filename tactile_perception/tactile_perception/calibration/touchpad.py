@@ -11,7 +11,7 @@ from ..camera import CameraModel
 from ..errors import BadCalibration, BadFrame
 from ..surface.cap import Cap
 from ..surface.optics import WaterModel
-from ..surface.optics_colour import RING_PIXELS
+from ..surface.optics_colour import RING_PIXELS, RingColours
 from ..surface.optics_fit import Colours, OpticsPrior, fit, fit_rest, model_from, rest_colours
 from .press import OnSphere, Press, dots_on_sphere
 
@@ -130,7 +130,7 @@ def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: Cam
 
 def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
     """Measured less true distances (M,), m, along the rays, of dots on the sphere (ring means, as they are measured)."""
-    length, _ = model.path_lengths(group.colours.ratios, group.count)
+    length, _ = model.path_lengths(RingColours(group.colours.ratios, group.count, np.zeros(len(group.count))))
     true, slope = model.path.lengths(group.colours.places, group.colours.normals)
     return (length - true) / slope
 

@@ -11,10 +11,11 @@ from ..camera import CameraModel
 from ..dots.dots import DotTracks
 from ..errors import BadArgument
 from .cap import Cap
-from .optics_colour import POINTS, RING, log_ratios
+from .optics_colour import POINTS, RING, RingColours, log_ratios
 from .optics_grid import bend, normals, smooth, to_grid
 from .optics_path import LightPath
 
+PATCHY = 2.5    # times the noise of ring points: blue that varies more around a ring than that is glare or an edge
 DISAGREE = 2.5  # standard deviations by which two ratios may disagree before their disagreement widens sigma
 
 
@@ -49,12 +50,11 @@ class WaterModel:
         image: (H, W, 3) uint8 BGR; sigma leaves out what all dots share (scale_sigma, offset_sigma). Both are NaN where the colour cannot
         be read. Raises BadFrame for an image without colour.
         """
-        ratios, count = log_ratios(image, tracks.uv, self.ring)
-        return self.solve(ratios, count, tracks, camera)
+        return self.solve(log_ratios(image, tracks.uv, self.ring), tracks, camera)
 
-    def solve(self, ratios: np.ndarray, count: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-        """As depths, from log ratios (N, 2) and the number of ring points behind them (N,) as log_ratios gives them."""
-        length, sigma = self.path_lengths(ratios, count)
+    def solve(self, colours: RingColours, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
+        """As depths, from the colours (N,) around the dots."""
+        length, sigma = self.path_lengths(colours)
         rays, rest_rays = camera.rays(tracks.uv), camera.rays(tracks.rest_uv)
         rest = self.cap.ranges(camera.centre, rest_rays)
         rest_normals = (camera.centre + rest[:, None] * rest_rays - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius
@@ -64,20 +64,21 @@ class WaterModel:
         shift = second - rest
         return rest + shift - self._ring_bias(shift, tracks) - self.ring_offset, sigma / slope
 
-    def path_lengths(self, ratios: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,), m, that explain both log ratios (N, 2) best, and their standard deviations, m.
+    def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
+        """Path lengths (N,), m, that explain both log ratios best, and their standard deviations, m: wider where glare shows.
 
-        count: (N,) ring points behind the ratios. Glare makes the two ratios disagree: sigma is wider there.
+        Glare makes the two ratios disagree, and blue uneven around the ring; so does a sharp edge of the surface.
         """
         weight = np.linalg.inv(self.noise)
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)
-        short = self.constants - ratios
+        count, short = colours.count, self.constants - colours.ratios
         length = short @ gain / information
         rest = short - length[:, None] * self.absorptions
         disagreement = np.sqrt(np.maximum(np.einsum('ni,ij,nj->n', rest, weight, rest) * count / POINTS, 0))
         widen = np.maximum(1.0, disagreement / DISAGREE) ** 2
-        return length, widen * np.sqrt(POINTS / np.maximum(count, 1) / information)
+        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
+        return length, np.sqrt(widen**2 * POINTS / np.maximum(count, 1) / information + patches)
 
     def _march(self, length, centre, rays, start, facing) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""

@@ -3,6 +3,8 @@
 """The colour of the light ground around each dot, as logarithms of channel ratios."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
@@ -15,6 +17,7 @@ INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ri
 GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
 SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
 RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
+HARMONIC = np.column_stack([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
 
@@ -53,14 +56,27 @@ def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
     return sums
 
 
-def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Colour around dots: logarithms of blue/red and green/red (N, 2), and the number of ring points that count (N,).
+@dataclass
+class RingColours:
+    """Colour around dots.
+
+    ratios: (N, 2) logarithms of blue/red and green/red; count: (N,) ring points that they stand on; patchiness: (N,) relative variance of
+    blue/red around the ring, beyond an even slope: noise, and glare or a sharp edge.
+    """
+
+    ratios: np.ndarray
+    count: np.ndarray
+    patchiness: np.ndarray
+
+
+def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
+    """Colour of the ground around dots.
 
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on a specular spot or outside of the image do not
     count; ratios are NaN where fewer than a quarter of the points do, or where a channel is dark. Raises BadFrame for a wrong image.
     """
     if len(uv) == 0:
-        return np.zeros((0, 2)), np.zeros(0, int)
+        return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
     sums = ring_sums(check_image(image), uv, radius)
     blue = sums[..., 0]
     level = np.partition(blue, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
@@ -69,10 +85,18 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> tuple[np.nda
     mean = np.matmul(keep[:, None].astype(np.float32), sums)[:, 0] / np.maximum(count, 1)[:, None]
     good = (count >= POINTS // 4) & (mean.min(1) > NOISE_FLOOR * 9)
     logs = np.log(np.where(good[:, None], mean, np.nan), dtype=float)
-    return logs[:, :2] - logs[:, 2:], count
+    return RingColours(logs[:, :2] - logs[:, 2:], count, _patchiness(sums, keep))
 
 
-def background_ratios(image: np.ndarray, radius: float, step: int = 8) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _patchiness(sums: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    """Relative variance (N,) of blue/red over ring points (N, POINTS, 3) without mean and first harmonic; points not kept count as even."""
+    ratio = sums[..., 0] / np.maximum(sums[..., 2], 1.0)
+    mean = (ratio * keep).sum(1, keepdims=True) / np.maximum(keep.sum(1, keepdims=True), 1)
+    uneven = np.where(keep, ratio / np.maximum(mean, 1e-6) - 1, 0.0)
+    return (uneven**2).sum(1) / POINTS - ((uneven @ HARMONIC) ** 2).sum(1) * 2 / POINTS**2
+
+
+def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Colour of the ground between the dots over the whole image, at rest: places uv (M, 2) px, log ratios (M, 2), pixels used (M,).
 
     image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px. Cells of step x step pixels; a pixel counts

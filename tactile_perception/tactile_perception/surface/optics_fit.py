@@ -121,7 +121,7 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     BadArgument where the water leaves no colour.
     """
     radius = ring_radius(uv)
-    ratios, count = log_ratios(check_image(image), uv, radius)
+    ratios = log_ratios(check_image(image), uv, radius).ratios
     noise = _ring_noise(ratios, cap.meet(camera.centre, camera.rays(uv)))
     q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
     return model_from(q, covariance, noise, radius, camera, cap)
@@ -180,7 +180,7 @@ def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants follow; the absorptions and the
     light's path stay. Raises BadFrame where too little of the image can be read.
     """
-    ratios, _ = log_ratios(check_image(image), uv, model.ring)
+    ratios = log_ratios(check_image(image), uv, model.ring).ratios
     places = model.cap.meet(camera.centre, camera.rays(uv))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:

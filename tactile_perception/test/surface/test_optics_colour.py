@@ -24,43 +24,51 @@ def test_ring_is_a_part_of_the_pitch():
 def test_ratios_of_a_plain_ground_are_exact_beside_dark_dots():
     image = plain()
     image[57:64, 77:84] = 6
-    ratios, count = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
-    assert ratios[0] == pytest.approx(RATIOS, abs=1e-6)
-    assert count[0] == 16
+    rings = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
+    assert rings.ratios[0] == pytest.approx(RATIOS, abs=1e-6)
+    assert rings.count[0] == 16
 
 
 def test_ink_of_a_neighbour_is_left_out():
     image = plain()
     image[50:70, 86:96] = (7, 10, 30)
-    ratios, count = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
-    assert ratios[0] == pytest.approx(RATIOS, abs=0.01)
-    assert 8 <= count[0] < 16
+    rings = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
+    assert rings.ratios[0] == pytest.approx(RATIOS, abs=0.01)
+    assert 8 <= rings.count[0] < 16
 
 
 def test_a_specular_spot_is_left_out():
     image = plain()
     image[48:56, 74:82] = np.minimum(GROUND + 50, 255)
-    ratios, count = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
-    assert ratios[0] == pytest.approx(RATIOS, abs=0.03)
-    assert count[0] < 16
+    rings = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
+    assert rings.ratios[0] == pytest.approx(RATIOS, abs=0.03)
+    assert rings.count[0] < 16
+
+
+def test_faint_glare_shows_as_patches():
+    image = plain()
+    even = log_ratios(image, np.array([[80.0, 60.0]]), 8.0).patchiness[0]
+    image[48:56, 74:82] += 6
+    assert even < 1e-8
+    assert log_ratios(image, np.array([[80.0, 60.0]]), 8.0).patchiness[0] > 2e-4
 
 
 @pytest.mark.parametrize('level', [0, 255])
 def test_black_and_white_give_nan(level):
-    ratios, _ = log_ratios(np.full((120, 160, 3), level, np.uint8), np.array([[80.0, 60.0]]), 8.0)
-    assert np.isnan(ratios).all()
+    rings = log_ratios(np.full((120, 160, 3), level, np.uint8), np.array([[80.0, 60.0]]), 8.0)
+    assert np.isnan(rings.ratios).all()
 
 
 def test_dots_at_the_border_use_what_is_inside():
-    ratios, count = log_ratios(plain(), np.array([[0.0, 60.0], [159.0, 119.0], [400.0, 60.0]]), 8.0)
-    assert ratios[0] == pytest.approx(RATIOS, abs=1e-6)
-    assert 4 <= count[0] <= 9
-    assert np.isnan(ratios[2]).all()
+    rings = log_ratios(plain(), np.array([[0.0, 60.0], [159.0, 119.0], [400.0, 60.0]]), 8.0)
+    assert rings.ratios[0] == pytest.approx(RATIOS, abs=1e-6)
+    assert 4 <= rings.count[0] <= 9
+    assert np.isnan(rings.ratios[2]).all()
 
 
 def test_no_dots_give_empty_arrays():
-    ratios, count = log_ratios(plain(), np.zeros((0, 2)), 8.0)
-    assert ratios.shape == (0, 2) and len(count) == 0
+    rings = log_ratios(plain(), np.zeros((0, 2)), 8.0)
+    assert rings.ratios.shape == (0, 2) and len(rings.count) == 0
 
 
 @pytest.mark.parametrize('image', [np.zeros((9, 9), np.uint8), np.zeros((9, 9, 3)), None])
