@@ -16,8 +16,8 @@ class Linker:
     """Gives each dot a number that stays its own, frame by frame.
 
     gate: a dot is looked for within so many median spacings of where it is expected. confirm: a dot that appears after the first
-    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found again; then its
-    number is gone for good, none is ever used twice.
+    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found
+    again; then its number is gone for good, none is ever used twice.
     """
 
     def __init__(self, gate: float = 0.7, confirm: int = 3, keep_s: float = 2.0):
