@@ -7,6 +7,7 @@ import math
 import sys
 import time
 
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
 from ..errors import BadArgument, DeviceLost, TactileError
@@ -37,7 +38,8 @@ class CameraNode(LifecycleNode):
         self._settings = NodeParameters(self, CAMERA_PARAMETERS, self._check_change, self._apply_change)
         self._outputs = ImagePublishers(self)
         self._diagnostics = NodeDiagnostics(self, 'camera', 'none', self._examine)
-        self._supervision = self.create_timer(_SUPERVISION_S, self._supervise)
+        # On a clock that runs also where simulated time stands still.
+        self._supervision = self.create_timer(_SUPERVISION_S, self._supervise, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the source; FAILURE where it is missing or a parameter is wrong: the node stays unconfigured and says why."""

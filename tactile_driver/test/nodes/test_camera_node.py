@@ -28,6 +28,11 @@ from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_msgs.msg import ContactRegion  # noqa: E402
 
+from tactile_driver.errors import DeviceLost  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes import camera_node  # noqa: E402
+from tactile_driver.sources.capture import Backoff  # noqa: E402
+
 pytestmark = pytest.mark.ros
 DOMAIN = str(100 + os.getpid() % 100)
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
@@ -203,6 +208,64 @@ def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, start, vide
     assert watcher.state() == 'active'
     code, log = ended(process)
     assert code == 0 and log.count('no-such-serial') == 1
+
+
+class LateCamera:
+    """A camera that is plugged in after two tries and pulled out again after its twentieth frame, for one try."""
+
+    live, on_demand, skipped, corrupt = True, False, 0, 0
+
+    def __init__(self):
+        self.opened, self.frames, self.pulls = 0, 0, [20]
+
+    def open(self):
+        self.opened += 1
+        if self.opened in (1, 2, 4):
+            raise DeviceLost('no camera there')
+
+    def read(self, wanted=True):
+        time.sleep(0.01)
+        self.frames += 1
+        if self.frames in self.pulls:
+            raise DeviceLost('pulled out')
+        return Frame(np.zeros((4, 6), np.uint8), time.time_ns(), 'mono8') if wanted else None
+
+    def close(self):
+        pass
+
+    def describe(self):
+        return {'source': 'device', 'serial': 'A111', 'rate': 100.0}
+
+    def calibration(self):
+        return None
+
+
+def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monkeypatch):
+    camera = LateCamera()
+    monkeypatch.setattr(camera_node, 'make_source', lambda *_: camera)
+    monkeypatch.setattr(camera_node, 'Backoff', lambda: Backoff(0.1, 0.2))
+    images = watcher.collect(Image, 'image_raw')
+    # Under a name of its own: rclpy lets the services of a lifecycle node live on after it, and they would take the next tests' requests.
+    rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'], domain_id=int(DOMAIN))
+    node = camera_node.CameraNode()
+    try:
+        end = time.monotonic() + 20
+        while (camera.opened < 5 or camera.frames < 60 or len(images) < 20) and time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.02)
+            watcher.spin(0.01)
+        health = node._examine()
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    assert camera.opened == 5 and len(images) >= 20
+    assert health.values['state'] == 'running' and health.values['last error'] == 'no camera there'
+
+
+def test_it_starts_where_simulated_time_stands_still(watcher, start, video):
+    images = watcher.collect(Image, 'image_raw')
+    start(source='file', path=video, loop='true', use_sim_time='true')
+    watcher.until(lambda: len(images) > 5)
+    assert not any(stamps(images))
 
 
 def test_nonsense_is_named_once_and_the_node_waits(watcher, start):
