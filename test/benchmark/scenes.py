@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images of printed dots with known truth, rendered by brute force: area-sampled discs, blurred at eight times the pixel rate, then averaged into pixels.
+"""Images of printed dots with known truth, rendered by brute force: area-sampled discs, blurred at eight times the pixel rate, then
+averaged into pixels.
 
 Nothing here is used by, or taken from, the detector: shapes are sampled, never written as a formula of the blurred dot.
 """
@@ -50,7 +51,8 @@ class Scene:
         return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
 
 
-def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0, psf: float = 0.9, amplitude: float = 130.0, ground: float = 185.0,
+def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0, psf: float = 0.9, amplitude: float = 130.0,
+    ground: float = 185.0,
                dark: bool = True, shift=(0.0, 0.0), diameters=(5.0, 9.0)) -> Scene:
     """One of the scenes in NAMES, with dot sizes and sub-pixel places drawn from the seed.
 
@@ -80,7 +82,8 @@ def make_scene(name: str, seed: int = 0, *, size=(640, 480), pitch: float = 18.0
     reach = cv2.dilate((spots > 2.0).astype(np.uint8), np.ones((13, 13), np.uint8))
     covered = reach[at[:, 1], at[:, 0]] > 0
     merged |= _touching(uv, diameter, present)
-    return Scene(name, np.clip(clean, 0, 255), uv, row, column, diameter, amplitude * scale[at[:, 1], at[:, 0]], present, covered, merged, psf)
+    return Scene(name, np.clip(clean, 0, 255), uv, row, column, diameter, amplitude * scale[at[:, 1], at[:, 0]], present, covered,
+        merged, psf)
 
 
 def _deform(plane, name, everything, pitch):

@@ -21,7 +21,8 @@ _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off the
 
 
 def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both axes."""
+    """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both
+    axes."""
     margin = int(reach / _CELL) + 1
     column, row = (np.maximum(u, 0) * (1 / _CELL)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / _CELL)).astype(np.int64) + margin
     width = int(column.max()) + margin + 1
@@ -67,7 +68,8 @@ class Separator:
         # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
         settled = (np.maximum(np.abs(fit.u), np.abs(fit.v)) < _RUN_OFF) & (fit.diameter < look.largest)
         settled[i[touching]] = True
-        seen = both & settled[j] & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j, 1] - fit.v[j]) < reach)
+        seen = both & settled[j] & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j,
+            1] - fit.v[j]) < reach)
         if seen.any():
             compressed = self._cleaned(fit, compressed, centre, i[seen], j[seen])
         return self._fitter.fit(compressed, fit.u, fit.v, fit.diameter, 1), compressed, single
@@ -83,7 +85,8 @@ class Separator:
         return fit
 
     def _cleaned(self, fit, compressed, centre, i, j):
-        images = self._images.seen(centre[j, 0] + fit.u[j] - centre[i, 0], centre[j, 1] + fit.v[j] - centre[i, 1], fit.diameter[j], fit.amplitude[j])
+        images = self._images.seen(centre[j, 0] + fit.u[j] - centre[i, 0], centre[j, 1] + fit.v[j] - centre[i, 1], fit.diameter[j],
+            fit.amplitude[j])
         start = np.flatnonzero(np.diff(i, prepend=-1))
         cleaned = compressed.copy()
         cleaned[i[start]] -= np.add.reduceat(images, start)

@@ -38,7 +38,8 @@ class DotDetector:
         self._method = METHODS[method](POLARITIES[polarity])
 
     def detect(self, image: np.ndarray) -> Dots:
-        """The dots of one image, (H, W) or (H, W, 3) BGR uint8, in no order. Raises BadFrame (black, white, constant, no dots, wrong type or shape)."""
+        """The dots of one image, (H, W) or (H, W, 3) BGR uint8, in no order. Raises BadFrame (black, white, constant, no dots, wrong type
+        or shape)."""
         check_frame(image)
         return self._method.detect(image)
 

@@ -22,7 +22,8 @@ _FEWEST = 4  # dots; fewer cannot be told from dirt
 @dataclass(frozen=True)
 class Look:
     """Measured from a frame. channel: a name in CHANNELS; step: every so many pixels are averaged into one before all else;
-    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground, ground and noise: grey levels.
+    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground, ground and
+    noise: grey levels.
     """
 
     channel: str
@@ -63,7 +64,8 @@ def shrink(grey: np.ndarray, step: int) -> np.ndarray:
 def measure_look(image: np.ndarray, sign: int) -> Look:
     """Find the channel in which dots stand out most, their sizes, contrast and blur.
 
-    image: (H, W) or (H, W, 3) uint8; sign: 1 for dots brighter than their ground, -1 for darker. Raises BadFrame where no four like dots stand out.
+    image: (H, W) or (H, W, 3) uint8; sign: 1 for dots brighter than their ground, -1 for darker. Raises BadFrame where no four like dots
+    stand out.
     """
     best = None
     for channel in CHANNELS if image.ndim == 3 else CHANNELS[-1:]:
@@ -126,7 +128,8 @@ def _describe(channel, grey, noise, blobs, sign):
     centre, rough = (blobs.centre + 0.5) / step - 0.5, blobs.diameter / step
     blur, diameter, contrast = _fit_blur(grey, centre, rough, noise / step)
     low, middle, high = np.percentile(diameter, [2, 50, 98])
-    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.15 * float(high), blur, sign * contrast, _ground_level(grey, centre, 0.5 * middle + 2 + 2 * blur), noise / step)
+    return Look(channel, step, max(0.8 * float(low), 1.5), float(middle), 1.15 * float(high), blur, sign * contrast, _ground_level(grey,
+        centre, 0.5 * middle + 2 + 2 * blur), noise / step)
 
 
 def _ground_level(grey, centre, away):
@@ -138,7 +141,8 @@ def _ground_level(grey, centre, away):
 
 
 def _fit_blur(grey, centre, rough, noise):
-    """Blur that all dots share, their diameters and median contrast: the least residual over a grid, discs about the grey-weighted centres."""
+    """Blur that all dots share, their diameters and median contrast: the least residual over a grid, discs about the grey-weighted
+    centres."""
     half = int(np.ceil(np.percentile(rough, 90) / 2 + 3))
     at = np.rint(centre).astype(int)
     inside = ((at >= half) & (at < np.array(grey.shape[::-1]) - half)).all(1)

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The six steps by which the touchpad paper finds dots (section 3.4, eqs 15 and 16), to compare with.
 
-The paper names no threshold. Step 2 is taken as the difference from a local mean, scaled to the full range, step 3 as Otsu's threshold of it.
+The paper names no threshold. Step 2 is taken as the difference from a local mean, scaled to the full range, step 3 as Otsu's threshold of
+it.
 """
 from __future__ import annotations
 

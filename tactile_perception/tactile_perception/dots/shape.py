@@ -28,7 +28,8 @@ _T, _NORMAL = _normal_integral()
 def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
     """Brightness of a disc of brightness one at these distances (any shape, px) from its centre.
 
-    diameter, blur (standard deviation of the optics' blur, without the pixel's own): px. The disc is cut into strips across the direction looked along; each
+    diameter, blur (standard deviation of the optics' blur, without the pixel's own): px. The disc is cut into strips across the direction
+    looked along; each
     strip's share is a difference of normal integrals, so that the sum is exact but for the number of strips.
     """
     grid = np.arange(int(np.max(radius) * _PER_PIXEL) + 2) / _PER_PIXEL
@@ -47,7 +48,8 @@ def _profile(radius, diameter, blur):
 
 @dataclass
 class DiscModes:
-    """How the image of a disc changes with its place, size, blur and ovalness, per unit of each, at pixels x, y from its centre (any shape)."""
+    """How the image of a disc changes with its place, size, blur and ovalness, per unit of each, at pixels x, y from its centre (any
+    shape)."""
 
     shape: np.ndarray
     by_u: np.ndarray
@@ -70,4 +72,5 @@ def disc_modes(x: np.ndarray, y: np.ndarray, diameter: float, blur: float) -> Di
     outward = np.interp(radius, grid, np.gradient(middle, 1 / _PER_PIXEL)) * inverse
     edge = np.interp(radius, grid, by_diameter)
     turn = edge * inverse**2
-    return DiscModes(np.interp(radius, grid, middle), -outward * x, -outward * y, edge, np.interp(radius, grid, by_blur), turn * (x * x - y * y), 2 * turn * x * y)
+    return DiscModes(np.interp(radius, grid, middle), -outward * x, -outward * y, edge, np.interp(radius, grid, by_blur),
+        turn * (x * x - y * y), 2 * turn * x * y)

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Maximum-likelihood place, size and contrast of dots in small patches, all dots at once.
 
-A dot is a blurred disc (shape.py) of unknown place, diameter, amplitude and ground. Around each of a few hundred nodes (sub-pixel place and diameter) the best
-linear estimate of the differences is a matrix of rows over the patch. The rows of all nodes span few dimensions: patches are projected on these once, and
+A dot is a blurred disc (shape.py) of unknown place, diameter, amplitude and ground. Around each of a few hundred nodes (sub-pixel place
+and diameter) the best
+linear estimate of the differences is a matrix of rows over the patch. The rows of all nodes span few dimensions: patches are projected on
+these once, and
 every Newton step afterwards works on some fifty numbers a dot.
 """
 from __future__ import annotations
@@ -27,7 +29,8 @@ _LEAST_AMPLITUDE = 1e-3  # grey levels, against division by zero
 
 @dataclass
 class Fit:
-    """Fitted dots, (N,) each: places u, v (from the patch's centre) and diameter in px; amplitude (dot minus ground) and ground in grey levels; node: of the
+    """Fitted dots, (N,) each: places u, v (from the patch's centre) and diameter in px; amplitude (dot minus ground) and ground in grey
+    levels; node: of the
     last step."""
 
     u: np.ndarray
@@ -84,7 +87,8 @@ class LikelihoodFitter:
         return Fit(*(a.astype(float) for a in (u, v, diameter, amplitude, ground)), node)
 
     def correct_slope(self, fit: Fit, slope_u: np.ndarray, slope_v: np.ndarray):
-        """Take off what a ground sloping by these shares of itself a pixel ((N,) each) did to the places; light falls on dot and ground alike."""
+        """Take off what a ground sloping by these shares of itself a pixel ((N,) each) did to the places; light falls on dot and ground
+        alike."""
         size = fit.node // (_SIDE * _SIDE)
         amplitude = np.where(np.abs(fit.amplitude) > _LEAST_AMPLITUDE, fit.amplitude, _LEAST_AMPLITUDE)
         lever = self._ground_lever[size] * fit.ground / amplitude + self._dot_lever[size]
@@ -128,7 +132,8 @@ class LikelihoodFitter:
         self._dot_lever = (rows[central, 1] * models[central, :, 0]) @ x
 
     def _nodes(self, reach, diameter):
-        """(nodes, P, 10) derivatives of a dot's image by amplitude, u, v, diameter, ground, its slopes, ovalness and blur, and (nodes, P) windows."""
+        """(nodes, P, 10) derivatives of a dot's image by amplitude, u, v, diameter, ground, its slopes, ovalness and blur, and (nodes, P)
+        windows."""
         phases = np.arange(-_REACH, _REACH + 1) / _PER_PIXEL
         v, u, y, x = np.meshgrid(phases, phases, reach, reach, indexing='ij')
         x, y = (x - u).reshape(_SIDE**2, -1), (y - v).reshape(_SIDE**2, -1)

@@ -10,7 +10,8 @@ FINE = 8
 
 @pytest.fixture
 def draw_dots():
-    """Function that draws discs: draw_dots(uv (N, 2), diameters (N,), shape (rows, columns), blur px, ground, contrast) -> (rows, columns) float64."""
+    """Function that draws discs: draw_dots(uv (N, 2), diameters (N,), shape (rows, columns), blur px, ground, contrast) -> (rows,
+    columns) float64."""
 
     def draw(uv, diameters, shape=(120, 160), blur=0.9, ground=180.0, contrast=-120.0):
         y, x = (np.mgrid[: shape[0] * FINE, : shape[1] * FINE] + 0.5) / FINE - 0.5

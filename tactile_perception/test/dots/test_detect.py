@@ -93,7 +93,8 @@ def test_a_new_look_is_measured_when_dots_are_lost(draw_dots, lattice):
 
 def test_colour_frames(draw_dots, lattice):
     uv, diameter = lattice
-    image = np.stack([noisy(draw_dots(uv, diameter, ground=g, contrast=c), 2.0) for g, c in ((40.0, -10.0), (60.0, -20.0), (180.0, -130.0))], -1)
+    image = np.stack([noisy(draw_dots(uv, diameter, ground=g, contrast=c), 2.0) for g, c in ((40.0, -10.0), (60.0, -20.0), (180.0,
+        -130.0))], -1)
     dots = DotDetector('dark').detect(image)
     assert len(dots) == 48
     assert nearest(dots, uv)[1].max() < 0.1
