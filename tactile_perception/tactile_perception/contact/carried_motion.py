@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rigid motion of an object between two frames from the dots that it carries along, followed from frame to frame.
 
-A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse. So a dot that is carried agrees across its ray with the
-object's motion; and each dot that touches, carried or not, follows the object along the normal, as well as that is known. A motion is a
-twist (6,): velocity of the point at the centre (m a frame) and w = 2 tan(angle / 2) times the axis; Cayley's form makes it exact and linear:
-after - before = v + w x ((before + after) / 2 - centre).
+A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse. So a dot that is carried agrees across its
+ray with the object's motion; and each dot that touches, carried or not, follows the object along the normal, as well as that is known. A
+motion is a twist (6,): velocity of the point at the centre (m a frame) and w = 2 tan(angle / 2) times the axis; Cayley's form makes it
+exact and linear: after - before = v + w x ((before + after) / 2 - centre).
 """
 from __future__ import annotations
 
@@ -61,12 +61,15 @@ class DotMotions:
         return np.linalg.solve(matrix + ((hold if expected is not None else 0) + _RIDGE) * prior, right)
 
     def kept_in_touch(self, twist: np.ndarray) -> np.ndarray:
-        """twist (6,) with what moves the face along its normals (shift and tilt) taken from the dots, and the rest, that slip may hide, left alone."""
+        """twist (6,) with what moves the face along its normals (shift and tilt) taken from the dots, and the rest, that slip may hide,
+        left alone."""
         touching = 1 / (1 + (self.off_normal(twist) / (10 * self.along))**2)
         return self.fit(np.zeros(len(self.moved)), touching, twist, _LOOSE)
 
-    def follow(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float, weights: np.ndarray) -> np.ndarray:
-        """The twist of what carries the dots, near start (None: near their mean motion), the bound on what agrees narrowed from coarse to fine, m.
+    def follow(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float,
+               weights: np.ndarray) -> np.ndarray:
+        """The twist of what carries the dots, near start (None: near their mean motion), the bound on what agrees narrowed from coarse to
+        fine, m.
 
         drag (N, 3): load across the surface on each dot. One that lags behind in that direction may slip and soon counts nothing; one that
         leads cannot, and keeps counting. weights (N,): how likely each dot sticks; start counts as hold dots.

@@ -16,7 +16,8 @@ _AROUND = np.array([[1.0, 1, 1], [1, 0, 1], [1, 1, 1]])
 
 
 def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
-    """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over that further inside, less where the dot stands off the object's face.
+    """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over that further inside, less where the dot stands off the
+    object's face.
 
     Above 0.5 the dot is in contact; the half level between dots is the border. The outermost dots of the grid have no balance and score 0.
     """
@@ -29,7 +30,8 @@ def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
 
 
 def _without_single_dots(score: np.ndarray) -> np.ndarray:
-    """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never for long."""
+    """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never
+    for long."""
     over = score > _HALF
     alone = over & (ndimage.correlate(over.astype(int), _AROUND.astype(int), mode='constant') == 0)
     return np.where(alone, _HALF, score)
@@ -38,8 +40,8 @@ def _without_single_dots(score: np.ndarray) -> np.ndarray:
 def load_share(load: np.ndarray) -> np.ndarray:
     """load (rows, columns), over the fluid's pressure, as a share of what full contact carries there, 0 to 1.
 
-    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around; inside of
-    it every dot is in full contact.
+    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around; inside
+    of it every dot is in full contact.
     """
     loaded = (load > _HALF).astype(float)
     count = ndimage.correlate(loaded, _AROUND, mode='constant')

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Each dot's state - none, sticking, slipping - from the loads on the dots and their motion, with the friction unknown.
 
-While some dots stick, they carry the object's motion: a dot that lags behind it slips. In gross slip no dot tells the motion: all stand still, or nearly,
-under the greatest friction there is. So the motion is followed from frame to frame and kept when the dots leave it all together in the direction in
-which they are dragged, at the friction ratio that slipping dots have shown; it is found anew when they move otherwise or the ratio falls.
+While some dots stick, they carry the object's motion: a dot that lags behind it slips. In gross slip no dot tells the motion: all stand
+still, or nearly, under the greatest friction there is. So the motion is followed from frame to frame and kept when the dots leave it all
+together in the direction in which they are dragged, at the friction ratio that slipping dots have shown; it is found anew when they move
+otherwise or the ratio falls.
 """
 from __future__ import annotations
 
@@ -25,8 +26,8 @@ _LEAST_FRICTION = 0.05
 class DotStates:
     """Follows the dots of a rows x columns grid seen from origin (3,) m, the camera's centre.
 
-    tolerance: m a dot may lag behind the object in a frame and still stick; noise: standard deviation of a dot's motion across its ray, m (a first
-    guess: it is measured while nothing touches).
+    tolerance: m a dot may lag behind the object in a frame and still stick; noise: standard deviation of a dot's motion across its ray, m
+    (a first guess: it is measured while nothing touches).
     """
 
     def __init__(self, rows: int, columns: int, origin: np.ndarray, tolerance: float = 10e-6, noise: float = 2e-6):
@@ -126,7 +127,8 @@ class DotStates:
             self.friction = seen if not self.friction > 0 else self.friction + _SLOW * (seen - self.friction)
 
     def _friction(self, state, touched, both, motions, held):
-        """Ratio (N,) of load across the surface to normal load, and load across (N, 3), of the dots both (N,), summed over them and their neighbours.
+        """Ratio (N,) of load across the surface to normal load, and load across (N, 3), of the dots both (N,), summed over them and their
+        neighbours.
 
         Where the object is known to move along the surface, the load counts in that direction: it may turn from dot to dot.
         """

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dots beside an object's edge that carry part of its line load and yet do not touch: they stand off the object's face.
 
-Along an edge the membrane turns sharply and the object presses in a line. The mesh of dots spreads that line over the dots on both sides of it, so that
-load alone calls the outer ones touched. The membrane leaves a face on the object's side: a loaded dot that stands out from the smooth surface through
-the others (a paraboloid for each patch, fitted robustly) is beyond the edge.
+Along an edge the membrane turns sharply and the object presses in a line. The mesh of dots spreads that line over the dots on both sides of
+it, so that load alone calls the outer ones touched. The membrane leaves a face on the object's side: a loaded dot that stands out from the
+smooth surface through the others (a paraboloid for each patch, fitted robustly) is beyond the edge.
 """
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -
 
 
 def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -> np.ndarray:
-    """Heights (N,) of points (N, 3) over a paraboloid that those inside the patch (many neighbours, crowd (N,)) and the lower ones determine."""
+    """Heights (N,) of points (N, 3) over a paraboloid that those inside the patch (many neighbours, crowd (N,)) and the lower ones
+    determine."""
     up = normals.mean(0)
     up /= np.linalg.norm(up)
     along = np.cross([0.0, 1.0, 0.0], up)

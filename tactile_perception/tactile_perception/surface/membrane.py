@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Places of the dots and the load on them, solved together: what is measured along the rays and what a membrane can do.
 
-Off contact the membrane's elastic force and the fluid's pressure cancel; in contact what is left over is the object's pressure. Each dot is free
-(nothing left over but the mesh's misfit) or touched (a pressure about the fluid's own, loosely): a mixture with neighbours coupled, solved by
-reweighted Gauss-Newton steps in the dots' ranges, each one banded Cholesky solve. No tool shape, no motion, no history enters.
+Off contact the membrane's elastic force and the fluid's pressure cancel; in contact what is left over is the object's pressure. Each dot is
+free (nothing left over but the mesh's misfit) or touched (a pressure about the fluid's own, loosely): a mixture with neighbours coupled,
+solved by reweighted Gauss-Newton steps in the dots' ranges, each one banded Cholesky solve. No tool shape, no motion, no history enters.
 """
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from .membrane_forces import MembraneForces, MembraneMaterial
 from .membrane_grid import GridMesh
 from .membrane_load import judge, likelihood_gain
 from .membrane_step import MembraneFrame
+from .range_scale import RangeScale
 
-# What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last frame.
+# What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last
+# frame.
 _COLD = (1.0, .7, .4, .25, .15, .1, .08)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.3, .2, .12, .08), 'fast': (.2, .08)}
@@ -30,9 +32,10 @@ _FILL, _KNOWN = (.15, .1), 3e-6
 class MembraneState:
     """The membrane in one frame, all K dots of the grid in the order of their numbers (unseen ones as the membrane has them).
 
-    xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the outermost dots, which
-    have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of the object; fluid_pressure: Pa;
-    touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's centre.
+    xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the
+    outermost dots, which have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of
+    the object; fluid_pressure: Pa; touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's
+    centre.
     """
 
     xyz: np.ndarray
@@ -51,8 +54,8 @@ class MembraneState:
         return self.pressure / self.fluid_pressure
 
     def wrench(self) -> tuple[np.ndarray, np.ndarray]:
-        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load; 0 where none carries half
-        of the fluid's pressure."""
+        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load; 0 where none
+        carries half of the fluid's pressure."""
         if not (self.load > .5).any():
             return np.zeros(3), np.zeros(3)
         carried = self.force * self.touched[:, None]
@@ -62,8 +65,8 @@ class MembraneState:
 class Membrane:
     """The membrane between the dots of a rows x columns grid that rest at rest_xyz (K, 3), m, in the order of their numbers.
 
-    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. pace: a name in PACES. Raises BadArgument for a
-    wrong shape, an unknown pace, or where less than half of the dots are known.
+    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. pace: a name in PACES. Raises
+    BadArgument for a wrong shape, an unknown pace, or where less than half of the dots are known.
     """
 
     def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None, pace: str = 'full'):
@@ -84,21 +87,28 @@ class Membrane:
         self.pitch = float(np.median(np.linalg.norm(np.diff(self.rest.reshape(rows, columns, 3), axis=1), axis=2)))
 
     def solve(self, origin: np.ndarray, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray,
-              previous: MembraneState | None = None, steps: tuple[float, ...] | None = None) -> MembraneState:
+              previous: MembraneState | None = None, steps: tuple[float, ...] | None = None,
+              scale: RangeScale | None = None) -> MembraneState:
         """The membrane from measured ranges (N,) m +- sigma (N,) m along unit rays (N, 3) from origin (3,) to the dots numbered ids (N,).
 
         sigma is each range's own error; errors that neighbours share (of the optics' calibration) do not belong in it: they bend nothing.
-        A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free dots in each
-        step (more and smaller: closer to the answer). Raises BadArgument for ids outside the grid.
+        A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free
+        dots in each step (more and smaller: closer to the answer), instead of the pace's. scale: the factor that the ranges share, used and
+        learnt. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
         start, touched, pressure = (self.rest, None, self.material.rest_pressure) if previous is None else (
             previous.xyz, previous.touched, previous.fluid_pressure)
+        rest = np.linalg.norm(self.rest - origin, axis=1)
+        if scale is not None:
+            ranges = scale.correct(ranges, rest[ids])
         frame = MembraneFrame(self.forces, origin, rays, ranges, sigma, ids, start, touched, pressure)
         frame.variance = self._load_variance(frame)
         schedule = steps or (_COLD if frame.cold else PACES[self.pace])
         for index, misfit in enumerate(schedule):
             frame.step(misfit, refresh=frame.cold, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+        if scale is not None:
+            scale.learn(self.forces, frame, rest)
         return self.at(frame.places, frame.pressure, frame.touched, frame.seen, frame.ranges)
 
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
@@ -108,7 +118,8 @@ class Membrane:
         return 1 / np.maximum(self._response @ frame.weight, 1e-3)
 
     def _squared_response(self, rays: np.ndarray) -> np.ndarray:
-        """(K, K) m^2: information about the load on one dot (rows), in fluid pressures, that each dot's range (columns) gives at unit weight.
+        """(K, K) m^2: information about the load on one dot (rows), in fluid pressures, that each dot's range (columns) gives at unit
+        weight.
 
         It is the square of how far the dots move along their rays under that load alone, less what the outermost dots, which no balance
         holds, could make of it.
@@ -129,10 +140,11 @@ class Membrane:
         return squared
 
     def evaluate(self, xyz: np.ndarray, ids: np.ndarray, origin: np.ndarray | None = None) -> MembraneState:
-        """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure from it.
+        """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure
+        from it.
 
-        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, two steps along their rays follow, which
-        the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
+        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, two steps along their rays follow,
+        which the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
         xyz = np.asarray(xyz, float)
@@ -180,7 +192,8 @@ class Membrane:
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
     ids = np.asarray(ids, int)
     if len(ids) and (ids.min() < 0 or ids.max() >= size):
-        raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; check dots.rows and dots.columns')
+        raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; '
+                          'check dots.rows and dots.columns')
     return ids
 
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forces in a stretched membrane between the dots: elastic (incompressible neo-Hookean) and of the fluid behind it.
 
-With the rest state in tension T0 = p0 R / 2 (Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0, a = 1 - T0/G:
-the first part is a spring net with the constant weights of the rest shape's cotangent Laplacian, the second depends on the area alone. Bending is
-left out: its length sqrt(B/T), 0.3 mm, is far below a pitch.
+With the rest state in tension T0 = p0 R / 2 (Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0 with
+a = 1 - T0/G: the first part is a spring net with the constant weights of the rest shape's cotangent Laplacian, the second depends on the
+area alone. Bending is left out: its length sqrt(B/T), 0.3 mm, is far below a pitch.
 """
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from .membrane_grid import GridMesh
 
 @dataclass(frozen=True)
 class MembraneMaterial:
-    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: of the fluid over the outside while nothing touches, Pa; rest_curvature_radius: m.
+    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: of the fluid over the outside while nothing touches, Pa;
+    rest_curvature_radius: m.
 
-    A skin stretched to a multiple of its natural size has a rest tension p R / 2 near its shear_stiffness; more no neo-Hookean membrane carries:
-    raises BadArgument there.
+    A skin stretched to a multiple of its natural size has a rest tension p R / 2 near its shear_stiffness; more no neo-Hookean membrane
+    carries: raises BadArgument there.
     """
 
     shear_stiffness: float = 90.0
@@ -30,8 +31,8 @@ class MembraneMaterial:
 
     def __post_init__(self):
         if not (self.shear_stiffness > 0 and self.rest_pressure > 0 and 0 < self.rest_tension <= self.shear_stiffness):
-            raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature radius '
-                              f'{self.rest_curvature_radius} m need 0 < pressure * radius / 2 <= stiffness; check membrane.*')
+            raise BadArgument(f'membrane: shear_stiffness {self.shear_stiffness} N/m, rest_pressure {self.rest_pressure} Pa and curvature '
+                              f'radius {self.rest_curvature_radius} m need 0 < pressure * radius / 2 <= stiffness; check membrane.*')
 
     @property
     def rest_tension(self) -> float:
@@ -45,7 +46,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class MembraneForces:
-    """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component, corner, triangle."""
+    """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component,
+    corner, triangle."""
 
     def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):
         self.mesh, self.material = mesh, material
@@ -110,8 +112,8 @@ class MembraneForces:
     def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
         """Normal balance at places x (3, K) and how it changes as each dot moves along its unit ray (3, K).
 
-        Returns leftover (K,) N (outward normal part of evaluate), its derivatives (9, K) N/m in stencil order (normals held), the derivative by
-        the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
+        Returns leftover (K,) N (outward normal part of evaluate), its derivatives (9, K) N/m in stencil order (normals held), the
+        derivative by the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
         """
         edge, vector, area = self._triangles(x)
         share = self._area_vectors(vector)

@@ -20,7 +20,8 @@ class GridMesh:
 
     def __init__(self, rows: int, columns: int):
         if rows < 3 or columns < 3:
-            raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; check dots.rows and dots.columns')
+            raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; '
+                              'check dots.rows and dots.columns')
         self.rows, self.columns, self.size = rows, columns, rows * columns
         self.triangles = self._cut_cells()
         self.stencil, self.valid = self._stencil()

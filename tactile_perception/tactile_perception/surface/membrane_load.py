@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which dots carry a load: a free dot has none but the mesh's misfit, a touched one about the fluid's pressure or more, and neighbours are alike."""
+"""Which dots carry a load: a free dot has none but the mesh's misfit, a touched one about the fluid's pressure or more, and neighbours are
+alike."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,7 +13,8 @@ from .membrane_grid import GridMesh
 TOUCHED_MEAN, TOUCHED_SPREAD = 1.3, 0.8
 # Log odds of a dot among touched neighbours (minus that: among free ones).
 _COUPLING = 4.0
-# Log likelihood ratio below which a patch may be noise (once in some 10^7 dots), and the most that one dot can add: a patch takes three dots.
+# Log likelihood ratio below which a patch may be noise (once in some 10^7 dots), and the most that one dot can add: a patch takes three
+# dots.
 _EVIDENCE, _LARGEST_VOICE = 18.0, 7.5
 _EIGHT = np.ones((3, 3))
 

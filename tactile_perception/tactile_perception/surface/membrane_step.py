@@ -20,8 +20,8 @@ _NEIGHBOURS = [0, 1, 2, 3, 5, 6, 7, 8]
 class MembraneFrame:
     """Ranges (N,) m with weights 1/sigma^2 along unit rays (N, 3) from origin (3,) to the dots ids (N,), and where the solution starts.
 
-    forces: of the membrane; start: (K, 3) m, where the dots were; touched: (K,) their probabilities or None; pressure: Pa. variance (K,), of
-    the loads by errors of the ranges, is set by whoever knows it.
+    forces: of the membrane; start: (K, 3) m, where the dots were; touched: (K,) their probabilities or None; pressure: Pa. variance (K,),
+    of the loads by errors of the ranges, is set by whoever knows it.
     """
 
     def __init__(self, forces: MembraneForces, origin, rays, ranges, sigma, ids, start, touched, pressure):
@@ -36,7 +36,7 @@ class MembraneFrame:
         self.measured[ids[good]] = np.asarray(ranges)[good]
         self.weight[ids[good]] = 1 / np.asarray(sigma)[good]**2
         self.pressure, self.misfit, self.variance = pressure, 1.0, np.zeros(size)
-        self._slopes, self._by_pressure = None, None
+        self._slopes, self._by_pressure, self._system = None, None, None
         self._begin(start, touched)
 
     def _all_rays(self, start, rays, ids):
@@ -66,7 +66,8 @@ class MembraneFrame:
         self.anchor = self.ranges
 
     def _leave_out_strays(self):
-        """Take the weight off ranges that went where at most one neighbour went: along an edge there are two, glare spoils one or two dots."""
+        """Take the weight off ranges that went where at most one neighbour went: along an edge there are two, glare spoils one or two
+        dots."""
         gone = np.where(self.weight > 0, self.measured - self.ranges, 0.0)
         around = gone[self.mesh.stencil[_NEIGHBOURS]]
         off = np.abs(gone - around)
@@ -122,8 +123,18 @@ class MembraneFrame:
         if failed:
             return
         solved = lapack.dpbtrs(factor, np.stack([gradient, border], axis=1), lower=1)[0]
-        stiffness = (weight * by_pressure**2).sum() - border @ solved[:, 1]
-        change = -((weighted_load * by_pressure).sum() - border @ solved[:, 0]) / max(stiffness, 1e-12)
+        stiffness = max((weight * by_pressure**2).sum() - border @ solved[:, 1], 1e-12)
+        change = -((weighted_load * by_pressure).sum() - border @ solved[:, 0]) / stiffness
         change = float(np.clip(change, -_LARGEST_PRESSURE_STEP, _LARGEST_PRESSURE_STEP))
         self.ranges = self.ranges + np.clip(-solved[:, 0] - change * solved[:, 1], -_LARGEST_STEP, _LARGEST_STEP)
         self.pressure += change
+        self._system = factor, trust, border, solved[:, 1], stiffness
+
+    def answer(self, change: np.ndarray) -> tuple[np.ndarray, float]:
+        """How ranges (K,) m and pressure (Pa) would answer a change (K,), m, of all measured ranges, to first order."""
+        if self._system is None:
+            return np.zeros_like(change), 0.0
+        factor, trust, border, by_border, stiffness = self._system
+        moved = lapack.dpbtrs(factor, trust * change, lower=1)[0]
+        lifted = -(border @ moved) / stiffness
+        return moved - lifted * by_border, lifted

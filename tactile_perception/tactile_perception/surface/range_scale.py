@@ -1,0 +1,69 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one error that all measured ranges share, learnt in use: displacements along the rays read a few percent too large or too small.
+
+Colour tells how far a dot has gone but for a factor that the untouched pad cannot show. A wrong factor makes a dented surface too deep or
+too flat for the dots' places in the image, and then the membrane's tension is out of balance along the surface, dot by dot the same way.
+The factor that balances it best is sought a little in every third frame.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from .membrane_forces import MembraneForces
+from .membrane_step import MembraneFrame
+
+_EVERY = 3
+# m: where dots have gone less far along their rays, the factor shows too little.
+_FAR_ENOUGH = 0.5e-3
+_TRIAL = 0.01
+# What free dots have left over along the surface (of the fluid's pressure) for other reasons, and how many dots and frames share one such
+# reason.
+_LEFT_OVER, _SHARED = 0.2, 25.0
+# The mesh's own error: nothing is learnt beyond it.
+_FINEST = 0.008
+_LARGEST = 0.2
+
+
+class RangeScale:
+    """Factor 1 + value on displacements along the rays; sigma: standard deviation expected of it before anything has touched (0: it is
+    known)."""
+
+    def __init__(self, sigma: float = 0.05, value: float = 0.0):
+        self.value, self.sigma = value, sigma
+        self._precision = 1 / sigma**2 if sigma > 0 else np.inf
+        self._frames = 0
+
+    def correct(self, ranges: np.ndarray, rest: np.ndarray) -> np.ndarray:
+        """Measured ranges (N,), m, with the factor on how far they are from those at rest (N,)."""
+        return rest + (1 + self.value) * (ranges - rest)
+
+    def learn(self, forces: MembraneForces, frame: MembraneFrame, rest: np.ndarray):
+        """Take account of a solved frame; rest: (K,) m, ranges of all dots at rest."""
+        if self._precision == np.inf:
+            return
+        gone = np.where(frame.weight > 0, frame.measured - rest, 0.0)
+        self._frames += 1
+        if self._frames % _EVERY or np.percentile(np.abs(gone), 98) < _FAR_ENOUGH:
+            return
+        moved, lifted = frame.answer(gone / (1 + self.value))
+        here = self._along_surface(forces, frame.places, frame.pressure)
+        there = self._along_surface(forces, frame.places + _TRIAL * moved * frame.rays, frame.pressure + _TRIAL * lifted)
+        slope = (there - here) / _TRIAL
+        calm = (frame.touched + frame.mesh.neighbour_mean(frame.touched) < .05) & frame.mesh.inner
+        weight = calm / (1 + (here**2).sum(0) / (2 * _LEFT_OVER)**2)**2
+        curvature = (weight * slope**2).sum()
+        information = curvature / _LEFT_OVER**2 / _SHARED
+        if information > 0:
+            best = -(weight * slope * here).sum() / curvature
+            self._precision = min(self._precision + information, 1 / _FINEST**2)
+            self.value = float(np.clip(self.value + information / self._precision * np.clip(best, -_LARGEST, _LARGEST), -_LARGEST,
+            _LARGEST))
+
+    @staticmethod
+    def _along_surface(forces, places, pressure):
+        """What is left over along the surface (3, K), of the fluid's pressure."""
+        force, share = forces.evaluate(places, pressure)
+        area = np.sqrt((share * share).sum(0))
+        normal = share / area
+        return (force - (force * normal).sum(0) * normal) / (pressure * area)
