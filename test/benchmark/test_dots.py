@@ -42,7 +42,7 @@ def test_the_bound_follows_noise_contrast_and_edge_length():
     assert bound[1] < bound[0]
     twice = scenes.position_bound(np.array([5.0, 9.0]), np.array([65.0, 65.0]), 0.9, 2.0)
     np.testing.assert_allclose(twice, 2 * bound)
-    # an edge as long as a disc's, blurred by a Gaussian and the pixel, knows its place by amplitude^2 * length / (4 sqrt(pi) blur) a direction
+    # a disc's edge, blurred by a Gaussian and the pixel, knows its place by amplitude^2 * length / (4 sqrt(pi) blur)
     blur = np.hypot(0.9, 12**-0.5)
     rough = np.sqrt(2 * (4 + 1 / 12)) / 130 / np.sqrt(np.pi * 9 / (4 * np.sqrt(np.pi) * blur))
     assert bound[1] == pytest.approx(rough, rel=0.1)
