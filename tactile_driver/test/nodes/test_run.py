@@ -46,7 +46,8 @@ def test_a_signal_ends_the_process_cleanly(which):
 @pytest.mark.ros
 def test_further_interrupts_do_not_tear_what_is_put_away():
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
-    slow = PROGRAM.replace("print('released', flush=True)", "print('putting away', flush=True); time.sleep(0.5); print('released', flush=True)")
+    last = "print('released', flush=True)"
+    slow = PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}")
     process = subprocess.Popen([sys.executable, '-c', 'import time' + slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                env=environment, start_new_session=True)
     assert process.stdout.readline() == 'up\n'
