@@ -206,5 +206,3 @@ def fill_rest(mesh: GridMesh, rest: np.ndarray, known: np.ndarray) -> np.ndarray
     terms = np.stack([x**i * y**j for i in range(4) for j in range(4)], axis=1)
     fit = np.linalg.lstsq(terms[known], rest[known], rcond=None)[0]
     return np.where(known[:, None], rest, terms @ fit)
-
-
