@@ -16,13 +16,13 @@ from .sensor import Touchpad
 
 
 class DotPlaces:
-    """Places frame by frame. water: a calibrated model; None: fitted to the first untouched image.
+    """Places frame by frame. pace: a name in PACES; water: a calibrated model; None: fitted to the first untouched image.
 
     An image that tells nothing of the water (grey) leaves the ranges to the membrane alone.
     """
 
-    def __init__(self, sensor: Touchpad, camera: CameraModel, water: WaterModel | None = None):
-        self._sensor, self._camera = sensor, camera
+    def __init__(self, sensor: Touchpad, camera: CameraModel, pace: str = 'full', water: WaterModel | None = None):
+        self._sensor, self._camera, self._pace = sensor, camera, pace
         self._calibrated = self._water = water
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._membrane: Membrane | None = None
@@ -50,7 +50,7 @@ class DotPlaces:
         if not self._rest.update(tracks):
             return
         try:
-            self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material)
+            self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
 

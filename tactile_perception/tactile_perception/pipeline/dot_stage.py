@@ -19,7 +19,7 @@ from .sensor import Touchpad
 def make_tracker(sensor: Touchpad, values: Mapping) -> DotTracker:
     """The tracker that values (of DOT_PARAMETERS) describe."""
     reference = Reference(values['reference.time_constant'], values['reference.frames'])
-    return DotTracker(sensor.rows, sensor.columns, values['polarity'], reference=reference)
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], values['numbering'], reference=reference)
 
 
 class DotStage:
@@ -27,7 +27,7 @@ class DotStage:
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None):
         self._tracker = make_tracker(sensor, values)
-        self._places = DotPlaces(sensor, camera, water) if sensor.cap is not None and camera is not None else None
+        self._places = DotPlaces(sensor, camera, values['pace'], water) if sensor.cap is not None and camera is not None else None
 
     @property
     def suspicion(self) -> str:

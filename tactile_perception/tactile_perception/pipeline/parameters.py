@@ -7,6 +7,8 @@ from tactile_driver.nodes.parameters import Parameter
 
 from ..contact.methods import CONTACT_METHODS
 from ..dots.detect import METHODS, POLARITIES
+from ..dots.numbering import METHODS as NUMBERING
+from ..surface.membrane import PACES
 
 SENSOR_PARAMETERS = (
     Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor; a calibration file has to be for the same', read_only=True),
@@ -27,6 +29,8 @@ SENSOR_PARAMETERS = (
 DOT_PARAMETERS = SENSOR_PARAMETERS + (
     Parameter('polarity', str, 'dark', '', 'dots darker or brighter than the ground', choices=tuple(POLARITIES), read_only=True),
     Parameter('detection', str, 'likelihood', '', 'method that finds dots', choices=tuple(METHODS), read_only=True),
+    Parameter('numbering', str, 'lattice', '', 'method that numbers dots on a grid', choices=tuple(NUMBERING), read_only=True),
+    Parameter('pace', str, 'full', '', 'how thoroughly places are worked out: full, or fast in half of the time', choices=tuple(PACES), read_only=True),
     Parameter('reference.frames', int, 10, '', 'untouched frames that are averaged for the reference', 1, 1000, read_only=True),
     Parameter('reference.time_constant', float, 30.0, 's', 'how fast slow drift of the reference is followed while nothing touches', 0.1, 1e6,
               read_only=True),
