@@ -31,20 +31,26 @@ def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> li
     return [p for p in table if p.name not in names]
 
 
-def parameter_file(about: str, changed: Mapping[str, object]) -> str:
-    """The text of a parameter file for a touchpad's nodes. about: comment on top; changed: name -> value other than the default."""
+def parameter_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
+    """The text of a parameter file for a touchpad's nodes.
+
+    about: comment on top; changed: name -> value other than the default; left_out: what the names of nodes and parameters that are of no use
+    here begin with.
+    """
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, SENSOR_PARAMETERS))]
-    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table]) for node, table in sections]
+    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
+              for node, table in sections if not node.endswith(left_out)]
     return _HEAD + about + '\n'.join(to_yaml(table, node) for node, table in tables)
 
 
 def parameter_files() -> dict[str, str]:
     """File name -> text."""
-    return {'touchpad.yaml': parameter_file(_TOUCHPAD, {}),
-            'marker_video.yaml': parameter_file(_MARKER_VIDEO, {'sensor_type': 'marker_video', 'rows': 7, 'columns': 10, 'surface': 'none'})}
+    video = {'sensor_type': 'marker_video', 'rows': 7, 'columns': 10, 'surface': 'none'}
+    surface_only = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
+    return {'touchpad.yaml': parameter_file(_TOUCHPAD, {}), 'marker_video.yaml': parameter_file(_MARKER_VIDEO, video, surface_only)}
 
 
 def main() -> int:

@@ -125,11 +125,11 @@ def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray) -> None
 
 
 def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray) -> None:
-    """Row.column beside every few dots of a grid, at most some seven a side."""
+    """Row.column beside every few dots of a grid, at most six a side."""
     if not what.rows * what.columns:
         return
     row, column = np.divmod(what.id, what.columns)
-    step = max(1, -(-max(what.rows, what.columns) // 12))
+    step = max(1, -(-max(what.rows, what.columns) // 6))
     middle = step // 2
     for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
         place = round(uv[k, 0]) + 5, round(uv[k, 1]) - 5

@@ -51,7 +51,7 @@ class DemoNode(Node):
         self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo')
         self._reading: Reading | None = None
         self._begin_s = self._arrival_s = time.monotonic()
-        self._drawn_s, self._panel_lines, self._results_s = -math.inf, 0, 0.0
+        self._drawn_s, self._shown, self._panel_lines = -math.inf, None, 0
         self._expected: set[str] = set()
         self._sync = StampSync(self._on_frame, lambda: self._expected | {_PICTURE}, patience=30)
         self._latest: dict[int, float] = {}
@@ -101,9 +101,9 @@ class DemoNode(Node):
             back = f'\x1b[{self._panel_lines}A' if self._panel_lines else ''
             print(back + ''.join(f'\r{line}\x1b[K\n' for line in lines), end='', flush=True)
             self._panel_lines = len(lines)
-        elif now - self._drawn_s >= _LINE_S:
+        elif now - self._drawn_s >= _LINE_S and self._reading is not self._shown:
             print(self._summary.line(self._reading), flush=True)
-            self._drawn_s = now
+            self._drawn_s, self._shown = now, self._reading
 
     def _finish(self) -> None:
         self._video.close()

@@ -77,7 +77,7 @@ class Summary:
         """Lines for a terminal that are written over each other; always as many."""
         return [f'time      {reading.stamp_s - self.first_s:6.1f} s   {number(self.rate, ".1f")} Hz   '
                 f'latency {number(self.latency_ms(50), ".0f")} ms (95 %: {number(self.latency_ms(95), ".0f")} ms)',
-                f'dots      {reading.dots:4d}   {states_line(reading.states)}   largest displacement {number(reading.displacement, ".1f")} px',
+                f'dots      {reading.dots:4d}   {states_line(reading.states)}',
                 f'contact   {contact_line(reading)}', f'motion    {motion_line(reading)}', f'slip      {slip_line(reading)}']
 
     def line(self, reading: Reading) -> str:
@@ -107,9 +107,9 @@ def states_line(states: tuple[int, ...]) -> str:
 
 
 def contact_line(reading: Reading) -> str:
-    """Area, depth, force and number of touches."""
+    """Number of touches, area, depth, force; without a contact region how far the dots have moved."""
     if not reading.states:
-        return 'no contact region (no surface model)'
+        return f'largest displacement {number(reading.displacement, ".1f")} px'
     if not reading.touches:
         return 'nothing touches'
     return (f'{reading.touches} touch{"es" if reading.touches > 1 else ""}, {number(1e6 * reading.area, ".0f")} mm^2, '

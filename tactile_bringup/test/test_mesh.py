@@ -1,0 +1,44 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_bringup import mesh
+
+
+def circle(radius, n=60, z=0.0):
+    angle = np.arange(n) * 2 * np.pi / n
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
+
+
+def area(corners):
+    a, b, c = corners.reshape(-1, 3, 3).transpose(1, 0, 2)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
+def polygon_area(radius, n=60):
+    return 0.5 * n * radius**2 * np.sin(2 * np.pi / n)
+
+
+def test_a_disc_is_filled():
+    assert area(mesh.fill([circle(0.01)], np.zeros((0, 3)))) == pytest.approx(polygon_area(0.01), rel=1e-9)
+
+
+def test_a_hole_stays_open():
+    filled = mesh.fill([circle(0.01), circle(0.005)[::-1]], np.zeros((0, 3)))
+    assert area(filled) == pytest.approx(polygon_area(0.01) - polygon_area(0.005), rel=1e-6)
+
+
+def test_places_within_lift_the_fill_to_the_surface():
+    filled = mesh.fill([circle(0.01)], np.array([(0.0, 0.0, 0.004), (0.05, 0.0, 0.9)]))
+    assert filled[:, 2].max() == 0.004
+
+
+@pytest.mark.parametrize('rings', [[], [np.zeros((2, 3))], [np.array([(0, 0, 0), (1, 1, 0), (2, 2, 0)], float)]])
+def test_what_has_no_area_gives_no_triangles(rings):
+    assert len(mesh.fill(rings, np.zeros((0, 3)))) == 0
+
+
+def test_inside_counts_rings():
+    points = np.array([(0, 0), (0.007, 0), (0.02, 0)])
+    assert mesh.inside(points, [circle(0.01)[:, :2], circle(0.005)[:, :2]]).tolist() == [False, True, False]

@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
+import pytest
+import yaml
+from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
+from tactile_driver.nodes.parameters import defaults
+from tactile_perception.pipeline.parameter_file import read_parameters
+from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
+
+from tactile_bringup.parameter_files import parameter_files
+from tactile_bringup.parameters import MARKERS_PARAMETERS
+
+FOLDER = Path(__file__).resolve().parents[1] / 'params'
+BY_LAUNCH = {'source', 'frame_id'}
+NODES = {'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS,
+         'markers_node': MARKERS_PARAMETERS}
+
+
+def test_no_file_is_missing_or_too_many():
+    assert sorted(p.name for p in FOLDER.glob('*.yaml')) == sorted(parameter_files())
+
+
+@pytest.mark.parametrize('name', sorted(parameter_files()))
+def test_files_are_what_the_tables_say(name):
+    # After a change of a table: python3 -m tactile_bringup.parameter_files tactile_bringup/params
+    assert (FOLDER / name).read_text() == parameter_files()[name]
+
+
+@pytest.mark.parametrize('node', sorted(NODES))
+def test_the_touchpad_file_holds_every_parameter_with_its_default(node):
+    content = yaml.safe_load((FOLDER / 'touchpad.yaml').read_text())
+    named = set(content['/**']['ros__parameters']) | set(content[f'/**/{node}']['ros__parameters'])
+    table = NODES[node]
+    assert {p.name for p in table} - BY_LAUNCH <= named
+    assert read_parameters(FOLDER / 'touchpad.yaml', node, table) == defaults(table)
+
+
+def test_the_video_file_is_a_grid_without_a_surface():
+    values = read_parameters(FOLDER / 'marker_video.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    assert (values['rows'], values['columns'], values['surface'], values['polarity']) == (7, 10, 'none', 'dark')
