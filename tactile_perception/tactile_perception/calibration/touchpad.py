@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..camera import CameraModel
-from ..errors import BadCalibration, BadFrame
+from ..errors import BadArgument, BadCalibration, BadFrame
 from ..surface.cap import Cap
 from ..surface.optics import WaterModel
 from ..surface.optics_colour import RING_PIXELS, RingColours
@@ -21,6 +21,7 @@ MINIMUM_SPREAD = 2e-3  # m, between the places pressed
 MINIMUM_DOTS = 20     # on the sphere, over all presses
 LARGEST_SCALE_SIGMA = 0.03  # relative error of a dent's depth that may be left
 SCALE_FLOOR = 0.005   # of it: what the path model itself leaves open
+UPRIGHT = 0.9998      # z of a normal that stands along the stage's axis, within a degree
 OUTLIER = 4.0         # standard deviations (robust): a dot that the first fit puts so far from the sphere does not lie on it
 
 
@@ -49,11 +50,27 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
                  prior: OpticsPrior = OpticsPrior()) -> TouchpadCalibration:
     """The touchpad's water and light from untouched frames and presses of a sphere of sphere_radius (m) at known places and depths.
 
-    Needs at least one untouched frame, two places at least 2 mm apart, and depths that span 1 mm or more. Raises BadCalibration, naming
-    what to add, where the data cannot determine the model.
+    Needs at least one untouched frame, two places at least 2 mm apart, and depths that span 1 mm or more. Where normals stand askew they
+    may be the membrane's instead of the stage's: both readings are tried, the better kept, and left_out says so. Raises BadCalibration,
+    naming what to add, where the data cannot determine the model.
     """
     if not (np.isfinite(sphere_radius) and sphere_radius > 0):
         raise BadCalibration(f'touchpad calibration: sphere radius must be a positive number of metres, got {sphere_radius}')
+    if all(press.normal[2] > UPRIGHT for press in presses if press.touching):
+        return _fit_presses(presses, camera, sphere_radius, cap, prior)
+    upright = _fit_presses([replace(press, normal=np.array([0.0, 0.0, 1.0])) for press in presses], camera, sphere_radius, cap, prior)
+    try:
+        given = _fit_presses(presses, camera, sphere_radius, cap, prior)
+    except (BadCalibration, BadArgument):
+        given = upright
+    if given is not upright and given.residual_rms <= upright.residual_rms:
+        return given
+    upright.left_out.append('normals of the contacts: with the sphere straight above its tip the dots fit better')
+    return upright
+
+
+def _fit_presses(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> TouchpadCalibration:
+    """The fit with the normals as they are."""
     rest = [p for p in presses if not p.touching]
     used, left_out = _usable([p for p in presses if p.touching])
     _require_coverage(rest, used, left_out)

@@ -84,7 +84,7 @@ def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.n
 
     start = _start(colours, mean, camera)
     scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
-    result = least_squares(residuals, start, x_scale=scale, max_nfev=100)
+    result = least_squares(residuals, start, x_scale=scale, max_nfev=60)
     noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
     return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
 
