@@ -48,7 +48,7 @@ def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, o
         yield stamp_ns, 'camera_info', camera_info_message(recording.camera, header)
         yield stamp_ns, 'image_raw', image_to_message(Frame(recording.image(index), stamp_ns, 'bgr8'), '', header)
         yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
-        yield stamp_ns, 'ground_truth/contact_region', region_message(truth, header)
+        yield stamp_ns, 'ground_truth/contact_region', region_message(truth, recording.interval, header)
         yield stamp_ns, 'ground_truth/slip', slip_message(truth, header)
         yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
 

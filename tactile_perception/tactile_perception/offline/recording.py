@@ -63,6 +63,7 @@ class Recording:
             dot_id=self._ids, dot_uv=truth['uv'].astype(float), dot_xyz=truth['dot_xyz'].astype(float), dot_state=truth['dot_state'].astype(np.uint8),
             outlines=outlines, holes=holes, area=float(truth['contact_area']), centroid=truth['contact_centroid'].astype(float),
             contacts=self._touches(truth) if touched else [], slip_state=_slip_state(fraction), slipping_fraction=fraction,
+            velocity=self._twist(truth) if touched else np.full(6, np.nan), motion=_motion(truth) if touched else np.full(6, np.nan),
             wrench=np.concatenate([truth['force'], truth['moment_sensor']]).astype(float), pressure=float(truth['pressure']))
 
     @property
@@ -76,6 +77,23 @@ class Recording:
         loops = [(bool(self._truth['loop_is_hole'][k]), xyz[start[k]:start[k + 1]]) for k in mine]
         return [loop for hole, loop in loops if not hole], [loop for hole, loop in loops if hole]
 
+    @property
+    def interval(self) -> float:
+        """Time between frames, s."""
+        return float(self.sensor['frame_interval_s'])
+
+    def _twist(self, truth: dict) -> np.ndarray:
+        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots."""
+        touched = truth['dot_contact']
+        slip, place = truth['dot_slip'][touched].astype(float), truth['dot_xyz'][touched].astype(float)
+        if not slip.any():
+            return np.zeros(6)
+        blocks = np.zeros((len(place), 3, 6))
+        blocks[:, :, :3] = np.eye(3)
+        for axis in range(3):
+            blocks[:, :, 3 + axis] = np.cross(np.eye(3)[axis], place)
+        return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
+
     def _touches(self, truth: dict) -> list[Touch]:
         """One touch a tool; a static recording holds presses of a round tool at known places, told by the tool's tip."""
         parts = np.flatnonzero(truth['part_area'] > 0)
@@ -87,6 +105,12 @@ class Recording:
 
 def _touch(position, depth, force) -> Touch:
     return Touch(np.asarray(position, float), np.full(3, np.nan), float(depth), float(-force[2]))
+
+
+def _motion(truth: dict) -> np.ndarray:
+    """(6,) m, rad: the tool's motion since the previous frame, of its point at the sensor's origin."""
+    now, turn = truth['obj_p'].astype(float), truth['obj_rotvec'].astype(float)
+    return np.concatenate([now - cv2.Rodrigues(turn)[0] @ (now - truth['obj_disp']), turn])
 
 
 def _slip_state(fraction: float) -> int:

@@ -25,7 +25,7 @@ def write_scene(path, name, times, rate):
             for topic, message in {'camera_info': camera_info_message(info, header),
                                    'image_raw': image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header),
                                    'ground_truth/contacts': contacts_message(seen.truth.contacts, numbers.assign(seen.truth.contacts), header),
-                                   'ground_truth/contact_region': region_message(seen.truth, header)}.items():
+                                   'ground_truth/contact_region': region_message(seen.truth, 1 / rate, header)}.items():
                 type_name, data = codec.encode(message)
                 writer.write(f'/touchpad/{topic}', type_name, stamp, data)
     values = {'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.ravel().tolist()}
