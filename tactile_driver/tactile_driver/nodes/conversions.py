@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From frames to image messages."""
+"""From frames and arrays to messages."""
 from __future__ import annotations
 
 from array import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
@@ -33,3 +34,20 @@ def calibration_to_message(calibration: CameraCalibration) -> CameraInfo:
     """The calibration as a CameraInfo without header."""
     return CameraInfo(width=calibration.width, height=calibration.height, distortion_model=calibration.model, d=list(calibration.d),
                       k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))
+
+
+def point(values: np.ndarray) -> Point:
+    """A place (3,), m."""
+    x, y, z = map(float, values)
+    return Point(x=x, y=y, z=z)
+
+
+def vector(values: np.ndarray) -> Vector3:
+    """A direction, displacement, force or velocity (3,)."""
+    x, y, z = map(float, values)
+    return Vector3(x=x, y=y, z=z)
+
+
+def polygon(points: np.ndarray) -> Polygon:
+    """Points (n, 3), m, as a Polygon."""
+    return Polygon(points=[Point32(x=x, y=y, z=z) for x, y, z in np.asarray(points, float).tolist()])

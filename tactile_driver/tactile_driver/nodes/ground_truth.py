@@ -6,28 +6,17 @@ from __future__ import annotations
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import Point, Point32, Polygon, Quaternion, Transform, Twist, Vector3, WrenchStamped
+from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
 from rclpy.node import Node
 from rclpy.qos import qos_profile_system_default
 from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
 from ..simulation.truth import Touch, TruthFrame
+from .conversions import point, polygon, vector
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3
-
-
-def _point(values) -> Point:
-    return Point(x=float(values[0]), y=float(values[1]), z=float(values[2]))
-
-
-def _vector(values) -> Vector3:
-    return Vector3(x=float(values[0]), y=float(values[1]), z=float(values[2]))
-
-
-def _polygon(outline: np.ndarray) -> Polygon:
-    return Polygon(points=[Point32(x=float(x), y=float(y), z=float(z)) for x, y, z in outline])
 
 
 class TouchNumbers:
@@ -53,7 +42,7 @@ class TouchNumbers:
 def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -> Contacts:
     """The separate touches."""
     return Contacts(header=header, contacts=[
-        Contact(id=n, position=_point(t.position), normal=_vector(t.normal), depth=float(t.depth), force=float(t.force))
+        Contact(id=n, position=point(t.position), normal=vector(t.normal), depth=float(t.depth), force=float(t.force))
         for n, t in zip(numbers, touches)])
 
 
@@ -62,7 +51,7 @@ def _transform(motion: np.ndarray) -> Transform:
     turn = np.asarray(motion[3:], float)
     angle = float(np.linalg.norm(turn))
     x, y, z = turn * (0.5 if angle == 0 else np.sin(angle / 2) / angle)
-    return Transform(translation=_vector(motion[:3]), rotation=Quaternion(x=float(x), y=float(y), z=float(z), w=float(np.cos(angle / 2))))
+    return Transform(translation=vector(motion[:3]), rotation=Quaternion(x=float(x), y=float(y), z=float(z), w=float(np.cos(angle / 2))))
 
 
 def region_message(truth: TruthFrame, interval: float, header: Header) -> ContactRegion:
@@ -71,22 +60,22 @@ def region_message(truth: TruthFrame, interval: float, header: Header) -> Contac
     return ContactRegion(
         header=header, dot_id=array('I', np.asarray(truth.dot_id, np.uint32).tobytes()),
         dot_state=array('B', np.asarray(truth.dot_state, np.uint8).tobytes()),
-        outlines=[_polygon(o) for o in truth.outlines], holes=[_polygon(h) for h in truth.holes], area=float(truth.area),
-        centroid=_point(truth.centroid), normal=_vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN,
+        outlines=[polygon(o) for o in truth.outlines], holes=[polygon(h) for h in truth.holes], area=float(truth.area),
+        centroid=point(truth.centroid), normal=vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN,
         motion=_transform(truth.motion), motion_interval=interval if known else _NAN)
 
 
 def slip_message(truth: TruthFrame, header: Header) -> Slip:
     """Slip of the whole contact."""
     return Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
-                velocity=Twist(linear=_vector(truth.velocity[:3]), angular=_vector(truth.velocity[3:])),
-                rotation_center=_point(truth.rotation_center))
+                velocity=Twist(linear=vector(truth.velocity[:3]), angular=vector(truth.velocity[3:])),
+                rotation_center=point(truth.rotation_center))
 
 
 def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
     """The wrench of the object on the sensor."""
     message = WrenchStamped(header=header)
-    message.wrench.force, message.wrench.torque = _vector(truth.wrench[:3]), _vector(truth.wrench[3:])
+    message.wrench.force, message.wrench.torque = vector(truth.wrench[:3]), vector(truth.wrench[3:])
     return message
 
 

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 
 import numpy as np
 from cv_bridge import CvBridge, CvBridgeError
-from geometry_msgs.msg import Point, Point32, Polygon, Quaternion, Transform, Twist, Vector3, WrenchStamped
+from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image
+from tactile_driver.nodes.conversions import point, polygon, vector
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from ..contact.contacts import ContactEstimate
@@ -82,23 +83,6 @@ def tracks_from_message(message: DotTracks) -> dots.DotTracks:
     xyz = np.column_stack([columns['x'], columns['y'], columns['z']]) if count and len(message.x) else None
     return dots.DotTracks(message.rows, message.columns, np.asarray(message.id, np.int64), np.column_stack([columns['u'], columns['v']]),
                           columns['area'], np.full(count, np.nan), np.column_stack([columns['du'], columns['dv']]), xyz)
-
-
-def polygon(points: np.ndarray) -> Polygon:
-    """Points (n, 3), m, as a Polygon."""
-    return Polygon(points=[Point32(x=x, y=y, z=z) for x, y, z in np.asarray(points, float).tolist()])
-
-
-def point(xyz: np.ndarray) -> Point:
-    """A place (3,), m."""
-    x, y, z = map(float, xyz)
-    return Point(x=x, y=y, z=z)
-
-
-def vector(xyz: np.ndarray) -> Vector3:
-    """A direction, displacement or force (3,)."""
-    x, y, z = map(float, xyz)
-    return Vector3(x=x, y=y, z=z)
 
 
 def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:

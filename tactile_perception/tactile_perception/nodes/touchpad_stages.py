@@ -11,6 +11,7 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ..calibration.files import read_calibration
 from ..calibration.touchpad_file import read_touchpad
+from ..camera import CameraModel
 from ..errors import BadFrame
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
@@ -35,16 +36,16 @@ class _WithCamera:
         key = (tuple(message.k), tuple(message.d))
         if key != self._camera:
             matrices = convert.camera_matrices(message)
-            self.stage = self.make_stage(self.sensor.camera(*matrices) if matrices else None)
+            self.stage = self.make_stage(self.sensor.camera(*matrices) if matrices else None, (message.width, message.height))
             self._camera = key
 
 
 class DotMessages(_WithCamera):
     """image_raw -> dots; values: of DOT_PARAMETERS."""
 
-    def make_stage(self, camera):
-        """The stage for a camera (None: not calibrated, so no places in 3D)."""
-        water = read_touchpad(self.values['calibration'], camera) if self.calibration and camera else None
+    def make_stage(self, camera: CameraModel | None, size: tuple[int, int] | None):
+        """The stage for a camera (None: not calibrated, so no places in 3D) with images of size (width, height) px."""
+        water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water)
 
     @property
@@ -69,7 +70,7 @@ class DotMessages(_WithCamera):
         if self.needs_camera:
             raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
         if self.stage is None:
-            self.stage = self.make_stage(None)
+            self.stage = self.make_stage(None, None)
         tracks = self.stage.process(convert.image_to_array(message), convert.stamp_seconds(message.header))
         return convert.tracks_to_message(tracks, message.header)
 
@@ -77,7 +78,7 @@ class DotMessages(_WithCamera):
 class ContactMessages(_WithCamera):
     """dots -> contact_region, contacts, slip, wrench; values: of REGION_PARAMETERS."""
 
-    def make_stage(self, camera):
+    def make_stage(self, camera: CameraModel | None, size: tuple[int, int] | None):
         """The stage for a camera; none where it is not calibrated."""
         return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 

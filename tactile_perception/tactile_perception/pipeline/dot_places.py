@@ -10,7 +10,7 @@ from ..dots.dots import DotTracks
 from ..errors import BadArgument, BadFrame
 from ..surface.membrane import Membrane, MembraneState
 from ..surface.optics import WaterModel
-from ..surface.optics_fit import fit_rest
+from ..surface.optics_fit import fit_rest, follow_constants
 from .rest_places import RestPlaces
 from .sensor import Touchpad
 
@@ -55,9 +55,10 @@ class DotPlaces:
             raise BadFrame(f'dots cannot be placed: {error}') from error
 
     def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
-        """Learn the water's colour from an untouched image."""
-        if image.ndim == 3 and self._calibrated is None:
-            self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap)
+        """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
+        if image.ndim == 3:
+            self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
+                follow_constants(self._calibrated, image, tracks.uv, self._camera)
         self._begun = True
 
     def _ranges(self, image: np.ndarray, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
