@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The named failures of tactile perception, those that it shares with the drivers among them; each message says what, where and what to do."""
+"""The named failures of tactile perception, those that it shares with the drivers among them; each message says what, where and what
+to do.
+"""
 from tactile_driver.errors import BadArgument, BadFrame, TactileError
 
 __all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'DegenerateFit', 'TactileError']

@@ -21,7 +21,8 @@ from .states import DotStates
 class Judgement:
     """What a method says of the seen dots of one frame.
 
-    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the method knows no
+    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the
+    method knows no
     forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known.
     """
 

@@ -28,7 +28,8 @@ class Dots:
 class DotTracks:
     """Dots under numbers that stay their own; entry k of each array belongs to the same dot.
 
-    rows, columns: of the printed grid (0 for a pattern that is no grid); id: (N,) int64, row * columns + column on a grid, a track number elsewhere;
+    rows, columns: of the printed grid (0 for a pattern that is no grid); id: (N,) int64, row * columns + column on a grid, a track
+    number elsewhere;
     uv, duv: (N, 2) float64, place and displacement from the untouched reference, px; area: (N,) px^2; sigma: (N,) px per axis;
     xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are left out.
     """

@@ -27,9 +27,13 @@ _BRIDGE = CvBridge()
 def image_to_array(message: Image) -> np.ndarray:
     """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one. Raises BadFrame for an encoding or size that cannot be used."""
     if message.encoding not in _COLOUR + _GREY:
-        raise BadFrame(f'image: encoding {message.encoding!r} is not supported; the driver has to publish one of {", ".join(_COLOUR + _GREY)}')
+        raise BadFrame(
+            f'image: encoding {message.encoding!r} is not supported; the driver has to publish one of {", ".join(_COLOUR + _GREY)}'
+        )
     if message.height * message.step != len(message.data) or not message.height * message.width:
-        raise BadFrame(f'image: {message.height} rows of {message.step} bytes do not make the {len(message.data)} bytes of data; the frame is cut')
+        raise BadFrame(
+            f'image: {message.height} rows of {message.step} bytes do not make the {len(message.data)} bytes of data; the frame is cut'
+        )
     try:
         return _BRIDGE.imgmsg_to_cv2(message, 'mono8' if message.encoding in _GREY else 'bgr8')
     except (CvBridgeError, ValueError, TypeError) as error:
@@ -37,7 +41,9 @@ def image_to_array(message: Image) -> np.ndarray:
 
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
-    """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another model."""
+    """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another
+    model.
+    """
     matrix = np.array(message.k, float).reshape(3, 3)
     if not matrix.any():
         return None
@@ -76,7 +82,9 @@ def tracks_from_message(message: DotTracks) -> dots.DotTracks:
     count = len(message.id)
     for name in ('u', 'v', 'area', 'du', 'dv'):
         if len(getattr(message, name)) != count:
-            raise BadFrame(f'dots: {name} has {len(getattr(message, name))} entries, id has {count}; whoever publishes dots has to fill both alike')
+            raise BadFrame(
+                f'dots: {name} has {len(getattr(message, name))} entries, id has {count}; whoever publishes dots has to fill both alike'
+            )
     if {len(message.x), len(message.y), len(message.z)} not in ({0}, {count}):
         raise BadFrame(f'dots: x, y, z have {len(message.x)}, {len(message.y)}, {len(message.z)} entries, id has {count}')
     columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
@@ -89,13 +97,20 @@ def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
     """ContactRegion under the image's header."""
     x, y, z, w = map(float, estimate.motion_rotation)
     return ContactRegion(
-        header=header, dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
+        header=header,
+        dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
         dot_state=array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes()),
-        outlines=[polygon(points) for points in estimate.outlines], holes=[polygon(points) for points in estimate.holes],
-        area=float(estimate.area), centroid=point(estimate.centroid), normal=vector(estimate.normal), orientation=float(estimate.orientation),
-        major_axis=float(estimate.major_axis), minor_axis=float(estimate.minor_axis),
+        outlines=[polygon(points) for points in estimate.outlines],
+        holes=[polygon(points) for points in estimate.holes],
+        area=float(estimate.area),
+        centroid=point(estimate.centroid),
+        normal=vector(estimate.normal),
+        orientation=float(estimate.orientation),
+        major_axis=float(estimate.major_axis),
+        minor_axis=float(estimate.minor_axis),
         motion=Transform(translation=vector(estimate.motion_translation), rotation=Quaternion(x=x, y=y, z=z, w=w)),
-        motion_interval=float(estimate.motion_interval))
+        motion_interval=float(estimate.motion_interval),
+    )
 
 
 def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
@@ -114,9 +129,17 @@ def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
 
 def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     """Slip under the image's header."""
-    return Slip(header=header, state=estimate.state, slipping_fraction=float(estimate.slipping_fraction),
-                velocity=Twist(linear=vector(estimate.linear), angular=vector(estimate.angular)), rotation_center=point(estimate.rotation_center),
-                x=_floats(estimate.x), y=_floats(estimate.y), vx=_floats(estimate.vx), vy=_floats(estimate.vy))
+    return Slip(
+        header=header,
+        state=estimate.state,
+        slipping_fraction=float(estimate.slipping_fraction),
+        velocity=Twist(linear=vector(estimate.linear), angular=vector(estimate.angular)),
+        rotation_center=point(estimate.rotation_center),
+        x=_floats(estimate.x),
+        y=_floats(estimate.y),
+        vx=_floats(estimate.vx),
+        vy=_floats(estimate.vy),
+    )
 
 
 def camera_info_message(camera: Mapping, header) -> CameraInfo:

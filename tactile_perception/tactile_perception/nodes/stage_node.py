@@ -23,7 +23,8 @@ class StageNode(Node):
     """A node over one stage.
 
     source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message) -> {topic: message}
-    what is computed, and in on_camera_info(message) what the camera changes. Frames that raise a TactileError are counted, said once, skipped.
+    what is computed, and in on_camera_info(message) what the camera changes. Frames that raise a TactileError are counted, said once,
+    skipped.
     """
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
@@ -49,8 +50,10 @@ class StageNode(Node):
         """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
         if self.wanted and not self._inputs:
             topic, kind, qos = self._source
-            self._inputs = [self.create_subscription(CameraInfo, 'camera_info', self._guarded(self.on_camera_info), qos_profile_sensor_data),
-                            self.create_subscription(kind, topic, self._process, qos)]
+            self._inputs = [
+                self.create_subscription(CameraInfo, 'camera_info', self._guarded(self.on_camera_info), qos_profile_sensor_data),
+                self.create_subscription(kind, topic, self._process, qos),
+            ]
         elif not self.wanted and self._inputs:
             for subscription in self._inputs:
                 self.destroy_subscription(subscription)

@@ -88,5 +88,9 @@ class ContactMessages(_WithCamera):
             raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
         result = self.stage.process(convert.tracks_from_message(message), convert.stamp_seconds(message.header))
         header = message.header
-        return {'contact_region': convert.region_to_message(result.region, header), 'contacts': convert.contacts_to_message(result.contacts, header),
-                'slip': convert.slip_to_message(result.slip, header), 'wrench': convert.wrench_to_message(result.wrench, header)}
+        return {
+            'contact_region': convert.region_to_message(result.region, header),
+            'contacts': convert.contacts_to_message(result.contacts, header),
+            'slip': convert.slip_to_message(result.slip, header),
+            'wrench': convert.wrench_to_message(result.wrench, header),
+        }

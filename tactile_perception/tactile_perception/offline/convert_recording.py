@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""convert_recording: a touchpad's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter file beside it."""
+"""convert_recording: a touchpad's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter file
+beside it.
+"""
 from __future__ import annotations
 
 import argparse
@@ -58,9 +60,16 @@ def sensor_parameters(sensor: dict) -> dict[str, object]:
     camera, info = sensor['cameras'][0], sensor['info']
     rows, columns = (int(n) + 1 for n in np.max(sensor['dots']['row_col'], axis=0))
     rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
-    return {'rows': rows, 'columns': columns, 'cap.curvature_radius': float(info['curvature_radius']), 'cap.height': float(info['cap_height']),
-            'camera.rotation': rotation.tolist(), 'camera.translation': [float(x) for x in camera['t_cam_from_sensor']],
-            'membrane.shear_stiffness': float(info['shear_modulus_times_thickness']), 'membrane.rest_pressure': float(info['rest_gauge_pressure'])}
+    return {
+        'rows': rows,
+        'columns': columns,
+        'cap.curvature_radius': float(info['curvature_radius']),
+        'cap.height': float(info['cap_height']),
+        'camera.rotation': rotation.tolist(),
+        'camera.translation': [float(x) for x in camera['t_cam_from_sensor']],
+        'membrane.shear_stiffness': float(info['shear_modulus_times_thickness']),
+        'membrane.rest_pressure': float(info['rest_gauge_pressure']),
+    }
 
 
 def main(args: list[str] | None = None) -> int:

@@ -54,7 +54,9 @@ class TouchpadReplay:
 
 
 def process_bag(source: Path, target: Path, dot_values: dict, region_values: dict, namespace: str = '') -> Summary:
-    """Write the estimates for source to target, a new bag; stamps are source's. Raises TactileError for a bag or parameters that cannot be used."""
+    """Write the estimates for source to target, a new bag; stamps are source's. Raises TactileError for a bag or parameters that
+    cannot be used.
+    """
     codec, summary = MessageCodec(), Summary()
     replay = TouchpadReplay(dot_values, region_values)
     with BagReader(source) as reader:
@@ -71,7 +73,9 @@ def process_bag(source: Path, target: Path, dot_values: dict, region_values: dic
 
 def find_prefix(topics: dict[str, str], namespace: str) -> str:
     """'/ns/' of the sensor in a bag with these topics. Raises BadBag where there is none, or more than one and none is named."""
-    found = sorted(t.removesuffix('image_raw') for t, kind in topics.items() if t.endswith('/image_raw') and kind == 'sensor_msgs/msg/Image')
+    found = sorted(
+        t.removesuffix('image_raw') for t, kind in topics.items() if t.endswith('/image_raw') and kind == 'sensor_msgs/msg/Image'
+    )
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted not in found:
         raise BadBag(f'no {wanted}image_raw in the bag; it has {", ".join(p + "image_raw" for p in found) or "no image_raw at all"}')
@@ -97,8 +101,10 @@ def _results(message: RawMessage, topic: str, replay: TouchpadReplay, codec: Mes
 
 def report(summary: Summary, target: Path) -> str:
     """The summary in words."""
-    lines = [f'{target}: {summary.frames} frames in {summary.seconds:.1f} s ({1e3 * summary.seconds / max(summary.frames, 1):.1f} ms a frame); '
-             + ', '.join(f'{n} {topic}' for topic, n in sorted(summary.written.items()))]
+    lines = [
+        f'{target}: {summary.frames} frames in {summary.seconds:.1f} s ({1e3 * summary.seconds / max(summary.frames, 1):.1f} ms a frame); '
+        + ', '.join(f'{n} {topic}' for topic, n in sorted(summary.written.items()))
+    ]
     lines += [f'  refused {n} frames: {reason}' for reason, n in summary.refused.most_common()]
     return '\n'.join(lines)
 

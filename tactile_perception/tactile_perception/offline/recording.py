@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png, truth.npz (true places, states, loads)."""
+"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png, truth.npz (true places, states,
+loads).
+"""
 from __future__ import annotations
 
 import json
@@ -35,7 +37,9 @@ class Recording:
         self.stamps = self._truth['timestamps']
         self.camera = self.sensor['cameras'][0]
         if len(self._images) != len(self.stamps):
-            raise BadRecordingFolder(f'recording {self.folder}: {len(self._images)} images in frames/ but {len(self.stamps)} stamps in truth.npz')
+            raise BadRecordingFolder(
+                f'recording {self.folder}: {len(self._images)} images in frames/ but {len(self.stamps)} stamps in truth.npz'
+            )
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -60,11 +64,22 @@ class Recording:
         touched = truth['dot_contact'].any()
         fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if touched else np.nan
         return TruthFrame(
-            dot_id=self._ids, dot_uv=truth['uv'].astype(float), dot_xyz=truth['dot_xyz'].astype(float), dot_state=truth['dot_state'].astype(np.uint8),
-            outlines=outlines, holes=holes, area=float(truth['contact_area']), centroid=truth['contact_centroid'].astype(float),
-            contacts=self._touches(truth) if touched else [], slip_state=_slip_state(fraction), slipping_fraction=fraction,
-            velocity=self._twist(truth) if touched else np.full(6, np.nan), motion=_motion(truth) if touched else np.full(6, np.nan),
-            wrench=np.concatenate([truth['force'], truth['moment_sensor']]).astype(float), pressure=float(truth['pressure']))
+            dot_id=self._ids,
+            dot_uv=truth['uv'].astype(float),
+            dot_xyz=truth['dot_xyz'].astype(float),
+            dot_state=truth['dot_state'].astype(np.uint8),
+            outlines=outlines,
+            holes=holes,
+            area=float(truth['contact_area']),
+            centroid=truth['contact_centroid'].astype(float),
+            contacts=self._touches(truth) if touched else [],
+            slip_state=_slip_state(fraction),
+            slipping_fraction=fraction,
+            velocity=self._twist(truth) if touched else np.full(6, np.nan),
+            motion=_motion(truth) if touched else np.full(6, np.nan),
+            wrench=np.concatenate([truth['force'], truth['moment_sensor']]).astype(float),
+            pressure=float(truth['pressure']),
+        )
 
     @property
     def _ids(self) -> np.ndarray:

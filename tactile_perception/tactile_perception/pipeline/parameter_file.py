@@ -13,7 +13,9 @@ from ..errors import BadArgument
 
 
 def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> dict[str, object]:
-    """Name -> value of a node's parameters: defaults, then those that the file has for it. Raises BadArgument: file, name, what is allowed."""
+    """Name -> value of a node's parameters: defaults, then those that the file has for it. Raises BadArgument: file, name, what is
+    allowed.
+    """
     known = {p.name: p for p in table}
     values = defaults(table)
     for name, value in _sections(path, node):

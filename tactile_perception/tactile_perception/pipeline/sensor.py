@@ -35,7 +35,9 @@ class Touchpad:
             raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
         cap = Cap(values['cap.curvature_radius'], values['cap.height']) if values['surface'] == 'cap' else None
         if cap is not None and min(values['rows'], values['columns']) < 3:
-            raise BadArgument(f'parameters rows and columns must be at least 3 with surface cap, not {values["rows"]} and {values["columns"]}')
+            raise BadArgument(
+                f'parameters rows and columns must be at least 3 with surface cap, not {values["rows"]} and {values["columns"]}'
+            )
         material = MembraneMaterial(values['membrane.shear_stiffness'], values['membrane.rest_pressure'], values['cap.curvature_radius'])
         return cls(values['rows'], values['columns'], cap, material, cv2.Rodrigues(rotation)[0], translation)
 

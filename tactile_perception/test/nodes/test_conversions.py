@@ -33,8 +33,15 @@ def test_colour_comes_as_bgr_and_grey_as_it_is():
     assert grey.shape == (4, 6) and (grey == colour[..., 0]).all()
 
 
-@pytest.mark.parametrize('change, message', [
-    ({'encoding': 'bayer_rggb8'}, 'bayer_rggb8'), ({'height': 5}, '5 rows of 18 bytes'), ({'width': 0}, 'do not make'), ({'data': array('B')}, '0 bytes')])
+@pytest.mark.parametrize(
+    'change, message',
+    [
+        ({'encoding': 'bayer_rggb8'}, 'bayer_rggb8'),
+        ({'height': 5}, '5 rows of 18 bytes'),
+        ({'width': 0}, 'do not make'),
+        ({'data': array('B')}, '0 bytes'),
+    ],
+)
 def test_images_that_cannot_be_meant_are_refused(change, message):
     bad = image('bgr8', np.zeros((4, 6, 3), np.uint8))
     for name, value in change.items():
@@ -78,7 +85,9 @@ def test_nothing_touching_is_nan_and_empty_not_zero():
 
 
 def test_a_contact_and_a_wrench_keep_their_numbers():
-    estimate = ContactEstimate(7, np.array([1.0, 2, 3]), np.array([0, 0, 1.0]), 0.002, 0.5, np.arange(9.0).reshape(3, 3), 2, np.array([True]))
+    estimate = ContactEstimate(
+        7, np.array([1.0, 2, 3]), np.array([0, 0, 1.0]), 0.002, 0.5, np.arange(9.0).reshape(3, 3), 2, np.array([True])
+    )
     contact = convert.contacts_to_message([estimate], HEADER).contacts[0]
     assert (contact.id, contact.position.y, contact.normal.z, contact.depth, contact.force, contact.flags) == (7, 2.0, 1.0, 0.002, 0.5, 2)
     assert list(contact.position_covariance) == list(range(9))

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The processing nodes over ROS: results under the image's header, nothing done for nobody, bad frames counted, the reference on request."""
+"""The processing nodes over ROS: results under the image's header, nothing done for nobody, bad frames counted, the reference on
+request.
+"""
 import os
 import time
 

@@ -22,13 +22,18 @@ def write_scene(path, name, times, rate):
         for time in times:
             seen, stamp = scene.render(time), round((time + 1) * 1e9)
             header = header_of(stamp, 'touchpad')
-            for topic, message in {'camera_info': camera_info_message(info, header),
-                                   'image_raw': image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header),
-                                   'ground_truth/contacts': contacts_message(seen.truth.contacts, numbers.assign(seen.truth.contacts), header),
-                                   'ground_truth/contact_region': region_message(seen.truth, 1 / rate, header)}.items():
+            for topic, message in {
+                'camera_info': camera_info_message(info, header),
+                'image_raw': image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header),
+                'ground_truth/contacts': contacts_message(seen.truth.contacts, numbers.assign(seen.truth.contacts), header),
+                'ground_truth/contact_region': region_message(seen.truth, 1 / rate, header),
+            }.items():
                 type_name, data = codec.encode(message)
                 writer.write(f'/touchpad/{topic}', type_name, stamp, data)
-    values = {'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.ravel().tolist()}
+    values = {
+        'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(),
+        'camera.translation': camera.translation.ravel().tolist(),
+    }
     path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
 
 

@@ -20,7 +20,9 @@ def test_messages_come_back_in_the_order_of_their_stamps(tmp_path):
             writer.write(topic, 'std_msgs/msg/String', stamp, encoded(f'{topic} {stamp}'))
     with BagReader(tmp_path / 'bag') as reader:
         assert reader.topics == {'/a': 'std_msgs/msg/String', '/b': 'std_msgs/msg/String'}
-        assert [(m.topic, m.stamp_ns, m.data) for m in reader.messages()] == [(t, s, encoded(f'{t} {s}')) for t, s in (('/a', 10), ('/b', 20), ('/b', 30))]
+        assert [(m.topic, m.stamp_ns, m.data) for m in reader.messages()] == [
+            (t, s, encoded(f'{t} {s}')) for t, s in (('/a', 10), ('/b', 20), ('/b', 30))
+        ]
         assert [m.stamp_ns for m in reader.messages({'/b'})] == [20, 30]
 
 
@@ -29,7 +31,9 @@ def test_messages_come_back_in_the_order_of_their_stamps(tmp_path):
 def test_reads_both_storages_compressed_or_not(tmp_path, storage, zstd):
     writer = Writer(tmp_path / 'bag', version=9, storage_plugin=storage)
     if zstd:
-        writer.set_compression(CompressionMode.MESSAGE if storage is StoragePlugin.SQLITE3 else CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        writer.set_compression(
+            CompressionMode.MESSAGE if storage is StoragePlugin.SQLITE3 else CompressionMode.STORAGE, CompressionFormat.ZSTD
+        )
     with writer:
         connection = writer.add_connection('/a', 'std_msgs/msg/String', typestore=STORE)
         writer.write(connection, 5, encoded('x'))

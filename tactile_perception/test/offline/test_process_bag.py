@@ -20,7 +20,9 @@ def decoded(bag):
     codec, found = MessageCodec(), {}
     with BagReader(bag) as reader:
         for message in reader.messages():
-            found.setdefault(message.topic.removeprefix('/touchpad/'), []).append((message.stamp_ns, codec.decode(message.data, message.type_name)))
+            found.setdefault(message.topic.removeprefix('/touchpad/'), []).append(
+                (message.stamp_ns, codec.decode(message.data, message.type_name))
+            )
     return found
 
 
