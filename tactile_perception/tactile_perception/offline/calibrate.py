@@ -106,48 +106,20 @@ def _evenly(items: list, most: int) -> list:
 def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str:
     """The fit in words."""
     model = found.model
+    shallow, deep = (1e3 * depth for depth in found.depth_range)
     lines = [
         f'{found.presses} presses, {found.dots} dots on a sphere of {found.sphere_radius * 1e3:.2f} mm radius',
         f'range residual: {found.residual_rms * 1e3:.3f} mm RMS, {found.residual_bias * 1e3:+.3f} mm mean; '
         f'at places left out of the fit {found.held_out_rms * 1e3:.3f} mm RMS',
-        f'absorption over red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m; depth of a
-        dent
-        good
-      
-       
-        to
-    
-     
-      
-       
-     
-      
-       
-        {model.scale_sigma:.1%}',
-        f'calibrated for depths of {found.depth_range[0] * 1e3:.2f} to {found.depth_range[1]
-        *
-       
-        1e3:.2f}
-      
-       
-        mm',
-  
-   
-  
-   
+        f'absorption over red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
+        f'depth of a dent good to {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
     ]
     lines += [f'left out: {line}' for line in left_out + found.left_out]
     return '\n'.join([*lines, f'written: {output}'])
 
 
-def calibrate(bags: list[Path], values: dict, output: Path, sphere_radius: float | None, namespace: str =
-'')
-->
-st
-str
-str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the
-    model."""
+def calibrate(bags: list[Path], values: dict, output: Path, sphere_radius: float | None, namespace: str = '') -> str:
+    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the model."""
     reader = PressReader(values, namespace)
     presses = chosen([press for bag in bags for press in reader.read(bag)])
     if reader.camera is None:
