@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
 
 from ..errors import BadArgument
 from .membrane_forces import MembraneForces, MembraneMaterial
@@ -21,9 +22,9 @@ from .range_scale import RangeScale
 
 # What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last
 # frame.
-_COLD = (1.0, .7, .4, .25, .15, .1, .08)
+_COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
-PACES = {'full': (.3, .2, .12, .08), 'fast': (.2, .08)}
+PACES = {'full': (.4, .2), 'fast': (.4,)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
 _FILL, _KNOWN = (.15, .1), 3e-6
 
@@ -35,7 +36,7 @@ class MembraneState:
     xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the
     outermost dots, which have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of
     the object; fluid_pressure: Pa; touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's
-    centre.
+    centre; carries: (K,) bool, dots that are likely touched and those beside them, on which a border's load spreads.
     """
 
     xyz: np.ndarray
@@ -47,6 +48,7 @@ class MembraneState:
     touched: np.ndarray
     seen: np.ndarray
     ranges: np.ndarray
+    carries: np.ndarray
 
     @property
     def load(self) -> np.ndarray:
@@ -58,7 +60,7 @@ class MembraneState:
         carries half of the fluid's pressure."""
         if not (self.load > .5).any():
             return np.zeros(3), np.zeros(3)
-        carried = self.force * self.touched[:, None]
+        carried = self.force * self.carries[:, None]
         return carried.sum(0), np.cross(self.xyz, carried).sum(0)
 
 
@@ -109,7 +111,8 @@ class Membrane:
             frame.step(misfit, refresh=frame.cold, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
         if scale is not None:
             scale.learn(self.forces, frame, rest)
-        return self.at(frame.places, frame.pressure, frame.touched, frame.seen, frame.ranges)
+        force, share = self.forces.evaluate(frame.places, frame.pressure)
+        return self._state(frame.places, force, share, frame.pressure, frame.touched, frame.seen, frame.ranges)
 
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
         """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges."""
@@ -153,8 +156,10 @@ class Membrane:
         moved = np.zeros_like(self.rest)
         moved[ids] = xyz - self.rest[ids]
         places = np.ascontiguousarray((self.rest + self.mesh.fill(moved, seen)).T)
-        pressure, touched = self._fluid_pressure(places)
-        state = self.at(places, pressure, touched, seen, np.full(self.mesh.size, np.nan))
+        elastic, share = self.forces.evaluate(places, 0.0)
+        pressure, touched = self._fluid_pressure(elastic, share)
+        force = elastic + pressure * (share - self.forces.rest_residual)
+        state = self._state(places, force, share, pressure, touched, seen, np.full(self.mesh.size, np.nan))
         if origin is None or seen.all() or not seen.any():
             return state
         away = xyz - origin
@@ -162,31 +167,33 @@ class Membrane:
         known = np.full(len(ids), _KNOWN)
         return self.solve(origin, away / ranges[:, None], ranges, known, ids, state, _FILL)
 
-    def _fluid_pressure(self, places: np.ndarray) -> tuple[float, np.ndarray]:
-        """Pressure, Pa, that leaves nothing over on free dots, and the probability (K,) that a dot is not one."""
-        elastic, share = self.forces.evaluate(places, 0.0)
-        area = np.sqrt((share * share).sum(0))
-        carried = -(elastic * share).sum(0)[self.mesh.inner]
-        push = ((share - self.forces.rest_residual) * share).sum(0)[self.mesh.inner]
-        pressure = max(float(np.median(carried / push)), .1 * self.material.rest_pressure)
+    def _fluid_pressure(self, elastic: np.ndarray, share: np.ndarray) -> tuple[float, np.ndarray]:
+        """Pressure, Pa, that leaves nothing over on free dots, and the probability (K,) that a dot is not one.
+
+        elastic (3, K) N: forces without pressure; share (3, K) m^2: area vectors.
+        """
+        square, inner = (share * share).sum(0), self.mesh.inner
+        carried = -(elastic * share).sum(0)
+        push = square - (self.forces.rest_residual * share).sum(0)
+        least = .1 * self.material.rest_pressure
+        pressure = max(float(np.median(carried[inner] / push[inner])), least)
         touched = np.zeros(self.mesh.size)
         for misfit in _PRESSURE_ROUNDS:
-            force = elastic + pressure * (share - self.forces.rest_residual)
-            load = (force * share).sum(0) / (pressure * area**2)
+            load = (pressure * push - carried) / (pressure * square)
             touched = judge(self.mesh, likelihood_gain(load, misfit), touched)
-            weight = (1 - touched)[self.mesh.inner] + 1e-9
-            pressure = max(float(weight @ (carried * push) / (weight @ push**2)), .1 * self.material.rest_pressure)
+            weight = np.where(inner, (1 - touched) + 1e-9, 0.0)
+            pressure = max(float(weight @ (carried * push) / (weight @ push**2)), least)
         return pressure, touched
 
-    def at(self, places: np.ndarray, pressure: float, touched: np.ndarray, seen: np.ndarray, ranges: np.ndarray) -> MembraneState:
-        """The loads at places (3, K) under a fluid pressure, Pa: no solve, one evaluation."""
-        force, share = self.forces.evaluate(places, pressure)
+    def _state(self, places, force, share, pressure, touched, seen, ranges) -> MembraneState:
+        """The loads at places (3, K), m, from what is left over, force (3, K) N, on area vectors share (3, K) m^2."""
         area = np.sqrt((share * share).sum(0))
         normal = share / area
-        inner = self.mesh.inner
+        inner, shape = self.mesh.inner, (self.mesh.rows, self.mesh.columns)
+        carries = ndimage.binary_dilation((touched > .5).reshape(shape), np.ones((3, 3))).ravel()
         return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
                              pressure=np.where(inner, (force * normal).sum(0) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
-                             seen=seen, ranges=ranges)
+                             seen=seen, ranges=ranges, carries=carries)
 
 
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:

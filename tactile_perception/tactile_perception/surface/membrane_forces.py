@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from ..errors import BadArgument
 from .membrane_grid import GridMesh
@@ -42,7 +43,11 @@ class MembraneMaterial:
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross product of component-first arrays (3, ...): np.cross without its copies."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[j], b[k], out=out[i])
+        out[i] -= a[k] * b[j]
+    return out
 
 
 class MembraneForces:
@@ -54,6 +59,8 @@ class MembraneForces:
         self.area_share = 1 - material.rest_tension / material.shear_stiffness
         rest = np.ascontiguousarray(rest_xyz.T, float)
         self.laplacian = self._laplacian(rest)
+        place = np.broadcast_to(np.arange(mesh.size), mesh.stencil.shape)[mesh.valid], mesh.stencil[mesh.valid]
+        self._springs = csr_matrix((self.laplacian[mesh.valid], place), shape=(mesh.size, mesh.size))
         self.rest_area = self._triangles(rest)[2]
         self.rest_residual = np.zeros_like(rest)
         self.rest_residual = self.evaluate(rest, material.rest_pressure)[0] / material.rest_pressure
@@ -74,8 +81,11 @@ class MembraneForces:
 
     def _triangles(self, x: np.ndarray):
         """Edge opposite to each corner (3, 3, T), area vector (3, T), area (T,)."""
-        corner = x[:, self.mesh.triangles]
-        edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]
+        first, second, third = (x[:, k] for k in self.mesh.triangles)
+        edge = np.empty((3, 3, first.shape[1]))
+        np.subtract(third, second, out=edge[:, 0])
+        np.subtract(first, third, out=edge[:, 1])
+        np.subtract(second, first, out=edge[:, 2])
         vector = cross(edge[:, 0], edge[:, 1]) / 2
         return edge, vector, np.sqrt((vector * vector).sum(0))
 
@@ -84,7 +94,7 @@ class MembraneForces:
 
     def _area_vectors(self, vector: np.ndarray) -> np.ndarray:
         """Each dot's share of the surface as a vector (3, K): a third of half of each triangle's."""
-        return self._sum(np.repeat(vector[:, None] / 6, 3, axis=1))
+        return self._sum(np.broadcast_to(vector[:, None] / 6, (3, 3, vector.shape[1])))
 
     def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
@@ -106,8 +116,7 @@ class MembraneForces:
 
     def _balance(self, x, pressure, edge, normal, stiffening, share):
         spread = self._sum(cross(normal[:, None], edge) / 2 * stiffening)
-        springs = (self.laplacian * x[:, self.mesh.stencil]).sum(1)
-        return spread - springs + pressure * (share - self.rest_residual)
+        return spread - (self._springs @ x.T).T + pressure * (share - self.rest_residual)
 
     def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
         """Normal balance at places x (3, K) and how it changes as each dot moves along its unit ray (3, K).

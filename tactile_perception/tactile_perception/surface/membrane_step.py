@@ -53,7 +53,10 @@ class MembraneFrame:
         return full / np.sqrt((full * full).sum(0))
 
     def _begin(self, start, touched):
-        """Start from the last frame, or from the measured ranges where the surface has jumped (or there is no last frame)."""
+        """Start from the last frame, moved as the ranges of each dot and its neighbours have changed in the mean.
+
+        Where the surface has jumped (or there is no last frame) start from the measured ranges.
+        """
         last = start.T - self.origin
         self.ranges = np.sqrt((last * last).sum(0))
         self._leave_out_strays()
@@ -63,6 +66,9 @@ class MembraneFrame:
         self.touched = np.zeros(len(self.ranges)) if self.cold else touched
         if self.cold:
             self.ranges = np.where(has, self.measured, self.ranges)
+        else:
+            gone = (self.measured - self.ranges) * has
+            self.ranges = self.ranges + gone[self.mesh.stencil].sum(0) / np.maximum(has[self.mesh.stencil].sum(0), 1)
         self.anchor = self.ranges
 
     def _leave_out_strays(self):

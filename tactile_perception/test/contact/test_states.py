@@ -30,7 +30,7 @@ class Face:
         force = force + self.rng.normal(size=force.shape) * [1e-3, 1e-3, 0]
         count = SIDE**2
         return MembraneState(seen, force, np.tile([0, 0, 1.0], (count, 1)), np.full(count, 2e-6), 3000.0 * self.inside, 3000.0,
-                             self.score, np.ones(count, bool), np.full(count, np.nan))
+                             self.score, np.ones(count, bool), np.full(count, np.nan), self.inside)
 
 
 def test_nothing_touched_has_no_state():
