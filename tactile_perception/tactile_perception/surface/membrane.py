@@ -26,7 +26,7 @@ _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_FILL, _KNOWN = (.15, .1), 3e-6
+_FILL, _KNOWN = (.4, .2), 3e-6
 
 
 @dataclass
@@ -150,9 +150,10 @@ class Membrane:
         which the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
-        xyz = np.asarray(xyz, float)
+        finite = np.isfinite(xyz).all(1)
+        ids, xyz = ids[finite], np.asarray(xyz, float)[finite]
         seen = np.zeros(self.mesh.size, bool)
-        seen[ids] = np.isfinite(xyz).all(1)
+        seen[ids] = True
         moved = np.zeros_like(self.rest)
         moved[ids] = xyz - self.rest[ids]
         places = np.ascontiguousarray((self.rest + self.mesh.fill(moved, seen)).T)

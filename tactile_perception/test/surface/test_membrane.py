@@ -95,6 +95,16 @@ def test_places_alone_give_the_loads_back(touchpad):
     assert np.mean(np.abs(holed.load - state.load) > 0.3) < 0.03
 
 
+def test_places_that_are_not_known_or_none_at_all_leave_finite_numbers():
+    membrane, _, _ = _at_rest()
+    xyz = membrane.rest.copy()
+    xyz[7] = np.nan
+    state = membrane.evaluate(xyz, np.arange(255), ORIGIN)
+    assert np.isfinite(state.xyz).all() and not state.seen[7] and np.abs(state.load).max() < 0.1
+    nothing = membrane.evaluate(np.zeros((0, 3)), np.zeros(0, int), ORIGIN)
+    assert np.isfinite(nothing.load).all() and not nothing.seen.any()
+
+
 def _follow(pad, frames, seed=0, **errors):
     rng = np.random.default_rng(seed)
     material = MembraneMaterial(pad.info['shear_modulus_times_thickness'], pad.info['rest_gauge_pressure'], pad.info['curvature_radius'])
