@@ -15,7 +15,7 @@ import numpy as np
 _LEVER = 5e-3
 # Cosine from which a dot that is ahead counts as leading, and how much less its distance then speaks against it.
 _LEADS, _PATIENCE = 0.3, 0.04
-_RIDGE, _LOOSE = 1e-6, 1e-3
+_RIDGE, _LOOSE = 1e-4, 1e-3
 
 
 class DotMotions:
