@@ -88,6 +88,12 @@ class Membrane:
         self._response = None
         self.pitch = float(np.median(np.linalg.norm(np.diff(self.rest.reshape(rows, columns, 3), axis=1), axis=2)))
 
+    def with_rest(self, rest_xyz: np.ndarray) -> Membrane:
+        """The same membrane with other rest places (K, 3), m, of its dots, for a reference that drifts: what is costly to find is kept."""
+        other = Membrane(rest_xyz, self.mesh.rows, self.mesh.columns, self.material, self.pace)
+        other._response = self._response
+        return other
+
     def solve(self, origin: np.ndarray, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray,
               previous: MembraneState | None = None, steps: tuple[float, ...] | None = None,
               scale: RangeScale | None = None) -> MembraneState:

@@ -63,6 +63,16 @@ def test_an_untouched_membrane_takes_the_noise_off_the_ranges_and_carries_nothin
         np.testing.assert_array_equal(state.wrench(), 0)
 
 
+def test_a_membrane_with_other_rest_places_is_at_rest_there():
+    membrane, rays, ranges = _at_rest()
+    membrane.solve(ORIGIN, rays, ranges, np.full(255, SPREAD), np.arange(255))
+    turned = rays + [2e-4, 0, 0]
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    other = membrane.with_rest(CAP.meet(ORIGIN, turned))
+    state = other.solve(ORIGIN, turned, np.linalg.norm(other.rest - ORIGIN, axis=1), np.full(255, SPREAD), np.arange(255))
+    np.testing.assert_allclose(state.load, 0, atol=1e-6)
+
+
 def test_a_range_that_glare_has_spoiled_is_not_believed():
     membrane, rays, ranges = _at_rest()
     rng = np.random.default_rng(1)
