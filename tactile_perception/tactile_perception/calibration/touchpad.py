@@ -69,8 +69,21 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
     return upright
 
 
+def sphere_misfit(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap()) -> float:
+    """Root mean square range error, m, that fit_touchpad leaves with a sphere of this radius (m), upright on its tip; raises as it does."""
+    upright = [replace(press, normal=np.array([0.0, 0.0, 1.0])) for press in presses]
+    model, _, groups, _ = _solve(upright, camera, sphere_radius, cap, OpticsPrior())
+    return _rms(np.concatenate([range_errors(model, group) for group in groups]))
+
+
 def _fit_presses(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> TouchpadCalibration:
     """The fit with the normals as they are."""
+    model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap, prior)
+    return _report(model, ground, groups, camera, sphere_radius, prior, left_out)
+
+
+def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> tuple:
+    """The model, the ground's colours, the dots on the sphere of each press, and a line for each press or dot left out."""
     rest = [p for p in presses if not p.touching]
     used, left_out = _usable([p for p in presses if p.touching])
     _require_coverage(rest, used, left_out)
@@ -88,7 +101,7 @@ def _fit_presses(presses: list[Press], camera: CameraModel, sphere_radius: float
     if model.scale_sigma > LARGEST_SCALE_SIGMA:
         raise BadCalibration(f'touchpad calibration: a dent\'s depth stays uncertain by {model.scale_sigma:.1%}, '
                              f'{LARGEST_SCALE_SIGMA:.0%} allowed; add deeper presses at more places')
-    return _report(model, ground, on_sphere, camera, sphere_radius, prior, left_out + empty + dropped)
+    return model, ground, on_sphere, left_out + empty + dropped
 
 
 def _usable(presses: list[Press]) -> tuple[list[Press], list[str]]:

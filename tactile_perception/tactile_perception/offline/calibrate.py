@@ -12,7 +12,7 @@ import numpy as np
 
 from ..calibration.press import Press
 from ..calibration.sphere_radius import find_sphere_radius
-from ..calibration.touchpad import TouchpadCalibration, fit_touchpad
+from ..calibration.touchpad import TouchpadCalibration, fit_touchpad, sphere_misfit
 from ..calibration.touchpad_file import write_touchpad
 from ..camera import CameraModel
 from ..errors import BadCalibration, BadFrame, TactileError
@@ -128,7 +128,7 @@ def calibrate(bags: list[Path], values: dict, output: Path, sphere_radius: float
     if sphere_radius is None:
         print('fitting the radius of the sphere, which takes a minute; --sphere-radius saves it', file=sys.stderr, flush=True)
         few = chosen(presses, most=_RADIUS_PRESSES)
-        sphere_radius = find_sphere_radius(lambda radius: fit_touchpad(few, reader.camera, radius, cap).residual_rms)
+        sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]
     write_touchpad(output, found, (width, height))
