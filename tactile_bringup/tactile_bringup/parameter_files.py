@@ -34,8 +34,8 @@ def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> li
 def parameter_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
     """The text of a parameter file for a touchpad's nodes.
 
-    about: comment on top; changed: name -> value other than the default; left_out: what the names of nodes and parameters that are of no use
-    here begin with.
+    about: comment on top; changed: name -> value other than the default; left_out: nodes, and what the names of parameters begin with, that
+    are of no use here.
     """
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS)),

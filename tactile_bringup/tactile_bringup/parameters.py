@@ -7,9 +7,11 @@ from tactile_driver.nodes.parameters import Parameter
 
 MARKERS_PARAMETERS = (
     Parameter('frame_id', str, 'touchpad', '', 'the sensor frame; /tf_static tells where its camera is', read_only=True),
-    Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0, read_only=True),
-    Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0, read_only=True),
-    Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are as thick in proportion', 1e-5, 1.0),
+    Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0,
+              read_only=True),
+    Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0,
+              read_only=True),
+    Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are in proportion', 1e-5, 1.0),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
     Parameter('force_scale', float, 0.004, 'm/N', 'length of the force arrow for each N', 0.0, 1000.0),
     Parameter('torque_scale', float, 0.4, 'm/(N m)', 'length of the torque arrow for each N m', 0.0, 1e6),

@@ -23,8 +23,9 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 class Annotation:
     """What is known of one image; places are px of that image.
 
-    rows, columns: of the grid, 0 for none; id: (N,); uv, duv: (N, 2) places and displacements from rest, NaN where not known; state: (N,)
-    0 untouched, 1 sticking, 2 slipping, -1 not known; radius: of the dots, px; outlines, holes: lists of (n, 2); contacts: (C, 2); text: lines to write.
+    rows, columns: of the grid, 0 for none; id: (N,); uv, duv: (N, 2) places and displacements from rest, NaN where not known; state:
+    (N,) 0 untouched, 1 sticking, 2 slipping, -1 not known; radius: of the dots, px; outlines, holes: lists of (n, 2); contacts: (C, 2);
+    text: lines to write.
     """
 
     rows: int = 0

@@ -28,7 +28,8 @@ def test_good_values_pass(tmp_path):
 
 
 @pytest.mark.parametrize('wrong, told', [
-    ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'), ({'params': 'no.yaml'}, 'no.yaml'),
+    ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
+    ({'params': 'no.yaml'}, 'no.yaml'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_told_in_one_line(wrong, told):
     with pytest.raises(LaunchError, match=told) as raised:

@@ -109,8 +109,9 @@ class DemoNode(Node):
         self._video.close()
         if self._reading is None:
             missing = [t for t in (*_TOPICS, _PICTURE) if not self.count_publishers(t)] if self.context.ok() else []
-            self.failed = (f'nothing came in {time.monotonic() - self._begin_s:.0f} s: see the messages above; is the source there, and do the '
-                           'parameters rows, columns and polarity fit the images?' + (f' Nobody publishes {", ".join(missing)}.' if missing else ''))
+            self.failed = (f'nothing came in {time.monotonic() - self._begin_s:.0f} s: see the messages above; is the source there, '
+                           'and do the parameters rows, columns and polarity fit the images?'
+                           + (f' Nobody publishes {", ".join(missing)}.' if missing else ''))
             print(f'demo: {self.failed}', file=sys.stderr, flush=True)
             return
         self.failed = ''

@@ -20,8 +20,8 @@ class Reading:
     """What one frame said; NaN or empty: not known.
 
     stamp_s: of exposure; latency_s: from there until everything of the frame had come; dots: how many; displacement: largest, px; states:
-    dots untouched, sticking, slipping, () without a contact region; area, m^2; depth, m; force, N; touches: how many; motion: (6,) translation,
-    m, and rotation vector, rad, of the object over motion_interval, s; slip: '' or the state's name; slipping: fraction.
+    dots untouched, sticking, slipping, () without a contact region; area, m^2; depth, m; force, N; touches: how many; motion: (6,)
+    translation, m, and rotation vector, rad, of the object over motion_interval, s; slip: '' or the state's name; slipping: fraction.
     """
 
     stamp_s: float
@@ -90,7 +90,8 @@ class Summary:
     def report(self) -> list[str]:
         """What there was in all."""
         units = {'displacement': ('px', 1.0, '.1f'), 'area': ('mm^2', 1e6, '.0f'), 'depth': ('mm', 1e3, '.1f'), 'force': ('N', 1.0, '.1f')}
-        largest = [f'{name} {factor * self.largest[name]:{form}} {unit}' for name, (unit, factor, form) in units.items() if name in self.largest]
+        largest = [f'{name} {factor * self.largest[name]:{form}} {unit}'
+                   for name, (unit, factor, form) in units.items() if name in self.largest]
         mean = (self.frames - 1) / (self.last_s - self.first_s) if self.last_s > self.first_s else _NAN
         return [f'{self.frames} frames, {number(mean, ".1f")} Hz, latency {number(self.latency_ms(50, False), ".0f")} ms '
                 f'(95 %: {number(self.latency_ms(95, False), ".0f")} ms)', 'largest ' + (', '.join(largest) or 'nothing')]

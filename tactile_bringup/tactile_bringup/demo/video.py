@@ -26,7 +26,7 @@ class Video:
         self.frames = 0
 
     def add(self, stamp_s: float, image: np.ndarray) -> None:
-        """Take a frame (H, W, 3) uint8 BGR; those that come between two frames of the video are left out. Raises BadArgument without a codec."""
+        """Take a frame (H, W, 3) uint8 BGR; those between two frames of the video are left out. Raises BadArgument without a codec."""
         if self._writer is None:
             self._open(image, stamp_s)
         due = int((stamp_s - self._first_s) * _RATE + 0.5) + 1

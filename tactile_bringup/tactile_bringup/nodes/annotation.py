@@ -50,7 +50,8 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
     if np.isfinite(dots.area).any():
         what.radius = float(np.sqrt(np.nanmedian(dots.area) / np.pi))
     if camera is not None:
-        what.outlines, what.holes = ([uv for uv in map(camera.places, rings) if np.isfinite(uv).all() and len(uv)] for rings in rings_of(region))
+        what.outlines, what.holes = ([uv for uv in map(camera.places, rings) if np.isfinite(uv).all() and len(uv)]
+                                     for rings in rings_of(region))
         contacts = found['contacts'].contacts if 'contacts' in found else []
         what.contacts = camera.places(np.array([(c.position.x, c.position.y, c.position.z) for c in contacts], float).reshape(-1, 3))
     return what

@@ -81,7 +81,8 @@ class MarkerSet:
         self._shown = made
         return gone
 
-    def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point], number: int = 0) -> Marker:
+    def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
+             number: int = 0) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
                         points=points, lifetime=_LIFETIME)
         marker.pose.orientation.w = 1.0

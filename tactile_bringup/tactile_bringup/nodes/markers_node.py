@@ -33,8 +33,8 @@ from .annotation import Projection, annotation_of
 from .marker_messages import MarkerSet
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
-_LOOK_S = 0.5
-_PATIENCE_S = 4.0  # that a recording waits for a publisher of dots: a picture without them is of little use
+_LOOK_S = 0.2
+_PATIENCE_S = 4.0  # for the tracker to subscribe to images
 _QUEUE = QoSProfile(depth=10)
 
 
@@ -90,11 +90,12 @@ class MarkersNode(Node):
         if wanted and not self._asked_s:
             self._asked_s = time.monotonic()
         self._expected = {topic for topic in wanted if self.count_publishers(topic)} | ({'image_raw'} if pictures else set())
-        # Images last: a recording begins with its first subscriber, and what works on it must be there by then.
-        if pictures and ('dots' in self._expected or time.monotonic() - self._asked_s > _PATIENCE_S):
+        # After the tracker: a recording begins with its first subscriber, and a picture without dots is of little use.
+        if pictures and (self.count_subscribers('image_raw') or time.monotonic() - self._asked_s > _PATIENCE_S):
             wanted |= {'image_raw', 'camera_info'}
             if 'image_raw' not in self._inputs:
-                self._inputs['camera_info'] = self.create_subscription(CameraInfo, 'camera_info', self._on_camera_info, qos_profile_sensor_data)
+                self._inputs['camera_info'] = self.create_subscription(CameraInfo, 'camera_info', self._on_camera_info,
+                                                                       qos_profile_sensor_data)
                 self._subscribe('image_raw', Image, qos_profile_sensor_data)
         for topic in self._inputs.keys() - wanted:
             self.destroy_subscription(self._inputs.pop(topic))
@@ -114,7 +115,8 @@ class MarkersNode(Node):
     def _on_camera_info(self, message: CameraInfo) -> None:
         if self._camera is None or self._camera.key != Projection.key_of(message):
             try:
-                self._camera = Projection(message, camera_matrices(message), self._settings['camera.rotation'], self._settings['camera.translation'])
+                self._camera = Projection(message, camera_matrices(message), self._settings['camera.rotation'],
+                                          self._settings['camera.translation'])
             except TactileError as error:
                 self._say.error('camera_info', str(error))
 

@@ -30,7 +30,7 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
 _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_LOOK_S = 0.2
+_LOOK_S = 0.05
 _PATIENCE_S = 4.0
 
 
@@ -50,7 +50,7 @@ class RecordNode(Node):
         for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
             self._record(topic, kind, _KEEP_ALL)
         self._record('description', String, _LATCHED)
-        # Raw data last: a recording that is played begins with its first subscriber, and what works on it must be there by then.
+        # Raw data after those who work on it: a recording that is played begins with its first subscriber.
         self._waiting = self.create_timer(_LOOK_S, self._record_raw)
 
     def destroy_node(self) -> None:
@@ -62,7 +62,7 @@ class RecordNode(Node):
         super().destroy_node()
 
     def _record_raw(self) -> None:
-        if self.count_publishers('dots') or time.monotonic() - self._begin_s > _PATIENCE_S:
+        if any(self.count_subscribers(topic) for topic in RAW) or time.monotonic() - self._begin_s > _PATIENCE_S:
             self._waiting.cancel()
             for topic, kind in RAW.items():
                 self._record(topic, kind, _KEEP_ALL)

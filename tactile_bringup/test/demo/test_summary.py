@@ -6,8 +6,8 @@ import pytest
 
 from tactile_bringup.demo.summary import Reading, Summary
 
-TOUCH = dict(dots=529, displacement=7.25, states=(400, 100, 29), area=84e-6, depth=2.5e-3, force=1.5, touches=1, motion=(1e-3, 0, 0, 0, 0, 0.1),
-             motion_interval=0.1, slip='incipient slip', slipping=0.22)
+TOUCH = dict(dots=529, displacement=7.25, states=(400, 100, 29), area=84e-6, depth=2.5e-3, force=1.5, touches=1,
+             motion=(1e-3, 0, 0, 0, 0, 0.1), motion_interval=0.1, slip='incipient slip', slipping=0.22)
 
 
 def filled(count=91, rate=30.0, **values):

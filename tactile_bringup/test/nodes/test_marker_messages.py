@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
+from visualization_msgs.msg import Marker  # noqa: E402
+
+from tactile_bringup import colours  # noqa: E402
+from tactile_bringup.nodes.marker_messages import MarkerSet  # noqa: E402
+
+SIZES = {'dot_size': 6e-4, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4}
+HEADER = Header(frame_id='pad')
+NAN = float('nan')
+
+
+def square(half):
+    return Polygon(points=[Point32(x=x * half, y=y * half, z=0.012) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+
+def touch():
+    wrench = WrenchStamped()
+    wrench.wrench.force = Vector3(x=0.5, z=-2.0)
+    wrench.wrench.torque = Vector3(x=NAN, y=NAN, z=NAN)
+    return {'dots': DotTracks(id=[4, 7, 9], x=[0.0, 0.001, NAN], y=[0.0] * 3, z=[0.012] * 3),
+            'contact_region': ContactRegion(dot_id=[4, 7], dot_state=[1, 2], outlines=[square(0.004)], holes=[square(0.001)],
+                                            centroid=Point(x=0.001, z=0.012)),
+            'contacts': Contacts(contacts=[Contact(id=3, position=Point(z=0.012), normal=Vector3(z=1.0))]),
+            'slip': Slip(state=Slip.INCIPIENT, rotation_center=Point(x=0.002, y=0.0, z=NAN)), 'wrench': wrench}
+
+
+def by_name(array):
+    return {marker.ns: marker for marker in array.markers}
+
+
+def xyz(points):
+    return np.array([(p.x, p.y, p.z) for p in points])
+
+
+def test_every_part_is_drawn_in_the_sensor_frame_and_fades():
+    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
+    assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center'}  # the torque is not known
+    assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD and m.lifetime.nanosec == 500_000_000 for m in made.values())
+    assert all(m.pose.orientation.w == 1.0 for m in made.values())
+
+
+def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out():
+    dots = by_name(MarkerSet(SIZES).frame(HEADER, touch()))['dots']
+    assert len(dots.points) == len(dots.colors) == 2
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
+
+
+def test_the_fill_spares_the_hole():
+    corners = xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['region'].points).reshape(-1, 3, 3)
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    assert area == pytest.approx(0.008**2 - 0.002**2, rel=1e-5)
+
+
+def test_arrows_have_their_lengths():
+    made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
+    start, end = xyz(made['normals'].points)
+    assert made['normals'].id == 3 and end - start == pytest.approx([0, 0, 6e-3])
+    start, end = xyz(made['force'].points)
+    assert end == pytest.approx([0.001, 0, 0.012]) and end - start == pytest.approx([0.5 * 4e-3, 0, -2.0 * 4e-3])
+
+
+def test_the_slip_centre_without_height_lies_on_the_region():
+    assert xyz(by_name(MarkerSet(SIZES).frame(HEADER, touch()))['slip_center'].points)[0] == pytest.approx([0.002, 0, 0.012])
+
+
+def test_what_is_no_more_is_taken_away_once():
+    it = MarkerSet(SIZES)
+    it.frame(HEADER, touch())
+    after = it.frame(HEADER, {'dots': touch()['dots'], 'contact_region': ContactRegion()})
+    gone = {m.ns for m in after.markers if m.action == Marker.DELETE}
+    assert gone == {'outlines', 'holes', 'region', 'normals', 'force', 'slip_center'}
+    assert [m.ns for m in it.frame(HEADER, {'dots': touch()['dots']}).markers] == ['dots']
+
+
+def test_nothing_takes_all_away():
+    assert [m.action for m in MarkerSet(SIZES).nothing(HEADER).markers] == [Marker.DELETEALL]
+    assert MarkerSet(SIZES).frame(HEADER, {}).markers == []

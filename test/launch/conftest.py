@@ -1,0 +1,131 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Launch files as a user starts them, and a listener beside them, in a ROS domain of their own."""
+import itertools
+import os
+import re
+import signal
+import subprocess
+import threading
+import time
+
+import pytest
+
+_NUMBERS = itertools.count(os.getpid() % 40)
+
+
+@pytest.fixture
+def domain(monkeypatch):
+    """A ROS domain that no other test uses, for processes started here too."""
+    number = 110 + next(_NUMBERS) % 90
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    return number
+
+
+class Launched:
+    """A process that runs ros2; its output is gathered in `log`."""
+
+    def __init__(self, words, folder):
+        self._path = folder / f'log_{next(_NUMBERS)}.txt'
+        self._file = open(self._path, 'w')
+        self.process = subprocess.Popen(['ros2', *words], stdout=self._file, stderr=subprocess.STDOUT, cwd=folder, start_new_session=True)
+
+    @property
+    def log(self):
+        return self._path.read_text()
+
+    @property
+    def complaints(self):
+        """Lines of warnings and errors, and of tracebacks, but for launch's own word of the interrupt."""
+        found = [line for line in self.log.splitlines() if re.search(r'WARN|ERROR|FATAL|Traceback', line)]
+        return [line for line in found if 'user interrupted' not in line]
+
+    def wait(self, seconds):
+        """The exit code once it has ended by itself."""
+        code = self.process.wait(timeout=seconds)
+        self._file.close()
+        return code
+
+    def interrupt(self):
+        """Ctrl-C, as a terminal sends it to all processes; the exit code."""
+        os.killpg(self.process.pid, signal.SIGINT)
+        return self.wait(30)
+
+    def kill(self):
+        if self.process.poll() is None:
+            os.killpg(self.process.pid, signal.SIGKILL)
+            self.wait(10)
+
+
+@pytest.fixture
+def ros2(tmp_path, domain):
+    """Starts ros2 with the words given; what still runs at the end of the test is killed."""
+    started = []
+
+    def start(*words):
+        started.append(Launched(words, tmp_path))
+        return started[-1]
+
+    yield start
+    for launched in started:
+        launched.kill()
+
+
+class Listener:
+    """Subscribes to topics: topic -> type; `heard` holds their messages, as they come."""
+
+    def __init__(self, domain, topics):
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = rclpy.create_node('listener', context=self._context)
+        self.heard = {topic: [] for topic in topics}
+        for topic, kind in topics.items():
+            self.node.create_subscription(kind, topic, self.heard[topic].append, 50)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._ended = False
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self):
+        while not self._ended:
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def wait_for(self, condition, seconds):
+        """Whether condition() came true within so many s."""
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            time.sleep(0.05)
+        return condition()
+
+    def stamps(self, topic):
+        """ns of the messages heard on a topic."""
+        return [stamp_of(message) for message in list(self.heard[topic])]
+
+    def close(self):
+        self._ended = True
+        self._thread.join(timeout=5)
+        self.node.destroy_node()
+        self._context.try_shutdown()
+
+
+def stamp_of(message):
+    header = message.header if hasattr(message, 'header') else message.markers[0].header
+    return header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
+
+
+@pytest.fixture
+def listen(domain):
+    """Makes a Listener in the test's domain."""
+    made = []
+
+    def make(topics):
+        made.append(Listener(domain, topics))
+        return made[-1]
+
+    yield make
+    for listener in made:
+        listener.close()

@@ -1,0 +1,78 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""demo.launch.py: on a simulated sensor and on a recorded video; it ends by itself and leaves pictures."""
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from ament_index_python.packages import get_package_share_directory  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+def frames_in(path):
+    video, count = cv2.VideoCapture(str(path)), 0
+    while video.grab():
+        count += 1
+    return count
+
+
+def check_files(log, folder, *wanted):
+    pictures = sorted(path.stem for path in folder.glob('*.png'))
+    assert set(wanted) <= set(pictures), (pictures, log)
+    for name in pictures:
+        assert cv2.imread(str(folder / f'{name}.png')).shape == (526, 640, 3)
+        assert str(folder / f'{name}.png') in log
+    assert frames_in(folder / 'demo.mp4') > 20
+
+
+def test_a_simulated_sensor_is_shown(ros2, tmp_path):
+    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'seconds:=5', 'scene:=rectangle_drag')
+    assert launched.wait(90) == 0, launched.log
+    assert launched.complaints == []
+    check_files(launched.log, tmp_path / 'pictures', 'largest_contact', 'deepest_contact')
+    assert re.search(r'\d+ untouched, \d+ sticking, \d+ slipping', launched.log)
+    assert re.search(r'touch(es)?, \d+ mm\^2, [\d.]+ mm deep, [\d.]+ N', launched.log)
+    assert re.search(r'\d+ frames, [\d.]+ Hz, latency \d+ ms', launched.log)
+
+
+@pytest.fixture
+def press_video(tmp_path):
+    """8 x 6 dots, pitch 40 px, that move by 12 px to the right and back; (path, frames)."""
+    path = tmp_path / 'press.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 25.0, (320, 240))
+    for k in range(100):
+        shift = 12.0 * np.clip(min(k - 40, 90 - k) / 15, 0, 1)
+        image = np.full((240, 320, 3), 170, np.uint8)
+        for row in range(6):
+            for column in range(8):
+                centre = round(16 * (20 + 38 * column + shift)), round(16 * (22 + 38 * row))
+                cv2.circle(image, centre, 16 * 5, (40, 40, 40), -1, cv2.LINE_AA, 4)
+        writer.write(cv2.GaussianBlur(image, (0, 0), 1.0))
+    writer.release()
+    return path
+
+
+def test_a_recorded_video_is_shown(ros2, tmp_path, press_video):
+    shipped = f'{get_package_share_directory("tactile_bringup")}/params/marker_video.yaml'
+    text = open(shipped).read().replace('rows: 7', 'rows: 6').replace('columns: 10', 'columns: 8')
+    (tmp_path / 'mine.yaml').write_text(text)
+    launched = ros2('launch', 'tactile_bringup', 'demo.launch.py', 'out:=pictures', 'source:=file', f'path:={press_video}',
+                    'params:=mine.yaml')
+    assert launched.wait(90) == 0, launched.log
+    assert launched.complaints == []
+    assert 'contact_region_node' not in launched.log
+    check_files(launched.log, tmp_path / 'pictures', 'first', 'largest_displacement', 'last')
+    assert '48 dots' in launched.log
+    assert float(re.search(r'largest displacement ([\d.]+) px$', launched.log, re.MULTILINE).group(1)) == pytest.approx(12.0, abs=0.5)
+
+
+def test_where_nothing_comes_it_fails_with_a_word(ros2):
+    demo = ros2('run', 'tactile_bringup', 'demo', '--ros-args', '-p', 'patience:=1.0', '-p', 'out:=pictures')
+    assert demo.wait(30) == 1
+    assert 'demo: nothing came in 1 s' in demo.log and 'Nobody publishes dots' in demo.log
+    assert 'Traceback' not in demo.log
