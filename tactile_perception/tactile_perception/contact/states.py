@@ -18,9 +18,11 @@ from .carried_motion import DotMotions, moved_to
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
 _SLOW = 0.2
-# In gross slip dots may stand still though the object moves on (a disc that turns about its axis); for so many frames it is taken to rest.
+# In slip dots may stand still though the object moves on (a disc that turns about its axis); for so many frames it is taken to rest.
 _REST_FRAMES = 15
 _LEAST_FRICTION = 0.05
+# Share of slipping dots from which the whole face may be about to go.
+_MANY = 0.3
 
 
 class DotStates:
@@ -63,9 +65,10 @@ class DotStates:
         if self._last is not None and not touched.any() and not self._last_touched.any():
             seen = np.flatnonzero(state.seen & self._last.seen)
             motions = DotMotions(self._last.xyz[seen], state.xyz[seen], state.normal[seen], self.origin, 1.0, 1.0)
-            here = np.median(np.linalg.norm(motions.off(np.zeros(6)), axis=1)) / 1.1774 if len(seen) else np.nan
+            # the calmest fifth of the dots (0.668 standard deviations in a plane): a touch too light to be found moves many dots already
+            here = np.percentile(np.linalg.norm(motions.off(np.zeros(6)), axis=1), 20) / 0.668 if len(seen) else np.nan
             if here > 0:
-                self.noise += _SLOW * (here - self.noise)
+                self.noise += (_SLOW if here < self.noise else _SLOW / 4) * (here - self.noise)
         self._last, self._last_touched = state, touched
         self._twist, self._gross, self._slipping_share = None, False, 0.0
 
@@ -87,7 +90,7 @@ class DotStates:
         fine = self.tolerance
         grip = np.clip((self.friction - ratio) / (.4 * self.friction), .05, 1)**2 if self.friction > 0 else np.ones(len(ratio))
         self._still_frames = self._still_frames + 1 if self._still(motions) else 0
-        if self._still_frames >= (_REST_FRAMES if self._gross else 1):
+        if self._still_frames >= (_REST_FRAMES if self._gross or self._slipping_share > _MANY else 1):
             return np.zeros(6), False
         if held is not None:
             near = motions.follow(held, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
@@ -116,7 +119,7 @@ class DotStates:
         along = (lag * drag).sum(1) / np.maximum(size * np.linalg.norm(drag, axis=1), 1e-12)
         dragged = np.average(along, weights=size + 1e-12) > (.25 if self._gross else .5)
         loaded = np.median(ratio) > (.65 if self._gross else .8) * self.friction
-        return bool(dragged and loaded and self._in_touch(motions, held) and (self._gross or self._slipping_share > .3))
+        return bool(dragged and loaded and self._in_touch(motions, held) and (self._gross or self._slipping_share > _MANY))
 
     def _learn(self, motions, twist, ratio, slips):
         """Friction that slipping dots show, and the noise along the normal: slow means over frames."""

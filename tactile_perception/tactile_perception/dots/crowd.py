@@ -8,6 +8,7 @@ import numpy as np
 from .shape import blurred_disc
 from .subpixel import Fit, LikelihoodFitter
 
+_SHARE = 0.51  # of the reach: side of the cells while no two places share one
 _CELL = 4.0  # px: no two dots but the smallest that touch have their centres in one cell
 _PER_SQUARE = 16.0  # table entries a px^2 of squared radius
 _PER_DIAMETER = 20.0  # tables a px of diameter
@@ -23,17 +24,22 @@ _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off the
 def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both
     axes."""
-    margin = int(reach / _CELL) + 1
-    column, row = (np.maximum(u, 0) * (1 / _CELL)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / _CELL)).astype(np.int64) + margin
-    width = int(column.max()) + margin + 1
-    cells = np.full((int(row.max()) + margin + 1) * width, -1, np.int32)
-    at = row * width + column
-    cells[at] = np.arange(len(u), dtype=np.int32)
-    side = np.arange(-margin, margin + 1)
-    offsets = (side[:, None] * width + side).ravel()
+    for side in (_SHARE * reach, _CELL):
+        margin = int(reach / side) + 1
+        column, row = (np.maximum(u, 0) * (1 / side)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / side)).astype(np.int64) + margin
+        width = int(column.max()) + margin + 1
+        cells = np.full((int(row.max()) + margin + 1) * width, -1, np.int32)
+        at = row * width + column
+        cells[at] = np.arange(len(u), dtype=np.int32)
+        if side <= _CELL or np.array_equal(cells[at], np.arange(len(u))):
+            break
+    along = np.arange(-margin, margin + 1)
+    offsets = (along[:, None] * width + along).ravel()
     found = cells.take(at[:, None] + offsets[: len(offsets) // 2])
     k = np.flatnonzero((found >= 0).ravel())
     i, j = k // (len(offsets) // 2), found.ravel()[k]
+    if not len(i):
+        return i, j
     near = (np.abs(u[i] - u[j]) < reach) & (np.abs(v[i] - v[j]) < reach)
     i, j = i[near], j[near]
     both, other = np.concatenate([i, j]), np.concatenate([j, i])
@@ -48,49 +54,60 @@ class Separator:
         self._look, self._fitter = look, fitter
         self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
 
-    def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, centre: np.ndarray) -> tuple[Fit, np.ndarray, np.ndarray]:
-        """The fits after a last step, the cleaned patches (N, K), and (N,) bool: not a second fit to another's dot.
+    def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray,
+                 centre: np.ndarray) -> np.ndarray:
+        """The last step of the fits, and for crowded dots all of them again, in place, as are their patches: what others put there is
+        taken off.
 
-        compressed: (N, K) patches about the whole pixels centre (N, 2); places: (N, 2) px where the fits began.
+        compressed: (N, K) patches about the whole pixels centre (N, 2); places (N, 2) px, diameter (N,) px: where the fits began.
+        Returns (N,) bool: not a second fit to another's dot.
         """
-        look = self._look
+        look, single = self._look, np.ones(len(places), bool)
         i, j = near_pairs(*places.T, self._fitter.half + look.largest / 2 + 2 * look.blur)
-        began = np.hypot(*(places[i] - places[j]).T)
-        now = np.hypot(centre[i, 0] + fit.u[i] - centre[j, 0] - fit.u[j], centre[i, 1] + fit.v[i] - centre[j, 1] - fit.v[j])
-        single = np.ones(len(places), bool)
-        single[i[((began < _SAME * look.typical) | (now < _MET * look.typical)) & (i > j)]] = False
+        cleaned = np.zeros(len(places), bool)
+        if len(i):
+            began = np.hypot(*(places[i] - places[j]).T)
+            now = np.hypot(centre[i, 0] + fit.u[i] - centre[j, 0] - fit.u[j], centre[i, 1] + fit.v[i] - centre[j, 1] - fit.v[j])
+            single[i[((began < _SAME * look.typical) | (now < _MET * look.typical)) & (i > j)]] = False
+            i, j = self._clean(fit, compressed, places, diameter, centre, single, i, j, began)
+            cleaned[i] = True
+        self._fitter.refine(fit, compressed, cleaned)
+        return single
+
+    def _clean(self, fit, compressed, places, diameter, centre, single, i, j, began):
+        """Take neighbours off patches, in place; returns the pairs of which j was taken off i."""
+        look = self._look
         solid = single & (fit.amplitude * look.contrast > _BELIEVABLE * look.contrast**2)
         both = single[i] & solid[j]
         touching = both & (began < look.typical + _GAP) & solid[i]
         if touching.any():
-            fit = self._take_turns(fit, compressed, places, centre, i[touching], j[touching])
+            self._take_turns(fit, compressed, places, diameter, centre, i[touching], j[touching])
         reach = self._fitter.half + fit.diameter[j] / 2 + look.blur
         # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
         settled = (np.maximum(np.abs(fit.u), np.abs(fit.v)) < _RUN_OFF) & (fit.diameter < look.largest)
         settled[i[touching]] = True
-        seen = both & settled[j] & (np.abs(centre[i, 0] - centre[j, 0] - fit.u[j]) < reach) & (np.abs(centre[i, 1] - centre[j,
-            1] - fit.v[j]) < reach)
-        if seen.any():
-            compressed = self._cleaned(fit, compressed, centre, i[seen], j[seen])
-        return self._fitter.fit(compressed, fit.u, fit.v, fit.diameter, 1), compressed, single
+        across, down = centre[i, 0] - centre[j, 0] - fit.u[j], centre[i, 1] - centre[j, 1] - fit.v[j]
+        seen = np.flatnonzero(both & settled[j] & (np.abs(across) < reach) & (np.abs(down) < reach))
+        i, j = i[seen], j[seen]
+        if len(i):
+            some = np.unique(i)
+            compressed[some] = self._without(fit, compressed, centre, i, j)
+        return i, j
 
-    def _take_turns(self, fit, compressed, places, centre, i, j):
-        """Dots that touch, from the places of their peaks and the usual size, each in turn without the others."""
-        look, some = self._look, np.unique(i)
+    def _take_turns(self, fit, compressed, places, diameter, centre, i, j):
+        """Dots that touch, from where they began, each in turn without the others, in place."""
+        some = np.unique(i)
         fit.u[some], fit.v[some] = (places[some] - centre[some]).T
-        fit.diameter[some] = look.typical
+        fit.diameter[some] = diameter[some]
         for _ in range(_ROUNDS):
-            cleaned = self._cleaned(fit, compressed, centre, i, j)[some]
-            fit.put(some, self._fitter.fit(cleaned, fit.u[some], fit.v[some], fit.diameter[some], 1))
-        return fit
+            fit.put(some, self._fitter.fit(self._without(fit, compressed, centre, i, j), fit.u[some], fit.v[some], fit.diameter[some], 1))
 
-    def _cleaned(self, fit, compressed, centre, i, j):
+    def _without(self, fit, compressed, centre, i, j):
+        """(n, K) patches of the n different dots in i (sorted), less what dots j put there."""
         images = self._images.seen(centre[j, 0] + fit.u[j] - centre[i, 0], centre[j, 1] + fit.v[j] - centre[i, 1], fit.diameter[j],
-            fit.amplitude[j])
+                                   fit.amplitude[j])
         start = np.flatnonzero(np.diff(i, prepend=-1))
-        cleaned = compressed.copy()
-        cleaned[i[start]] -= np.add.reduceat(images, start)
-        return cleaned
+        return compressed[i[start]] - np.add.reduceat(images, start)
 
 
 class NeighbourImages:

@@ -9,6 +9,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+_FIRST, _SECOND = np.array([[0, 0, 0, 0, 1, 1, 2, 1, 2], [0, 1, 2, 3, 1, 2, 2, 3, 3]])  # of one, u, v, ground: which are multiplied
+_MAPS = np.arange(9)[:, None]
+
 
 def relative_slopes(u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
     """Slopes of the ground along u and v at each dot, as shares of the ground a pixel; zero where fewer than four good neighbours are near.
@@ -16,27 +19,23 @@ def relative_slopes(u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.n
     u, v, ground: (N,); good: (N,) bool, whose ground counts; cell: px, about the dots' pitch: a plane is fitted over three by three cells.
     """
     columns, rows = int(u.max() / cell) + 2, int(v.max() / cell) + 2
-    at = np.clip((v / cell).astype(int), 0, rows - 1) * columns + np.clip((u / cell).astype(int), 0, columns - 1)
-    level = max(float(np.median(ground)), 1.0)
+    cells = rows * columns + columns  # a row of zeros after each map, so that one filter adds up the neighbours of all
+    at = (np.maximum(v, 0) / cell).astype(np.int64) * columns + (np.maximum(u, 0) / cell).astype(np.int64)
     # coordinates about the cells' own centres would have to be moved when cells are added: about the image's centre they need not
-    x, y, b = (u - u.mean()) / cell, (v - v.mean()) / cell, ground / level
-    weight = good.astype(float)
-    products = (weight, weight * x, weight * y, weight * b, weight * x * x, weight * x * y, weight * y * y, weight * x * b, weight * y * b)
-    # one map under the other, a row of zeros between, so that one filter adds up the neighbours of all
-    maps = np.zeros((len(products), rows + 1, columns), np.float64)
-    for k, product in enumerate(products):
-        maps[k, :rows] = np.bincount(at, product, rows * columns).reshape(rows, columns)
+    values = np.stack([np.ones_like(u), (u - u.mean()) / cell, (v - v.mean()) / cell, ground / max(float(ground.mean()), 1.0)])
+    products = values[_FIRST] * values[_SECOND] * good
+    maps = np.bincount((at + _MAPS * cells).ravel(), products.ravel(), len(products) * cells)
     near = cv2.boxFilter(maps.reshape(-1, columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return _planes(*near.reshape(len(products), -1).take(at, axis=1), cell)
+    return tuple(_planes(near.reshape(len(products), -1), cell).take(at, axis=1))
 
 
-def _planes(n, sx, sy, sb, sxx, sxy, syy, sxb, syb, cell):
-    enough = n > 3.5
-    n = np.where(enough, n, 1.0)
-    mx, my, mb = sx / n, sy / n, sb / n
-    xx, xy, yy = sxx - n * mx * mx, sxy - n * mx * my, syy - n * my * my
-    xb, yb = sxb - n * mx * mb, syb - n * my * mb
+def _planes(sums, cell):
+    """(2, cells) slopes by the sums of products (9, cells) of one, u, v and ground."""
+    enough = sums[0] > 3.5
+    n = np.where(enough, sums[0], 1.0)
+    mean = sums[1:4] / n
+    xx, xy, yy, xb, yb = sums[4:] - n * mean[_FIRST[4:] - 1] * mean[_SECOND[4:] - 1]
     determinant = xx * yy - xy * xy
-    enough &= (determinant > 0.02 * n * n) & (mb > 1e-3)
-    scale = np.where(enough, 1.0 / np.where(enough, determinant * mb * cell, 1.0), 0.0)
-    return (yy * xb - xy * yb) * scale, (xx * yb - xy * xb) * scale
+    enough &= (determinant > 0.02 * n * n) & (mean[2] > 1e-3)
+    scale = np.where(enough, 1.0 / np.where(enough, determinant * mean[2] * cell, 1.0), 0.0)
+    return np.stack([yy * xb - xy * yb, xx * yb - xy * xb]) * scale

@@ -25,6 +25,12 @@ _TAPER = 2.0  # px over which the window falls from one to zero
 _DIMENSIONS = 48  # of the compression: shifts places by less than 0.001 px
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression: what it loses must not bias
 _LEAST_AMPLITUDE = 1e-3  # grey levels, against division by zero
+_MANY_NEW = 0.7  # of the dots: when so many need other rows, all are done at once
+_STEPS = np.array([[0.7], [0.7], [1.5]], np.float32)  # px: the longest step in u, v and diameter
+_STRIDES = np.array([1.0, _SIDE, _SIDE * _SIDE])  # of a node's number by u, v and diameter
+_MIDDLE = _REACH * _SIDE + _REACH
+
+_FIELDS = ('u', 'v', 'diameter', 'amplitude', 'ground', 'node')
 
 
 @dataclass
@@ -40,9 +46,13 @@ class Fit:
     ground: np.ndarray
     node: np.ndarray
 
+    def take(self, some: np.ndarray) -> Fit:
+        """The fits of the dots `some` (indices)."""
+        return Fit(*(getattr(self, name)[some] for name in _FIELDS))
+
     def put(self, some: np.ndarray, other: Fit):
         """Overwrite the dots `some` (indices) by another fit's, in place."""
-        for name in ('u', 'v', 'diameter', 'amplitude', 'ground', 'node'):
+        for name in _FIELDS:
             getattr(self, name)[some] = getattr(other, name)
 
 
@@ -56,6 +66,9 @@ class LikelihoodFitter:
         self.blur = blur
         self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / 0.6))
         self._spacing = self.diameters[1] - self.diameters[0]
+        self._origin = np.array([[0.0], [0.0], [self.diameters[0]]])
+        self._density = np.array([[_PER_PIXEL], [_PER_PIXEL], [1 / self._spacing]])
+        self._first, self._last = np.array([[-_REACH], [-_REACH], [0.0]]), np.array([[_REACH], [_REACH], [len(self.diameters) - 1.0]])
         self.tail = _TAIL * np.hypot(blur, 0.3)
         self.half = int(np.ceil(largest / 2 + self.tail - 0.3))
         self._build()
@@ -76,15 +89,29 @@ class LikelihoodFitter:
 
     def fit(self, compressed: np.ndarray, u: np.ndarray, v: np.ndarray, diameter: np.ndarray, steps: int) -> Fit:
         """Newton steps from places ((N,) px from the patches' centres) and diameters ((N,) px)."""
-        columns = compressed[:, :, None]
+        columns, place = compressed[:, :, None], np.stack([u, v, diameter])
+        node, answer = np.full(len(u), -1), None
         for _ in range(steps):
-            node, u0, v0, d0 = self._nearest(u, v, diameter)
-            amplitude, du, dv, dd, ground = np.matmul(self._rows.take(node, axis=0), columns)[:, :, 0].T
-            scale = 1 / np.where(np.abs(amplitude) > _LEAST_AMPLITUDE, amplitude, _LEAST_AMPLITUDE)
-            u = u0 + np.minimum(np.maximum(du * scale, -0.7), 0.7)
-            v = v0 + np.minimum(np.maximum(dv * scale, -0.7), 0.7)
-            diameter = d0 + np.minimum(np.maximum(dd * scale, -1.5), 1.5)
-        return Fit(*(a.astype(float) for a in (u, v, diameter, amplitude, ground)), node)
+            nearest, start = self._nearest(place)
+            new = np.flatnonzero(nearest != node)  # about the same node, a step ends where the last one did
+            if not len(new):
+                break
+            node = nearest
+            if len(new) > _MANY_NEW * len(node):
+                answer = np.matmul(self._rows.take(node, axis=0), columns)[:, :, 0].T
+            else:
+                answer[:, new] = np.matmul(self._rows.take(node[new], axis=0), columns[new])[:, :, 0].T
+            amplitude = answer[0]
+            step = answer[1:4] / np.where(np.abs(amplitude) > _LEAST_AMPLITUDE, amplitude, _LEAST_AMPLITUDE)
+            place = start + np.minimum(np.maximum(step, -_STEPS), _STEPS)
+        return Fit(*place, answer[0].astype(float), answer[4].astype(float), node)
+
+    def refine(self, fit: Fit, compressed: np.ndarray, cleaned: np.ndarray):
+        """One more step, in place, for dots that it moves: those of another node than the last step's and those whose patch has changed,
+        cleaned (N,) bool."""
+        moved = np.flatnonzero(cleaned | (self._nearest(np.stack([fit.u, fit.v, fit.diameter]))[0] != fit.node))
+        if len(moved):
+            fit.put(moved, self.fit(compressed[moved], fit.u[moved], fit.v[moved], fit.diameter[moved], 1))
 
     def correct_slope(self, fit: Fit, slope_u: np.ndarray, slope_v: np.ndarray):
         """Take off what a ground sloping by these shares of itself a pixel ((N,) each) did to the places; light falls on dot and ground
@@ -107,12 +134,10 @@ class LikelihoodFitter:
         rest = np.einsum('ij,ij->i', compressed, compressed) - np.einsum('ij,ij->i', explained, explained)
         return np.maximum(rest, 0).astype(float) / (compressed.shape[1] - modes.shape[1])
 
-    def _nearest(self, u, v, diameter):
-        column = np.minimum(np.maximum(np.rint(u * _PER_PIXEL), -_REACH), _REACH)
-        row = np.minimum(np.maximum(np.rint(v * _PER_PIXEL), -_REACH), _REACH)
-        size = np.minimum(np.maximum(np.rint((diameter - self.diameters[0]) * (1 / self._spacing)), 0), len(self.diameters) - 1)
-        node = ((size * _SIDE + row + _REACH) * _SIDE + column + _REACH).astype(np.int64)
-        return node, column * (1 / _PER_PIXEL), row * (1 / _PER_PIXEL), self.diameters[0] + size * self._spacing
+    def _nearest(self, place):
+        """Nodes (N,) next to places (3, N) of u, v and diameter, and where these lie (3, N)."""
+        whole = np.minimum(np.maximum(np.rint((place - self._origin) * self._density), self._first), self._last)
+        return (_STRIDES @ whole).astype(np.int64) + _MIDDLE, whole / self._density + self._origin
 
     def _build(self):
         reach = np.arange(-self.half, self.half + 1, dtype=float)

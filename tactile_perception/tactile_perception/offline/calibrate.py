@@ -126,7 +126,7 @@ def calibrate(bags: list[Path], values: dict, output: Path, sphere_radius: float
         raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
     cap = reader.sensor.cap
     if sphere_radius is None:
-        print('fitting the radius of the sphere, which takes a minute; --sphere-radius saves it', file=sys.stderr, flush=True)
+        print('fitting the radius of the sphere; --sphere-radius saves the time', file=sys.stderr, flush=True)
         few = chosen(presses, most=_RADIUS_PRESSES)
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)

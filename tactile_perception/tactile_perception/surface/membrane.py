@@ -26,7 +26,7 @@ _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_FILL, _KNOWN = (.4, .2), 3e-6
+_FILL, _KNOWN = (.4,), 3e-6
 
 
 @dataclass
@@ -152,7 +152,7 @@ class Membrane:
         """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure
         from it.
 
-        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, two steps along their rays follow,
+        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, a step along their rays follows,
         which the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
