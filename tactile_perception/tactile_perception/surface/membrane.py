@@ -26,7 +26,7 @@ _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_FILL, _KNOWN = (.4,), 3e-6
+_FILL, _KNOWN, _CALM_LOAD = (.4,), 3e-6, 0.25
 
 
 @dataclass
@@ -167,12 +167,17 @@ class Membrane:
         pressure, touched = self._fluid_pressure(elastic, share)
         force = elastic + pressure * (share - self.forces.rest_residual)
         state = self._state(places, force, share, pressure, touched, seen, np.full(self.mesh.size, np.nan))
-        if origin is None or seen.all() or not seen.any():
+        if origin is None or not seen.any() or not self._misplaced(state):
             return state
         away = xyz - origin
         ranges = np.linalg.norm(away, axis=1)
         known = np.full(len(ids), _KNOWN)
         return self.solve(origin, away / ranges[:, None], ranges, known, ids, state, _FILL)
+
+    def _misplaced(self, state: MembraneState) -> bool:
+        """Whether dots that were not seen, or those beside them, carry anything: where they do not, they are well placed."""
+        around = self.mesh.stencil[:, ~state.seen]
+        return bool((np.abs(state.load[around]) > _CALM_LOAD).any())
 
     def _fluid_pressure(self, elastic: np.ndarray, share: np.ndarray) -> tuple[float, np.ndarray]:
         """Pressure, Pa, that leaves nothing over on free dots, and the probability (K,) that a dot is not one.
