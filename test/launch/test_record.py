@@ -33,9 +33,9 @@ def stamps_of(path, topic):
 @pytest.fixture
 def recorded(ros2, listen, tmp_path):
     """A bag of some seconds of a simulated touchpad."""
-    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'scene:=sphere_press', 'rate:=15', 'record:=bag')
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'scene:=sphere_press', 'rate:=10', 'record:=bag')
     ear = listen({'/touchpad/contact_region': ContactRegion})
-    assert ear.wait_for(lambda: len(ear.heard['/touchpad/contact_region']) > 60, 60), launched.log
+    assert ear.wait_for(lambda: len(ear.heard['/touchpad/contact_region']) > 40, 60), launched.log
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []
     ear.close()
@@ -44,18 +44,18 @@ def recorded(ros2, listen, tmp_path):
 
 def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tmp_path):
     counts = counts_of(recorded)
-    assert counts['image_raw'] > 60 and counts['description'] >= 1
+    assert counts['image_raw'] > 40 and counts['description'] >= 1
     assert counts['camera_info'] - counts['image_raw'] in range(-2, 4)
-    assert counts['ground_truth/contact_region'] > 60
+    assert counts['ground_truth/contact_region'] > 40
     for topic in RESULTS:
-        assert counts[topic] >= 60, counts
+        assert counts[topic] >= 40, counts
     images = stamps_of(recorded, 'image_raw')
 
     played = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', 'path:=bag', 'rate:=8')
     ear = listen({'/touchpad/dots': DotTracks, '/touchpad/contact_region': ContactRegion})
     assert ear.wait_for(lambda: 'is over' in played.log, 60), played.log
     for topic in ear.heard:
-        assert set(ear.stamps(topic)) <= set(images) and len(ear.stamps(topic)) > 0.5 * len(images), topic
+        assert set(ear.stamps(topic)) <= set(images) and len(ear.stamps(topic)) > 0.3 * len(images), topic
     assert played.interrupt() == 0, played.log
     assert played.complaints == []
 

@@ -35,12 +35,12 @@ def frame_of(message):
 @pytest.fixture
 def pressed(ros2, listen):
     """A launch in the namespace left/pad, and a listener that has heard all of a press."""
-    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'namespace:=left/pad', 'scene:=sphere_press', 'rate:=20')
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'namespace:=left/pad', 'scene:=sphere_press', 'rate:=10')
     ear = listen(in_namespace('left/pad', {**RAW, **RESULTS, **DRAWN, **TRUTH}))
     touched = ear.heard['/left/pad/contacts']
     assert ear.wait_for(lambda: any(message.contacts for message in list(touched)), 40), launched.log
     last = [ear.heard['/left/pad/contact_region'], ear.heard['/left/pad/image_annotated']]
-    assert ear.wait_for(lambda: min(map(len, last)) > 60, 40), launched.log
+    assert ear.wait_for(lambda: min(map(len, last)) > 40, 60), launched.log
     return launched, ear
 
 
@@ -68,7 +68,7 @@ def test_all_topics_with_one_stamp_one_frame_and_the_rate_asked_for(pressed):
         # All but the first, which may be from before the listener knew of camera_info.
         assert len(set(stamps) - images) <= 2, topic
     steps = np.diff(ear.stamps('/left/pad/contact_region')) * 1e-9
-    assert np.median(steps) == pytest.approx(1 / 20, abs=2e-3)
+    assert np.median(steps) == pytest.approx(1 / 10, abs=5e-3)
     check_graph(ear)
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []
