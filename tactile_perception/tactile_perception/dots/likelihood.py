@@ -1,0 +1,151 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The detector of dots that the rest stands on: candidates, a likelihood fit of each, and what speaks for its being a dot."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from ..errors import BadFrame
+from .candidates import find_candidates
+from .crowd import Separator
+from .dots import Dots
+from .ground import relative_slopes
+from .look import Look, measure_look, select_channel, shrink
+from .subpixel import LikelihoodFitter
+
+_FEWEST = 4  # dots: with fewer, what dots look like is measured anew
+_OFF_CENTRE = 0.9  # px from its patch's centre at which a dot is fitted in a new patch
+_MOST_GROWTH = 2.2  # times the typical diameter: dots are not looked for beyond
+_UNLIKE = 1.6  # times the contrast is left of a patch after the first fit: more than any neighbour leaves, so this is no dot
+
+
+class LikelihoodDetector:
+    """Peaks of the half-size image, then a likelihood fit of each (candidates.py, subpixel.py, ground.py)."""
+
+    def __init__(self, sign: int):
+        self._sign = sign
+        self._look: Look | None = None
+        self._fitter: LikelihoodFitter | None = None
+        self._separator: Separator | None = None
+        self._outgrown = False
+
+    def detect(self, image: np.ndarray) -> Dots:
+        """Dots of one checked uint8 image; raises BadFrame where there are none."""
+        if self._look is not None:
+            dots = self._detect_all_sizes(image)
+            if len(dots) >= _FEWEST:
+                return dots
+        self._look = None  # if measuring fails, the next frame starts from nothing too
+        self._take(measure_look(image, self._sign))
+        dots = self._detect_all_sizes(image)
+        if len(dots) < _FEWEST:
+            raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
+        return dots
+
+    def _take(self, look):
+        self._fitter = LikelihoodFitter(look.smallest, look.largest, look.blur)
+        self._separator = Separator(look, self._fitter)
+        self._look = look
+
+    def _detect_all_sizes(self, image):
+        """Detect, and once more with larger dots in mind if some have grown out of the tables."""
+        self._outgrown = False
+        dots = self._detect(image)
+        if self._outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
+            self._take(replace(self._look, largest=1.15 * self._look.largest))
+            dots = self._detect(image)
+        return dots
+
+    def _detect(self, image):
+        grey = self._grey(image)
+        places = find_candidates(grey, self._look)
+        return self._measure(grey, places, np.full(len(places), self._look.typical))[0]
+
+    def refind(self, image: np.ndarray, uv: np.ndarray, area: np.ndarray) -> tuple[Dots, np.ndarray] | None:
+        """See DotDetector.refind."""
+        if self._look is None:
+            return None
+        self._outgrown = False
+        step = self._look.step
+        found = self._measure(self._grey(image), (uv + 0.5) / step - 0.5, np.sqrt(4 / np.pi * area) / step)
+        return None if self._outgrown else found
+
+    def _grey(self, image):
+        return shrink(select_channel(image, self._look.channel), self._look.step)
+
+    def _measure(self, grey, places, diameter):
+        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,)."""
+        look, fitter = self._look, self._fitter
+        if not len(places):
+            return Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
+        padded = cv2.copyMakeBorder(grey, *[fitter.half] * 4, cv2.BORDER_REPLICATE)
+        centre = np.minimum(np.maximum(np.rint(places), 0), np.array(grey.shape[::-1]) - 1).astype(np.int64)
+        compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1], look.ground))
+        fit = fitter.fit(compressed, *(places - centre).T, diameter, 2)
+        off = np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE
+        some = self._hopeful(fit, compressed, off) if off.any() else np.arange(len(places))
+        if len(some) < len(places):
+            places, diameter, centre, compressed, fit = places[some], diameter[some], centre[some], compressed[some], fit.take(some)
+        if off.any():
+            self._recentre(fit, compressed, padded, places, centre)
+        single = self._separator.separate(fit, compressed, places, diameter, centre)
+        dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, grey.shape)
+        return dots, some[good]
+
+    def _hopeful(self, fit, compressed, off):
+        """Indices of fits without those off (N,) bool their patches' centres that are nothing like a dot's."""
+        off = np.flatnonzero(off)
+        unlike = self._fitter.variances(compressed[off], fit.take(off)) > (_UNLIKE * np.maximum(fit.amplitude[off] * self._sign, 0)) ** 2
+        return np.delete(np.arange(len(fit.u)), off[unlike])
+
+    def _judge(self, fit, variance, centre, single, shape):
+        """The dots among single (N,) bool fits, and their indices."""
+        look, fitter = self._look, self._fitter
+        fit.ground += look.ground
+        good = self._plausible(fit, variance, centre, shape) & single
+        u, v = centre[:, 0] + fit.u, centre[:, 1] + fit.v
+        fitter.correct_slope(fit, *relative_slopes(u, v, fit.ground, good, 2.5 * look.typical))
+        uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)[good]
+        sigma = np.sqrt(variance * fitter.gains(fit)[0])[good]
+        area = np.pi / 4 * (fit.diameter[good] * look.step) ** 2
+        return Dots((uv + 0.5) * look.step - 0.5, area, sigma * look.step), np.flatnonzero(good)
+
+    def _recentre(self, fit, compressed, padded, places, centre):
+        """Fit dots whose peak lay off their place once more, in place, from patches about where they were found."""
+        off = np.flatnonzero((np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0))
+        # of dots that touch, the fit may have gone over to the neighbour: crowd.py begins with these at their peaks again
+        near = np.hypot(*(places[off, None] - places).transpose(2, 0, 1)) < self._look.typical + 2
+        off = off[near.sum(1) == 1]
+        if not len(off):
+            return
+        step = np.rint(np.stack([fit.u[off], fit.v[off]], 1)).astype(np.int64)
+        limit = [padded.shape[1] - 2 * self._fitter.half - 1, padded.shape[0] - 2 * self._fitter.half - 1]
+        centre[off] = np.clip(centre[off] + step, 0, limit)
+        compressed[off] = self._fitter.compress(self._fitter.patches(padded, centre[off, 0], centre[off, 1], self._look.ground))
+        fit.put(off, self._fitter.fit(compressed[off], fit.u[off] - step[:, 0], fit.v[off] - step[:, 1], fit.diameter[off], 2))
+
+    def _plausible(self, fit, variance, centre, shape):
+        """(N,) bool: of the dots' contrast and size, like a disc, whole."""
+        look = self._look
+        contrast = fit.amplitude * self._sign
+        good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest)
+        good &= self._like_disc(contrast, np.sqrt(variance), good)
+        good &= (np.abs(fit.u) < 1.4) & (np.abs(fit.v) < 1.4)
+        u, v, reach = centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.diameter / 2 + look.blur - 0.5
+        good &= (u >= reach) & (v >= reach) & (u <= shape[1] - 1 - reach) & (v <= shape[0] - 1 - reach)
+        small = fit.diameter < look.largest
+        self._outgrown = bool((good & ~small).any())
+        return good & small
+
+    def _like_disc(self, contrast, rest, good):
+        """(N,) bool: little is left of a dot's pixels; more is allowed where all dots are unlike discs, as after lossy compression."""
+        look = self._look
+        most = np.maximum(max(4 * look.noise, 0.1 * abs(look.contrast)), 0.12 * contrast)
+        like = rest < most
+        if (good & ~like).any():
+            usual = np.median(rest[good] / contrast[good])
+            like |= rest < contrast * min(1.7 * usual, 0.2)
+        return like
