@@ -18,8 +18,8 @@ from .carried_motion import DotMotions, moved_to
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
 _SLOW = 0.2
-# In slip dots may stand still though the object moves on (a disc that turns about its axis); for so many frames it is taken to rest.
-_REST_FRAMES = 15
+# Frames that slipping dots may stand still though the object moves on: in gross slip (a disc that turns about its axis) and before it.
+_REST_AFTER_GROSS, _REST_AFTER_SLIP = 15, 3
 _LEAST_FRICTION = 0.05
 # Share of slipping dots from which the whole face may be about to go.
 _MANY = 0.3
@@ -90,7 +90,7 @@ class DotStates:
         fine = self.tolerance
         grip = np.clip((self.friction - ratio) / (.4 * self.friction), .05, 1)**2 if self.friction > 0 else np.ones(len(ratio))
         self._still_frames = self._still_frames + 1 if self._still(motions) else 0
-        if self._still_frames >= (_REST_FRAMES if self._gross or self._slipping_share > _MANY else 1):
+        if self._still_frames >= self._rest_frames():
             return np.zeros(6), False
         if held is not None:
             near = motions.follow(held, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
@@ -101,6 +101,12 @@ class DotStates:
                 return held, True
         return motions.follow(None, drag, 30 * fine, fine, 0.0, grip), False
 
+    def _rest_frames(self):
+        """For how many frames dots must stand still before the object is taken to rest."""
+        if self._gross:
+            return _REST_AFTER_GROSS
+        return _REST_AFTER_SLIP if self._slipping_share > _MANY else 1
+
     def _still(self, motions):
         """Whether the dots' motions are no more than noise (within three standard deviations of its mean square)."""
         across = motions.off(np.zeros(6))
@@ -110,7 +116,7 @@ class DotStates:
     def _in_touch(self, motions, twist):
         """Whether the dots keep to the object along the normal, as all that touch must."""
         off = motions.off_normal(twist)
-        return abs(np.median(off)) < 3 * self.depth_noise and np.median(np.abs(off)) < 3 * self.depth_noise
+        return abs(np.median(off)) < 2 * self.depth_noise and np.median(np.abs(off)) < 3 * self.depth_noise
 
     def _left_behind(self, motions, held, ratio, drag):
         """Whether the dots have all left the held motion as gross slip leaves it."""
@@ -123,7 +129,7 @@ class DotStates:
 
     def _learn(self, motions, twist, ratio, slips):
         """Friction that slipping dots show, and the noise along the normal: slow means over frames."""
-        spread = 1.4826 * np.median(np.abs(motions.off_normal(twist)))
+        spread = 1.4826 * np.median(np.abs(motions.off_normal(motions.kept_in_touch(twist))))
         self.depth_noise += _SLOW * (max(spread, self.tolerance / 2) - self.depth_noise)
         seen = float(np.median(ratio[slips])) if slips.sum() >= _FEWEST else 0.0
         if seen > _LEAST_FRICTION:
