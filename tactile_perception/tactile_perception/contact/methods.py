@@ -42,7 +42,8 @@ class MembraneMethod:
 
     def renew(self, rest_xyz: np.ndarray) -> None:
         """Take the dots' rest places (K, 3), m."""
-        self._membrane = Membrane(rest_xyz, self._rows, self._columns, self._material)
+        self._membrane = self._membrane.with_rest(rest_xyz) if self._membrane else \
+            Membrane(rest_xyz, self._rows, self._columns, self._material)
 
     def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
         """The states of dots ids (N,) at xyz (N, 3), m."""

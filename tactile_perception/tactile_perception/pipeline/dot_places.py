@@ -10,6 +10,7 @@ from ..dots.dots import DotTracks
 from ..errors import BadArgument, BadFrame
 from ..surface.membrane import Membrane, MembraneState
 from ..surface.optics import WaterModel
+from ..surface.range_scale import RangeScale
 from ..surface.optics_fit import fit_rest, follow_constants
 from .rest_places import RestPlaces
 from .sensor import Touchpad
@@ -27,6 +28,7 @@ class DotPlaces:
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._membrane: Membrane | None = None
         self._last: MembraneState | None = None
+        self._scale: RangeScale | None = None
         self._begun = False
 
     def renew(self) -> None:
@@ -43,22 +45,27 @@ class DotPlaces:
             self._begin(image, tracks)
         known = np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
         ranges, sigma = self._ranges(image, tracks)
-        self._last = self._membrane.solve(self._camera.centre, self._camera.rays(tracks.uv), ranges, sigma, tracks.id, self._last)
+        rays = self._camera.rays(tracks.uv)
+        self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         return np.where(known[:, None], self._last.xyz[tracks.id], np.nan)
 
     def _follow_reference(self, tracks: DotTracks) -> None:
         if not self._rest.update(tracks):
             return
         try:
-            self._membrane = Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
+            self._membrane = self._membrane.with_rest(self._rest.xyz) if self._membrane else self._new_membrane()
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
+
+    def _new_membrane(self) -> Membrane:
+        return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
 
     def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
         if image.ndim == 3:
             self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
                 follow_constants(self._calibrated, image, tracks.uv, self._camera)
+            self._scale = RangeScale(self._water.scale_sigma)
         self._begun = True
 
     def _ranges(self, image: np.ndarray, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
