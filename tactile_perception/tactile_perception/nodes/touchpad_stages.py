@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
@@ -29,15 +30,21 @@ class _WithCamera:
         self.values = values
         self.calibration = read_calibration(values['calibration'], 'touchpad') if values['calibration'] else None
         self.stage = None
-        self._camera = None
+        self._camera, self._size = None, (0, 0)
 
     def on_camera_info(self, message: CameraInfo) -> None:
         """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
-        key = (tuple(message.k), tuple(message.d))
+        key = (tuple(message.k), tuple(message.d), message.distortion_model, message.width, message.height)
         if key != self._camera:
             matrices = convert.camera_matrices(message)
             self.stage = self.make_stage(self.sensor.camera(*matrices) if matrices else None, (message.width, message.height))
-            self._camera = key
+            self._camera, self._size = key, (message.width, message.height)
+
+    def check_size(self, image: np.ndarray) -> None:
+        """Raise BadFrame where an image (H, W, ...) is not of the size, px, that camera_info is for (0 x 0: it does not say)."""
+        if any(self._size) and image.shape[1::-1] != self._size:
+            raise BadFrame(f'image is {image.shape[1]} x {image.shape[0]} px, camera_info is for {self._size[0]} x {self._size[1]} px: places in 3D '
+                           'would be wrong; publish the camera_info of this size')
 
 
 class DotMessages(_WithCamera):
@@ -71,7 +78,9 @@ class DotMessages(_WithCamera):
             raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
         if self.stage is None:
             self.stage = self.make_stage(None, None)
-        tracks = self.stage.process(convert.image_to_array(message), convert.stamp_seconds(message.header))
+        image = convert.image_to_array(message)
+        self.check_size(image)
+        tracks = self.stage.process(image, convert.stamp_seconds(message.header))
         return convert.tracks_to_message(tracks, message.header)
 
 
