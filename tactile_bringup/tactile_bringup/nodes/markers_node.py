@@ -34,7 +34,7 @@ from .marker_messages import MarkerSet
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
 _LOOK_S = 0.2
-_PATIENCE_S = 4.0  # for the tracker to subscribe to images
+_PATIENCE_S = 15.0  # for the tracker to subscribe to images: on a busy machine it takes long to start
 _QUEUE = QoSProfile(depth=10)
 
 

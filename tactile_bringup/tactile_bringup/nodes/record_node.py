@@ -31,7 +31,7 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
 _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LOOK_S = 0.05
-_PATIENCE_S = 4.0
+_PATIENCE_S = 15.0  # for somebody to work on raw data: on a busy machine nodes take long to start
 
 
 class RecordNode(Node):
