@@ -175,10 +175,10 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
 
 
 def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
-    """A calibrated model after its lamps' colour or the white balance drifted.
+    """A calibrated model after its lamps' colour, the white balance or the camera's noise drifted.
 
-    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants follow; the absorptions and the
-    light's path stay. Raises BadFrame where too little of the image can be read.
+    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants and the noise follow; the absorptions
+    and the light's path stay. Raises BadFrame where too little of the image can be read.
     """
     ratios = log_ratios(check_image(image), uv, model.ring).ratios
     places = model.cap.meet(camera.centre, camera.rays(uv))
@@ -188,4 +188,5 @@ def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
     length, slope = model.path.lengths(places[known], normals)
     length = length + model.ring_offset * slope
-    return replace(model, constants=np.median(ratios[known] + length[:, None] * model.absorptions, axis=0))
+    constants = np.median(ratios[known] + length[:, None] * model.absorptions, axis=0)
+    return replace(model, constants=constants, noise=_ring_noise(ratios, places))
