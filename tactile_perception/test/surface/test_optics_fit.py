@@ -36,6 +36,16 @@ def test_constants_follow_a_drift_of_the_white_balance(water_pad):
     assert np.sqrt(np.nanmean((ranges - pad.ranges())**2)) < 4e-5
 
 
+def test_a_calibrated_model_takes_the_noise_of_the_images_at_hand(water_pad):
+    pad = water_pad(noise=1.0)
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    pad.noise = 5.0
+    followed = follow_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    ranges, sigma = followed.depths(pad.image(), pad.tracks(), pad.camera)
+    off = np.nanstd(ranges - pad.ranges())
+    assert np.nanmedian(sigma) == pytest.approx(off, rel=0.25)
+
+
 def test_water_without_colour_is_refused(water_pad):
     pad = water_pad(absorption=(5.0, 5.0, 30.0), gain=(200, 200, 700))
     with pytest.raises(BadArgument, match='leaves no colour'):
