@@ -14,6 +14,7 @@ from .colours import bgr
 _SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
 _SHORTEST = 1.2  # px of the picture: shorter arrows would be noise
 _HEAD = 0.35
+_FEW = 200  # so many arrows have room for a dark border each
 _GAP = 2.0  # px between a dot and its ring
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -73,8 +74,8 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
 
     draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes])
     uv = placed(what.uv)
-    draw_dots(picture, uv, what.state, scale * what.radius + _GAP)
     draw_arrows(picture, uv - what.duv * scale, uv)
+    draw_dots(picture, uv, what.state, scale * what.radius + _GAP)  # over the arrows: states are what counts
     draw_numbers(picture, what, uv)
     draw_contacts(picture, placed(what.contacts))
     return np.vstack([picture, text_bar(what.text, picture.shape[1])]) if what.text else picture
@@ -121,7 +122,8 @@ def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray) -> None
     size = np.minimum(_HEAD * length[chosen], 5.0) / length[chosen]
     back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
     strokes = _fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1))
-    cv2.polylines(picture, list(strokes), False, (0, 0, 0), 3, cv2.LINE_8, _SHIFT)
+    if len(start) <= _FEW:
+        cv2.polylines(picture, list(strokes), False, (0, 0, 0), 3, cv2.LINE_8, _SHIFT)
     cv2.polylines(picture, list(strokes), False, bgr(colours.ARROW), 1, cv2.LINE_AA, _SHIFT)
 
 
