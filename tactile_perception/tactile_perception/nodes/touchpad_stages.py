@@ -44,7 +44,7 @@ class _WithCamera:
         """Raise BadFrame where an image (H, W, ...) is not of the size, px, that camera_info is for (0 x 0: it does not say)."""
         if any(self._size) and image.shape[1::-1] != self._size:
             found, told = (f'{width} x {height} px' for width, height in (image.shape[1::-1], self._size))
-            raise BadFrame(f'image is {found}, camera_info is for {told}: places in 3D would be wrong; publish the camera_info of this size')
+            raise BadFrame(f'image is {found}, camera_info is for {told}; places in 3D would be wrong: publish camera_info of this size')
 
 
 class DotMessages(_WithCamera):

@@ -1,0 +1,184 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes over ROS, from the driver to contact_region: latency from the stamp, frames lost, CPU and memory of each process.
+
+    python test/benchmark/live.py [--duration 60] [--rate 60] [--scene demo] [--pace full] [--out out/benchmark]
+
+camera_node (simulated), dot_tracker_node and contact_region_node run as processes of their own, each on one thread for numbers, in a ROS
+domain of their own. First nobody subscribes (--idle s), then this process does to contact_region alone. Frames of the first --settle s do
+not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that contact_region does not.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import psutil
+import rclpy
+import yaml
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
+from tactile_driver.nodes.run import make_room_for_images
+from tactile_driver.simulation.scenes import open_scene
+from tactile_msgs.msg import ContactRegion
+
+sys.path.insert(0, str(Path(__file__).parent))
+from sources import scene_parameters  # noqa: E402
+
+NODES = {'camera_node': 'tactile_driver.nodes.camera_node', 'dot_tracker_node': 'tactile_perception.nodes.dot_tracker_node',
+         'contact_region_node': 'tactile_perception.nodes.contact_region_node'}
+DOMAIN = 97
+PERCENTILES = (50, 95, 99, 100)
+
+
+class System:
+    """The nodes as processes; use it in a with statement."""
+
+    def __init__(self, parameters: dict[str, object], folder: Path):
+        file = folder / 'parameters.yaml'
+        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}))
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+                       'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        self._started = {name: subprocess.Popen([sys.executable, '-m', module, '--ros-args', '--params-file', str(file)], cwd=folder,
+                                                env=environment, start_new_session=True) for name, module in NODES.items()}
+        self.processes = {name: psutil.Process(p.pid) for name, p in self._started.items()}
+
+    def __enter__(self) -> System:
+        return self
+
+    def __exit__(self, *_exc) -> None:
+        for process in self._started.values():
+            os.killpg(process.pid, signal.SIGINT)
+        for process in self._started.values():
+            process.wait(timeout=30)
+
+    def usage(self) -> dict[str, tuple[float, float]]:
+        """Name -> (s of CPU so far, MB of memory of its own and shared)."""
+        return {name: (sum(p.cpu_times()[:2]), p.memory_info().rss / 2**20) for name, p in self.processes.items()}
+
+
+@dataclass
+class Record:
+    """What was seen: stamps (ns) of camera_info and of contact_region, latencies s, (time s, usage) now and then."""
+
+    sent: list = field(default_factory=list)
+    done: list = field(default_factory=list)
+    latencies: list = field(default_factory=list)
+    usage: list = field(default_factory=list)
+
+
+class Listener:
+    """Subscribes to contact_region, and to camera_info for the stamps that there were."""
+
+    def __init__(self, record: Record):
+        self._record = record
+        self.node = Node('live_benchmark')
+        self.node.create_subscription(ContactRegion, 'contact_region', self._on_region, 100)
+        self.node.create_subscription(CameraInfo, 'camera_info', lambda m: record.sent.append(_stamp(m)), 100)
+
+    def _on_region(self, message: ContactRegion) -> None:
+        stamp = _stamp(message)
+        self._record.latencies.append(1e-9 * (time.time_ns() - stamp))
+        self._record.done.append(stamp)
+
+
+def _stamp(message) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def watch(system: System, record: Record, duration: float, spin_once) -> None:
+    """Let time pass for so many s, and note CPU and memory once a second."""
+    begin, noted = time.monotonic(), -1
+    while (passed := time.monotonic() - begin) < duration:
+        if int(passed) > noted:
+            noted = int(passed)
+            record.usage.append((time.monotonic(), system.usage()))
+        spin_once()
+
+
+def cpu(record: Record) -> dict[str, float]:
+    """Name -> per cent of a core over the record."""
+    (t0, first), (t1, last) = record.usage[0], record.usage[-1]
+    return {name: 100 * (last[name][0] - first[name][0]) / (t1 - t0) for name in first}
+
+
+def summary(idle: Record, busy: Record, settle: float) -> dict:
+    """All numbers: ms, frames, per cent of a core, MB."""
+    begin = busy.sent[0] + settle * 1e9 if busy.sent else 0
+    counted = [k for k, stamp in enumerate(busy.done) if stamp > begin]
+    latency = 1e3 * np.array([busy.latencies[k] for k in counted])
+    last = max(busy.done, default=0)
+    sent = {stamp for stamp in busy.sent if begin < stamp <= last}
+    memory = {name: [use[name][1] for _, use in busy.usage] for name in NODES}
+    first = min(len(busy.usage) - 1, int(settle))
+    return {'frames': len(sent), 'lost': len(sent - set(busy.done)),
+            'rate Hz': len(sent) / (1e-9 * (last - begin)) if sent else float('nan'),
+            'latency ms': {str(p): float(np.percentile(latency, p)) for p in PERCENTILES} if len(latency) else {},
+            'CPU %': cpu(busy), 'CPU % idle': cpu(idle),
+            'memory MB': {name: {'first': used[first], 'last': used[-1], 'most': max(used)} for name, used in memory.items()}}
+
+
+def text(result: dict) -> str:
+    """The summary as Markdown."""
+    lines = [f'{result["frames"]} frames at {result["rate Hz"]:.1f} Hz, {result["lost"]} lost; latency from the stamp to contact_region: '
+             + ', '.join(f'{value:.1f} ms ({p} %)' for p, value in result['latency ms'].items()), '',
+             '| process | CPU % of a core | CPU % with nobody subscribed | memory MB, first | last | most |', '|---|---|---|---|---|---|']
+    for name, memory in result['memory MB'].items():
+        lines.append(f'| {name} | {result["CPU %"][name]:.1f} | {result["CPU % idle"][name]:.1f} | '
+                     + ' | '.join(f'{memory[k]:.0f}' for k in ('first', 'last', 'most')) + ' |')
+    return '\n'.join(lines) + '\n'
+
+
+def run(scene: str, rate: float, duration: float, idle: float, settle: float, pace: str = 'full') -> dict:
+    """Start the nodes, watch them idle and busy, end them; the summary."""
+    parameters = {**scene_parameters(open_scene(scene)), 'source': 'sim', 'scene': scene, 'rate': rate, 'pace': pace}
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    make_room_for_images()
+    unused, used = Record(), Record()
+    with tempfile.TemporaryDirectory() as folder, System(parameters, Path(folder)) as system:
+        time.sleep(5.0)  # imports; no part of what is measured
+        watch(system, unused, idle, lambda: time.sleep(0.1))
+        rclpy.init(domain_id=DOMAIN)
+        listener, executor = Listener(used), SingleThreadedExecutor()
+        executor.add_node(listener.node)
+        try:
+            watch(system, used, settle + duration, lambda: executor.spin_once(timeout_sec=0.05))
+        finally:
+            listener.node.destroy_node()
+            rclpy.try_shutdown()
+    return summary(unused, used, settle)
+
+
+def main() -> None:
+    """Run, print, write live.md and live.json."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--duration', type=float, default=60.0, help='s that count')
+    parser.add_argument('--idle', type=float, default=10.0, help='s with nobody subscribed')
+    parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
+    parser.add_argument('--rate', type=float, default=60.0, help='frames a second')
+    parser.add_argument('--scene', default='demo')
+    parser.add_argument('--pace', default='full', help='of the membrane: full or fast')
+    parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
+    given = parser.parse_args()
+    try:
+        result = run(given.scene, given.rate, given.duration, given.idle, given.settle, given.pace)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        sys.exit('interrupted')
+    given.out.mkdir(parents=True, exist_ok=True)
+    (given.out / 'live.md').write_text(text(result))
+    (given.out / 'live.json').write_text(json.dumps(result, indent=1) + '\n')
+    print(text(result))
+
+
+if __name__ == '__main__':
+    main()
