@@ -1,0 +1,88 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the dots' true places to region, contacts, slip and wrench, against the scene's truth; unknown is NaN, bad dots are refused."""
+import dataclasses
+
+import numpy as np
+import pytest
+from tactile_perception.calibration.files import CalibrationFile
+from tactile_perception.contact.contacts import OUT_OF_RANGE
+from tactile_perception.dots.dots import DotTracks
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.pipeline.contact_stage import ContactStage
+
+
+def tracks_of(ball, truth, keep=slice(None)):
+    """The scene's own dots as a tracker with no error would give them."""
+    id = truth.dot_id[keep]
+    count = len(id)
+    moved = truth.dot_uv - ball.untouched.dot_uv
+    return DotTracks(23, 23, id, truth.dot_uv[keep], np.full(count, 60.0), np.full(count, 0.02), moved[keep], truth.dot_xyz[keep].copy())
+
+
+def pressed(ball, **changes):
+    """Stage and result after an untouched and two pressed frames."""
+    stage = ContactStage(ball.sensor, ball.camera, {**ball.values, **changes})
+    stage.process(tracks_of(ball, ball.untouched), 1.0)
+    stage.process(tracks_of(ball, ball.truth), 1.1)
+    return stage, stage.process(tracks_of(ball, ball.truth), 1.2)
+
+
+def test_a_ball_is_one_contact_where_it_is(ball):
+    _, result = pressed(ball)
+    true = ball.truth.contacts[0]
+    assert len(result.contacts) == 1
+    found = result.contacts[0]
+    assert np.linalg.norm(found.position - true.position) < 0.15e-3
+    assert found.depth == pytest.approx(true.depth, abs=0.1e-3) and found.force == pytest.approx(true.force, rel=0.1)
+    assert np.linalg.norm(result.wrench - ball.truth.wrench) < 0.1 * np.linalg.norm(ball.truth.wrench)
+    assert result.region.area == pytest.approx(ball.truth.area, rel=0.25)
+    there, touched = set(np.flatnonzero(ball.truth.dot_state)), set(result.region.dot_id[result.region.dot_state > 0])
+    assert 2 * len(there & touched) / (len(there) + len(touched)) > 0.9
+
+
+def test_nothing_touches_nothing_is_found(ball):
+    stage, _ = pressed(ball)
+    result = stage.process(tracks_of(ball, ball.untouched), 1.3)
+    assert result.contacts == [] and result.region.area == 0 and not result.region.dot_state.any()
+    assert np.isnan(result.region.centroid).all() and np.isnan(result.region.normal).all() and np.isnan(result.region.orientation)
+    assert not result.wrench.any()
+
+
+def test_the_papers_method_knows_no_forces(ball):
+    _, result = pressed(ball, contact='paper')
+    assert np.isnan(result.wrench).all() and result.contacts and all(np.isnan(c.force) for c in result.contacts)
+
+
+def test_dots_without_places_are_left_out(ball):
+    stage, _ = pressed(ball)
+    tracks = tracks_of(ball, ball.truth)
+    tracks.xyz[::20] = np.nan
+    result = stage.process(tracks, 1.3)
+    assert len(result.region.dot_id) == 529 - len(tracks.xyz[::20]) and len(result.contacts) == 1
+    assert result.contacts[0].depth == pytest.approx(ball.truth.contacts[0].depth, abs=0.2e-3)
+
+
+def test_no_dots_at_all(ball):
+    stage, _ = pressed(ball)
+    result = stage.process(tracks_of(ball, ball.truth, slice(0, 0)), 1.3)
+    assert result.contacts == [] and result.region.area == 0 and len(result.region.dot_id) == 0
+
+
+def test_what_cannot_be_used_is_refused(ball):
+    stage, _ = pressed(ball)
+    tracks = tracks_of(ball, ball.truth)
+    with pytest.raises(BadFrame, match='5 x 23 grid'):
+        stage.process(dataclasses.replace(tracks, rows=5), 1.3)
+    with pytest.raises(BadFrame, match='no places'):
+        stage.process(dataclasses.replace(tracks, xyz=None), 1.3)
+    with pytest.raises(BadArgument, match='surface is none'):
+        ContactStage(dataclasses.replace(ball.sensor, cap=None), ball.camera, ball.values)
+
+
+def test_a_press_beyond_the_calibrated_range_is_flagged(ball):
+    for deepest, flag in ((1e-3, OUT_OF_RANGE), (6e-3, 0)):
+        calibration = CalibrationFile('touchpad', {}, {}, {}, {'depth': [0, deepest], 'x': [-8e-3, 8e-3], 'y': [-8e-3, 8e-3]})
+        stage = ContactStage(ball.sensor, ball.camera, ball.values, calibration)
+        stage.process(tracks_of(ball, ball.untouched), 1.0)
+        assert stage.process(tracks_of(ball, ball.truth), 1.1).contacts[0].flags & OUT_OF_RANGE == flag

@@ -1,0 +1,88 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Places of dots from colour and membrane: from the rest shape alone, from grey images, from few dots, with a new reference."""
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+from tactile_perception.errors import BadFrame
+from tactile_perception.pipeline.dot_places import DotPlaces
+from tactile_perception.pipeline.dot_stage import make_tracker
+
+
+@pytest.fixture(scope='module')
+def seen(ball):
+    """Tracks of an untouched and of the pressed image."""
+    tracker = make_tracker(ball.sensor, ball.values)
+    rest = tracker.process(ball.rest[0], 1.0)
+    return rest, tracker.process(ball.pressed, 1.1)
+
+
+def part(tracks, keep):
+    """The tracks where keep (N,) bool."""
+    return dataclasses.replace(tracks, **{n: getattr(tracks, n)[keep] for n in ('id', 'uv', 'area', 'sigma', 'duv')})
+
+
+def errors(xyz, truth, tracks):
+    return np.linalg.norm(xyz - truth.dot_xyz[tracks.id], axis=1)
+
+
+@pytest.mark.parametrize('pace', ['full', 'fast'])
+def test_places_of_a_press_from_the_rest_shape_alone(ball, seen, pace):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera, pace)
+    assert np.sqrt(np.mean(errors(places.locate(ball.rest[0], rest), ball.untouched, rest)**2)) < 0.08e-3
+    for _ in range(3):
+        off = errors(places.locate(ball.pressed, pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.1e-3 and np.isnan(off).mean() < 0.02
+
+
+def test_each_place_lies_on_its_ray(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    places.locate(ball.rest[0], rest)
+    xyz = places.locate(ball.pressed, pressed)
+    known = np.isfinite(xyz).all(axis=1)
+    assert np.abs(ball.camera.project(xyz[known]) - pressed.uv[known]).max() < 0.05
+
+
+def test_a_grey_image_leaves_the_ranges_to_the_membrane(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    xyz = places.locate(cv2.cvtColor(ball.rest[0], cv2.COLOR_BGR2GRAY), rest)
+    assert np.sqrt(np.mean(errors(xyz, ball.untouched, rest)**2)) < 0.08e-3
+    xyz = places.locate(cv2.cvtColor(ball.pressed, cv2.COLOR_BGR2GRAY), pressed)
+    assert np.isfinite(xyz).all(axis=1).mean() > 0.98
+
+
+def test_a_dot_without_a_rest_place_has_none_now(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    hidden = rest.id % 50 == 7
+    places.locate(ball.rest[0], part(rest, ~hidden))
+    unknown = dataclasses.replace(pressed, duv=np.where((pressed.id % 50 == 7)[:, None], np.nan, pressed.duv))
+    xyz = places.locate(ball.pressed, unknown)
+    assert np.isnan(xyz[pressed.id % 50 == 7]).all() and np.isfinite(xyz[pressed.id % 50 != 7]).mean() > 0.97
+
+
+def test_too_few_dots_at_rest_are_no_surface(ball, seen):
+    rest, _ = seen
+    with pytest.raises(BadFrame, match='cannot be placed'):
+        DotPlaces(ball.sensor, ball.camera).locate(ball.rest[0], part(rest, rest.id % 4 == 0))
+
+
+def test_after_a_new_reference_the_colour_is_learnt_anew(ball, seen):
+    """Half of the light, another white balance: after renew() places are as good as before."""
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    places.locate(ball.rest[0], rest)
+
+    def other_light(image):
+        return np.clip(image * [0.5, 0.6, 0.55], 0, 255).astype(np.uint8)
+
+    places.renew()
+    places.locate(other_light(ball.rest[0]), rest)
+    for _ in range(3):
+        off = errors(places.locate(other_light(ball.pressed), pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.15e-3
