@@ -3,12 +3,14 @@
 """Dots so near to one another that each is seen in the other's patch: who they are, and what each puts there."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .shape import blurred_disc
 from .subpixel import Fit, LikelihoodFitter
 
-_SHARE = 0.51  # of the reach: side of the cells while no two places share one
+_SHARE = 0.51  # of the reach: side of the cells where no two places share one, if larger ones will not do
 _CELL = 4.0  # px: no two dots but the smallest that touch have their centres in one cell
 _PER_SQUARE = 16.0  # table entries a px^2 of squared radius
 _PER_DIAMETER = 20.0  # tables a px of diameter
@@ -24,8 +26,8 @@ _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off the
 def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both
     axes."""
-    for side in (_SHARE * reach, _CELL):
-        margin = int(reach / side) + 1
+    for side in (reach, _SHARE * reach, _CELL):
+        margin = int(np.ceil(reach / side))
         column, row = (np.maximum(u, 0) * (1 / side)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / side)).astype(np.int64) + margin
         width = int(column.max()) + margin + 1
         cells = np.full((int(row.max()) + margin + 1) * width, -1, np.int32)
@@ -47,6 +49,15 @@ def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, 
     return both[order], other[order]
 
 
+@dataclass
+class Pairs:
+    """Pairs of places i, j (M,), i != j, each in both orders and sorted by i, and their distance (M,) px."""
+
+    i: np.ndarray
+    j: np.ndarray
+    distance: np.ndarray
+
+
 class Separator:
     """Fits crowded dots again without what their neighbours put into their patches; look: look.Look."""
 
@@ -54,19 +65,24 @@ class Separator:
         self._look, self._fitter = look, fitter
         self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
 
-    def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray,
-                 centre: np.ndarray) -> np.ndarray:
+    def pairs(self, places: np.ndarray) -> Pairs:
+        """Pairs of places (N, 2) px that may be seen in each other's patches."""
+        i, j = near_pairs(*places.T, self._fitter.half + self._look.largest / 2 + 2 * self._look.blur)
+        return Pairs(i, j, np.hypot(places[i, 0] - places[j, 0], places[i, 1] - places[j, 1]))
+
+    def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray, centre: np.ndarray,
+                 pairs: Pairs) -> np.ndarray:
         """The last step of the fits, and for crowded dots all of them again, in place, as are their patches: what others put there is
         taken off.
 
-        compressed: (N, K) patches about the whole pixels centre (N, 2); places (N, 2) px, diameter (N,) px: where the fits began.
+        compressed: (N, K) patches about the whole pixels centre (N, 2); places (N, 2) px, diameter (N,) px: where the fits began;
+        pairs: of pairs(places).
         Returns (N,) bool: not a second fit to another's dot.
         """
         look, single = self._look, np.ones(len(places), bool)
-        i, j = near_pairs(*places.T, self._fitter.half + look.largest / 2 + 2 * look.blur)
+        i, j, began = pairs.i, pairs.j, pairs.distance
         cleaned = np.zeros(len(places), bool)
         if len(i):
-            began = np.hypot(*(places[i] - places[j]).T)
             now = np.hypot(centre[i, 0] + fit.u[i] - centre[j, 0] - fit.u[j], centre[i, 1] + fit.v[i] - centre[j, 1] - fit.v[j])
             single[i[((began < _SAME * look.typical) | (now < _MET * look.typical)) & (i > j)]] = False
             i, j = self._clean(fit, compressed, places, diameter, centre, single, i, j, began)

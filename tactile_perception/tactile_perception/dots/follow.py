@@ -33,20 +33,20 @@ def follow(uv: np.ndarray, before_uv: np.ndarray, before_id: np.ndarray, shape: 
     move = np.full((shape[0] * shape[1], 2), np.nan)
     move[number] = uv[dot] - before_uv[found]
     move = move.reshape(*shape, 2)
-    if not _edges_found(np.isfinite(move[:, :, 0])) or _torn(move, BEND * pitch):
+    if not edges_found(np.isfinite(move[:, :, 0])) or torn(move, BEND * pitch):
         return None
     _fill(id, uv, shape, pitch)
     return id
 
 
-def _edges_found(found: np.ndarray) -> bool:
-    return min(found[0].mean(), found[-1].mean(), found[:, 0].mean(), found[:, -1].mean()) >= OUTER_SHARE
+def edges_found(found: np.ndarray) -> bool:
+    """Whether of each outer row and column of a grid, found (rows, columns) bool, most dots were found again."""
+    return min(np.count_nonzero(side) / len(side) for side in (found[0], found[-1], found[:, 0], found[:, -1])) >= OUTER_SHARE
 
 
-def _torn(move: np.ndarray, limit: float) -> bool:
-    """Whether neighbours anywhere on the grid moved differently by more than limit."""
-    biggest = max(np.nanmax(np.abs(np.diff(move, axis=axis)), initial=0.0) for axis in (0, 1))
-    return bool(biggest > limit)
+def torn(move: np.ndarray, limit: float) -> bool:
+    """Whether neighbours anywhere on the grid, moves (rows, columns, 2), moved differently by more than limit."""
+    return bool((np.abs(move[1:] - move[:-1]) > limit).any() or (np.abs(move[:, 1:] - move[:, :-1]) > limit).any())
 
 
 def _fill(id: np.ndarray, uv: np.ndarray, shape: tuple, pitch: float) -> None:

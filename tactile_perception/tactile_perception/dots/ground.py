@@ -10,23 +10,44 @@ import cv2
 import numpy as np
 
 _FIRST, _SECOND = np.array([[0, 0, 0, 0, 1, 1, 2, 1, 2], [0, 1, 2, 3, 1, 2, 2, 3, 3]])  # of one, u, v, ground: which are multiplied
+_SAME_LIGHT = 0.003  # of the ground, root mean square: changes less than that move no dot by 0.001 px
 _MAPS = np.arange(9)[:, None]
 
 
-def relative_slopes(u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes of the ground along u and v at each dot, as shares of the ground a pixel; zero where fewer than four good neighbours are near.
+class GroundSlopes:
+    """Slopes of the ground along u and v as shares of the ground a pixel; zero where fewer than four good neighbours were near.
 
-    u, v, ground: (N,); good: (N,) bool, whose ground counts; cell: px, about the dots' pitch: a plane is fitted over three by three cells.
+    u, v, ground: (N,) of dots; good: (N,) bool, whose ground counts; cell: px, about the dots' pitch: a plane is fitted over three by
+    three cells.
     """
-    columns, rows = int(u.max() / cell) + 2, int(v.max() / cell) + 2
-    cells = rows * columns + columns  # a row of zeros after each map, so that one filter adds up the neighbours of all
-    at = (np.maximum(v, 0) / cell).astype(np.int64) * columns + (np.maximum(u, 0) / cell).astype(np.int64)
-    # coordinates about the cells' own centres would have to be moved when cells are added: about the image's centre they need not
-    values = np.stack([np.ones_like(u), (u - u.mean()) / cell, (v - v.mean()) / cell, ground / max(float(ground.mean()), 1.0)])
-    products = values[_FIRST] * values[_SECOND] * good
-    maps = np.bincount((at + _MAPS * cells).ravel(), products.ravel(), len(products) * cells)
-    near = cv2.boxFilter(maps.reshape(-1, columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return tuple(_planes(near.reshape(len(products), -1), cell).take(at, axis=1))
+
+    def __init__(self, u: np.ndarray, v: np.ndarray, ground: np.ndarray, good: np.ndarray, cell: float):
+        columns, rows = int(u.max() / cell) + 2, int(v.max() / cell) + 2
+        self._cell, self._size, self._ground = cell, (rows, columns), ground
+        at = self._cells(u, v)
+        cells = rows * columns + columns  # a row of zeros after each map, so that one filter adds up the neighbours of all
+        # coordinates about the cells' own centres would have to be moved when cells are added: about the image's centre they need not
+        values = np.stack([np.ones_like(u), (u - u.mean()) / cell, (v - v.mean()) / cell, ground / max(float(ground.mean()), 1.0)])
+        products = values[_FIRST] * values[_SECOND] * good
+        maps = np.bincount((at + _MAPS * cells).ravel(), products.ravel(), len(products) * cells)
+        near = cv2.boxFilter(maps.reshape(-1, columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        self._slopes = _planes(near.reshape(len(products), -1), cell)
+
+    def hold_for(self, ground: np.ndarray) -> bool:
+        """Whether dots with these grounds (N,), in the same order as those that the slopes are of, have the same light on them."""
+        if len(ground) != len(self._ground):
+            return False
+        change = ground - self._ground
+        return float(change @ change) < (_SAME_LIGHT * ground.mean()) ** 2 * len(ground)
+
+    def at(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """(2, N) slopes along u and v at places u, v (N,) px."""
+        return self._slopes.take(self._cells(u, v), axis=1)
+
+    def _cells(self, u, v):
+        rows, columns = self._size
+        row, column = np.minimum(np.maximum(v, 0) / self._cell, rows - 1), np.minimum(np.maximum(u, 0) / self._cell, columns - 1)
+        return row.astype(np.int64) * columns + column.astype(np.int64)
 
 
 def _planes(sums, cell):

@@ -12,7 +12,7 @@ from ..errors import BadFrame
 from .candidates import find_candidates
 from .crowd import Separator
 from .dots import Dots
-from .ground import relative_slopes
+from .ground import GroundSlopes
 from .look import Look, measure_look, select_channel, shrink
 from .subpixel import LikelihoodFitter
 
@@ -20,6 +20,7 @@ _FEWEST = 4  # dots: with fewer, what dots look like is measured anew
 _OFF_CENTRE = 0.9  # px from its patch's centre at which a dot is fitted in a new patch
 _MOST_GROWTH = 2.2  # times the typical diameter: dots are not looked for beyond
 _UNLIKE = 1.6  # times the contrast is left of a patch after the first fit: more than any neighbour leaves, so this is no dot
+_NONE = Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
 
 
 class LikelihoodDetector:
@@ -30,6 +31,7 @@ class LikelihoodDetector:
         self._look: Look | None = None
         self._fitter: LikelihoodFitter | None = None
         self._separator: Separator | None = None
+        self._slopes: GroundSlopes | None = None  # of the last frame
         self._outgrown = False
 
     def detect(self, image: np.ndarray) -> Dots:
@@ -70,17 +72,18 @@ class LikelihoodDetector:
             return None
         self._outgrown = False
         step = self._look.step
-        found = self._measure(self._grey(image), (uv + 0.5) / step - 0.5, np.sqrt(4 / np.pi * area) / step)
+        found = self._measure(self._grey(image), (uv + 0.5) / step - 0.5, np.sqrt(4 / np.pi * area) / step, True)
         return None if self._outgrown else found
 
     def _grey(self, image):
         return shrink(select_channel(image, self._look.channel), self._look.step)
 
-    def _measure(self, grey, places, diameter):
-        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,)."""
+    def _measure(self, grey, places, diameter, stay=False):
+        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,); stay: these are the dots of
+        the last frame."""
         look, fitter = self._look, self._fitter
         if not len(places):
-            return Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
+            return _NONE
         padded = cv2.copyMakeBorder(grey, *[fitter.half] * 4, cv2.BORDER_REPLICATE)
         centre = np.minimum(np.maximum(np.rint(places), 0), np.array(grey.shape[::-1]) - 1).astype(np.int64)
         compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1], look.ground))
@@ -88,11 +91,14 @@ class LikelihoodDetector:
         off = np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE
         some = self._hopeful(fit, compressed, off) if off.any() else np.arange(len(places))
         if len(some) < len(places):
+            if not len(some):
+                return _NONE
             places, diameter, centre, compressed, fit = places[some], diameter[some], centre[some], compressed[some], fit.take(some)
+        pairs = self._separator.pairs(places)
         if off.any():
-            self._recentre(fit, compressed, padded, places, centre)
-        single = self._separator.separate(fit, compressed, places, diameter, centre)
-        dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, grey.shape)
+            self._recentre(fit, compressed, padded, centre, pairs)
+        single = self._separator.separate(fit, compressed, places, diameter, centre, pairs)
+        dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, grey.shape, stay)
         return dots, some[good]
 
     def _hopeful(self, fit, compressed, off):
@@ -101,24 +107,26 @@ class LikelihoodDetector:
         unlike = self._fitter.variances(compressed[off], fit.take(off)) > (_UNLIKE * np.maximum(fit.amplitude[off] * self._sign, 0)) ** 2
         return np.delete(np.arange(len(fit.u)), off[unlike])
 
-    def _judge(self, fit, variance, centre, single, shape):
-        """The dots among single (N,) bool fits, and their indices."""
+    def _judge(self, fit, variance, centre, single, shape, stay):
+        """The dots among single (N,) bool fits, and their indices; stay: see _measure."""
         look, fitter = self._look, self._fitter
         fit.ground += look.ground
         good = self._plausible(fit, variance, centre, shape) & single
         u, v = centre[:, 0] + fit.u, centre[:, 1] + fit.v
-        fitter.correct_slope(fit, *relative_slopes(u, v, fit.ground, good, 2.5 * look.typical))
+        if not (stay and self._slopes.hold_for(fit.ground)):
+            self._slopes = GroundSlopes(u, v, fit.ground, good, 2.5 * look.typical)
+        fitter.correct_slope(fit, *self._slopes.at(u, v))
         uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)[good]
         sigma = np.sqrt(variance * fitter.gains(fit)[0])[good]
         area = np.pi / 4 * (fit.diameter[good] * look.step) ** 2
         return Dots((uv + 0.5) * look.step - 0.5, area, sigma * look.step), np.flatnonzero(good)
 
-    def _recentre(self, fit, compressed, padded, places, centre):
+    def _recentre(self, fit, compressed, padded, centre, pairs):
         """Fit dots whose peak lay off their place once more, in place, from patches about where they were found."""
-        off = np.flatnonzero((np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0))
+        off = (np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
         # of dots that touch, the fit may have gone over to the neighbour: crowd.py begins with these at their peaks again
-        near = np.hypot(*(places[off, None] - places).transpose(2, 0, 1)) < self._look.typical + 2
-        off = off[near.sum(1) == 1]
+        off[pairs.i[pairs.distance < self._look.typical + 2]] = False
+        off = np.flatnonzero(off)
         if not len(off):
             return
         step = np.rint(np.stack([fit.u[off], fit.v[off]], 1)).astype(np.int64)

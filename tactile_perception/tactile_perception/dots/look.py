@@ -15,7 +15,8 @@ CHANNELS = ('blue', 'green', 'red', 'grey')
 _BLOCKS = (15, 31, 61, 121)  # sides of the squares that local ground is taken over, px
 _LEVELS = (0.25, 0.5)  # of the strongest contrast
 _LARGEST_FITTED = 14.0  # px: larger dots are looked at in a smaller image
-_MOST = 80  # dots that blur is measured on
+_MOST = 60  # dots that blur is measured on
+_PER_PIXEL = 24  # samples of a profile a pixel
 _FEWEST = 4  # dots; fewer cannot be told from dirt
 
 
@@ -154,39 +155,63 @@ def _fit_blur(grey, centre, rough, noise):
     x, y = np.meshgrid(reach, reach)
     best = None
     offset = centre[chosen] - at[chosen]
+    discs = _Discs(np.median(rough[chosen]), 1.5 * half + 2)
     for _ in range(2):  # the second time about better centres
         radius = np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
-        best = _scan(patches, radius, rough[chosen])
+        best = _scan(patches, radius, rough[chosen], discs)
         offset = _recentre(patches, offset, x, y, best[1])
     blur, diameter, contrast = best
     scale = np.median(diameter / rough[chosen])
     return blur, rough * scale, float(np.median(np.abs(contrast)))
 
 
-def _scan(patches, radius, rough):
+class _Discs:
+    """Images of discs about a diameter (px), by their profiles out to a radius (px), over a grid of blurs and diameters."""
+
+    def __init__(self, about: float, outermost: float):
+        self.blurs = np.array([0.2, 0.35, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 2.0, 2.5, 3.2])
+        self.diameters = np.linspace(0.6, 1.5, 28) * about
+        self._last = int(outermost * _PER_PIXEL)
+        radius = np.arange(self._last + 1) / _PER_PIXEL
+        self._profiles = [[blurred_disc(radius, d, blur).astype(np.float32) for d in self.diameters] for blur in self.blurs]
+
+    def images(self, blur: int, radius: np.ndarray):
+        """For each diameter the brightness at these distances (any shape, px) from the centre, at blur number `blur`."""
+        index = np.minimum(np.rint(radius * _PER_PIXEL), self._last).astype(np.int32)
+        return (profile.take(index) for profile in self._profiles[blur])
+
+
+def _scan(patches, radius, rough, discs):
     """(blur, diameters (N,), contrasts (N,)) of least residual over a grid, contrast and ground free for each dot."""
-    diameters = np.linspace(0.6, 1.5, 28) * np.median(rough)
-    totals, found = [], []
-    blurs = np.array([0.2, 0.35, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 2.0, 2.5, 3.2])
-    window = radius < (rough / 2 + 2.5)[:, None, None]
-    for blur in blurs:
-        fits = [_residual(patches, window, blurred_disc(radius, d, blur)) for d in diameters]
+    totals, found, each = [], [], np.arange(len(rough))
+    window = (radius < (rough / 2 + 2.5)[:, None, None]).reshape(len(rough), -1)
+    wanted = _Windowed(patches.reshape(len(rough), -1), window)
+    radius = radius.reshape(len(rough), -1)
+    for blur in range(len(discs.blurs)):
+        fits = [wanted.residual(image) for image in discs.images(blur, radius)]
         residual, contrast = np.array([f[0] for f in fits]), np.array([f[1] for f in fits])
         k = np.argmin(residual, 0)
-        each = np.arange(len(rough))
         totals.append(np.median(residual[k, each]))
-        found.append((diameters[k], contrast[k, each]))
+        found.append((discs.diameters[k], contrast[k, each]))
     k = int(np.argmin(totals))
-    return _vertex(blurs, totals, k), *found[k]
+    return _vertex(discs.blurs, totals, k), *found[k]
 
 
-def _residual(patches, window, shape):
-    count = window.sum((1, 2))
-    p, t = patches * window, shape * window
-    mean_p, mean_t = p.sum((1, 2)) / count, t.sum((1, 2)) / count
-    ptt = (p * t).sum((1, 2)) - count * mean_p * mean_t
-    tt = np.maximum((t * t).sum((1, 2)) - count * mean_t**2, 1e-9)
-    return ((p * p).sum((1, 2)) - count * mean_p**2 - ptt**2 / tt) / count, ptt / tt
+class _Windowed:
+    """Patches (N, P) within windows (N, P) bool."""
+
+    def __init__(self, patches, window):
+        self._window, self._count = window.astype(np.float32), window.sum(1)
+        self._mean = (patches * window).sum(1) / self._count
+        self._rest = ((patches - self._mean[:, None]) * window).astype(np.float32)
+        self._square = np.einsum('ij,ij->i', self._rest, self._rest, dtype=float)
+
+    def residual(self, image):
+        """(N,) mean squares that are left by images (N, P) of free contrast on free ground, and (N,) the contrasts."""
+        mean = np.einsum('ij,ij->i', image, self._window) / self._count
+        square = np.maximum(np.einsum('ij,ij,ij->i', image, image, self._window) - self._count * mean**2, 1e-9)
+        product = np.einsum('ij,ij->i', image, self._rest)
+        return (self._square - product**2 / square) / self._count, product / square
 
 
 def _vertex(grid, values, k):

@@ -6,7 +6,7 @@ A dot is a blurred disc (shape.py) of unknown place, diameter, amplitude and gro
 and diameter) the best
 linear estimate of the differences is a matrix of rows over the patch. The rows of all nodes span few dimensions: patches are projected on
 these once, and
-every Newton step afterwards works on some fifty numbers a dot.
+every Newton step afterwards works on some forty numbers a dot.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _REACH = 3  # nodes each way of the patch's centre
 _SIDE = 2 * _REACH + 1
 _TAIL = 2.2  # the window ends this many blurs outside the dot's edge: 1 % of the knowledge of its place is beyond
 _TAPER = 2.0  # px over which the window falls from one to zero
-_DIMENSIONS = 48  # of the compression: shifts places by less than 0.001 px
+_DIMENSIONS = 40  # of the compression: shifts places by less than 0.001 px
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression: what it loses must not bias
 _LEAST_AMPLITUDE = 1e-3  # grey levels, against division by zero
 _MANY_NEW = 0.7  # of the dots: when so many need other rows, all are done at once

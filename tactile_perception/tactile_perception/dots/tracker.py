@@ -11,6 +11,7 @@ from tactile_perception.dots.grid import Numbered
 from tactile_perception.dots.numbering import numbering_method
 from tactile_perception.dots.reference import Reference
 from tactile_perception.dots.tracks import Linker
+from tactile_perception.dots.warm import WarmStart
 from tactile_perception.errors import BadArgument, BadFrame
 
 
@@ -31,6 +32,8 @@ class DotTracker:
         self._detector = DotDetector(polarity, detection) if detector is None else detector
         self._number_grid = numbering_method(numbering)
         self._linker = Linker()
+        warm = rows and numbering == 'lattice' and hasattr(self._detector, 'refind')
+        self._warm = WarmStart(self._detector, (rows, columns)) if warm else None
         self._previous: Numbered | None = None
         self._stamp_s = -np.inf
         self._size: tuple | None = None
@@ -46,15 +49,24 @@ class DotTracker:
         when no dot can be numbered for certain; the next good frame is processed as if the bad one had not been.
         """
         self._check(image, stamp_s)
-        dots = self._detector.detect(image)
-        if not len(dots):
-            raise BadFrame('no dots found: is the light on, the polarity right, the view free?')
-        id = self._number(dots, stamp_s, image.shape[1::-1])
+        dots, id = self.find(image, stamp_s)
         self._stamp_s, self._size = stamp_s, image.shape
         seen = np.flatnonzero(id >= 0)
         id, uv, sigma = id[seen], dots.uv[seen], dots.sigma[seen]
         duv = self.reference.update(id, uv, sigma, stamp_s, self.columns, touched)
         return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
+
+    def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
+        """Dots of a checked image and their numbers (N,), -1 for none; at first where they are expected after the last frame. See
+        process."""
+        found = None if self._warm is None else self._warm.refind(image)
+        if found is not None:
+            self._previous = Numbered(found[0].uv, found[1], self._previous.pitch)
+            return found
+        dots = self._detector.detect(image)
+        if not len(dots):
+            raise BadFrame('no dots found: is the light on, the polarity right, the view free?')
+        return dots, self._number(dots, stamp_s, image.shape[1::-1])
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
@@ -72,4 +84,6 @@ class DotTracker:
             raise BadFrame(f'dots not numbered: {numbers.reason}')
         seen = numbers.id >= 0
         self._previous = Numbered(dots.uv[seen], numbers.id[seen], numbers.pitch)
+        if self._warm is not None:
+            self._warm.remember(self._previous.id, self._previous.uv, dots.area[seen], numbers.pitch)
         return numbers.id
