@@ -32,7 +32,7 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'source': ('sim', 'where data comes from: ' + ', '.join(SOURCES)),
         'device': ('', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
         'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
-        'params': (share('params', f'{sensor_type}.yaml'), 'parameter file of all nodes'),
+        'params': ('', f'parameter file of all nodes; empty: params/{sensor_type}.yaml, with source sim params/{sensor_type}_sim.yaml'),
         'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
         'rviz': ('false', 'show it in RViz'),
         'record': ('', 'bag (MCAP) to write; empty: none'),
@@ -48,6 +48,12 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
 def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
     """Name -> value as given, of the arguments declared."""
     return {a.name: LaunchConfiguration(a.name).perform(context) for a in arguments}
+
+
+def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, str]:
+    """values with the package's own parameter file where the user gives none; the simulated specimen has one of its own."""
+    own = f'{sensor_type}_sim.yaml' if values['source'] == 'sim' else f'{sensor_type}.yaml'
+    return {**values, 'params': values['params'] or share('params', own)}
 
 
 def check(values: dict[str, str]) -> None:

@@ -8,7 +8,8 @@ from tactile_driver.errors import TactileError
 from tactile_driver.nodes.parameters import Parameter
 from tactile_perception.pipeline.parameter_file import read_parameters
 
-from .sensor_launch import LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of
+from .sensor_launch import (LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
+                            with_parameter_file)
 
 SENSOR_TYPE = 'touchpad'
 RVIZ_TOPICS = ('image_raw', 'image_annotated', 'markers')
@@ -18,7 +19,7 @@ _SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in
 
 def touchpad_actions(context: LaunchContext) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
-    values = values_of(context, sensor_arguments(SENSOR_TYPE))
+    values = with_parameter_file(values_of(context, sensor_arguments(SENSOR_TYPE)), SENSOR_TYPE)
     check(values)
     frame_id = frame_of(values, SENSOR_TYPE)
     nodes = SensorNodes(values)
