@@ -1,0 +1,28 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of a simulated touchpad, untouched and with a ball pressed in."""
+import cv2
+import pytest
+
+
+@pytest.fixture(scope='session')
+def ball_messages():
+    """camera_info, two untouched images and a pressed one, the parameters that belong to them, and the ball's truth."""
+    pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+    from tactile_driver.frame import Frame
+    from tactile_driver.nodes.conversions import header_of, image_to_message
+    from tactile_driver.nodes.parameters import defaults
+    from tactile_driver.simulation.scenes import open_scene
+    from tactile_perception.nodes.conversions import camera_info_message
+    from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
+
+    scene = open_scene('sphere_press', rate=10.0, seed=2)
+    camera, skin, images = scene.camera, scene.membrane, []
+    for time in (0.0, 0.1, 2.8):
+        seen, stamp = scene.render(time), round((time + 1) * 1e9)
+        images.append(image_to_message(Frame(seen.image, stamp, 'bgr8'), '', header_of(stamp, 'pad')))
+    info = {'width': camera.width, 'height': camera.height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
+    values = {**defaults(REGION_PARAMETERS), **defaults(DOT_PARAMETERS), 'membrane.shear_stiffness': float(skin.tension),
+              'membrane.rest_pressure': float(skin.pressure), 'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(),
+              'camera.translation': camera.translation.tolist()}
+    return camera_info_message(info, images[0].header), images, values, seen.truth

@@ -1,0 +1,22 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""All items come through in order; what is short is silent, what is long counts on stderr."""
+import time
+
+from tactile_perception.offline import progress
+
+
+def test_items_come_through_and_a_short_run_is_silent(capsys):
+    assert list(progress.Progress('abc', 'letters')) == ['a', 'b', 'c']
+    assert list(progress.Progress([], 'letters')) == []
+    assert capsys.readouterr() == ('', '')
+
+
+def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
+    now = iter(0.4 * k for k in range(100))
+    monkeypatch.setattr(time, 'monotonic', lambda: next(now))
+    assert len(list(progress.Progress(range(9), 'frames'))) == 9
+    out, err = capsys.readouterr()
+    lines = err.splitlines()
+    assert out == '' and 2 <= len(lines) <= 4 and lines[0].endswith('a second') and ' frames, ' in lines[0]
+    assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
