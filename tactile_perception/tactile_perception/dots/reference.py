@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tactile_perception.dots.release import Release
 from tactile_perception.dots.rest_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
 
@@ -33,6 +34,7 @@ class Reference:
         self.uv = np.zeros((0, 2))
         self._count = np.zeros(0)
         self._stamp_s = None
+        self._release = Release()
         self.touched = False
         self.suspicious = ''
 
@@ -45,7 +47,7 @@ class Reference:
         if not len(self.id):
             self._begin(id, uv, columns)
         rest = self.places(id)
-        self.touched = self._moved(uv, uv - rest, sigma) if touched is None else bool(touched)
+        self.touched = self._is_touched(id, uv, uv - rest, sigma, stamp_s) if touched is None else bool(touched)
         if not self.touched:
             self._follow(id, uv, rest, stamp_s)
             rest = self.places(id)
@@ -83,19 +85,30 @@ class Reference:
         if not known.all():
             self._insert(id[~known], uv[~known])
 
-    def _moved(self, uv: np.ndarray, duv: np.ndarray, sigma: np.ndarray) -> bool:
-        """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image)."""
+    def _is_touched(self, id, uv, duv, sigma, stamp_s) -> bool:
+        """Whether something touches; what a touch has left when it ended is followed as slow drift is."""
+        moved, size = self._moved(uv, duv, sigma)
+        if not moved:
+            self._release.forget()
+            return False
+        return not self._release.is_residue(size, id, uv, sigma, stamp_s)
+
+    def _moved(self, uv, duv, sigma) -> tuple[bool, float]:
+        """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image), and how far (px)
+        those few do that do most."""
         known = np.isfinite(duv[:, 0])
         if not known.any():
-            return False
-        if np.median(np.linalg.norm(duv[known], axis=1)) > DRIFTED:
-            return True
-        if known.sum() < 8:
-            return False
-        basis = np.column_stack([np.ones(known.sum()), uv[known] - uv[known].mean(axis=0)])
-        kept = np.ones(known.sum(), bool)
+            return False, 0.0
+        uv, duv, sigma = uv[known], duv[known], sigma[known]
+        shared = float(np.median(np.hypot(duv[:, 0], duv[:, 1])))
+        if len(uv) < 8:
+            return shared > DRIFTED, shared
+        basis = np.column_stack([np.ones(len(uv)), uv - uv.mean(axis=0)])
+        kept = np.ones(len(uv), bool)
         for _ in range(2):
-            common = basis @ np.linalg.lstsq(basis[kept], duv[known][kept], rcond=None)[0]
-            off = np.linalg.norm(duv[known] - common, axis=1)
+            off = duv - basis @ np.linalg.lstsq(basis[kept], duv[kept], rcond=None)[0]
+            off = np.hypot(off[:, 0], off[:, 1])
             kept = off <= np.percentile(off, 80)
-        return bool(np.mean(off > np.maximum(QUIET * sigma[known], QUIET_FLOOR)) > QUIET_SHARE)
+        size = float(np.percentile(off, 100 * (1 - QUIET_SHARE)))
+        leaves = np.mean(off > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE
+        return bool(leaves or shared > DRIFTED), max(size, shared)

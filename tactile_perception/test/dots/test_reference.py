@@ -43,6 +43,51 @@ def test_a_touch_is_noticed_and_freezes():
     assert np.abs(duv - DENT).max() < 0.12
 
 
+def test_what_a_touch_leaves_behind_is_followed_slowly():
+    reference = Reference(time_constant_s=10.0)
+    run(reference, 20)
+    run(reference, 100, start=1.0, move=2 * DENT)
+    run(reference, 100, start=3.0, move=0.08 * 2 * DENT)  # 0.5 px stay for ever
+    assert reference.touched
+    run(reference, 500, start=5.0, move=0.08 * 2 * DENT)
+    assert not reference.touched
+    duv = run(reference, 2000, start=15.0, move=0.08 * 2 * DENT)
+    assert np.linalg.norm(duv, axis=1).max() < 0.12
+
+
+def test_after_a_residue_the_next_touch_freezes_at_once():
+    reference = Reference(time_constant_s=10.0)
+    run(reference, 20)
+    run(reference, 100, start=1.0, move=2 * DENT)
+    run(reference, 500, start=3.0, move=0.08 * 2 * DENT)
+    assert not reference.touched
+    before = reference.uv.copy()
+    run(reference, 1, start=13.01, move=0.3 * DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+@pytest.mark.parametrize('held', [0.15, 0.5, 1.0])
+def test_a_contact_that_is_held_stays_frozen(held):
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    run(reference, 50, start=1.0, move=lambda k: held * DENT * k / 50)
+    before = reference.uv.copy()
+    run(reference, 3000, start=2.0, move=held * DENT)  # a minute, the lightest of 0.45 px
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
+def test_a_contact_held_at_half_of_its_depth_stays_frozen():
+    reference = Reference(time_constant_s=1.0)
+    run(reference, 20)
+    run(reference, 50, start=1.0, move=DENT)
+    before = reference.uv.copy()
+    run(reference, 1000, start=2.0, move=0.5 * DENT)
+    assert reference.touched
+    np.testing.assert_array_equal(reference.uv, before)
+
+
 def test_slow_drift_is_followed():
     reference = Reference(time_constant_s=1.0)
     run(reference, 20)
