@@ -6,7 +6,9 @@ loads).
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from zipfile import BadZipFile
 
 import cv2
 import numpy as np
@@ -23,16 +25,15 @@ class BadRecordingFolder(TactileError, ValueError):
 
 
 class Recording:
-    """One folder, read lazily. Raises BadRecordingFolder where a file is missing.
+    """One folder, read lazily. Raises BadRecordingFolder where a file is missing or broken.
 
     sensor: content of sensor.json; stamps: (T,) s; camera: the first camera's entry of sensor.json.
     """
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
-        self.sensor = json.loads(self._file('sensor.json').read_text())
-        with np.load(self._file('truth.npz')) as truth:
-            self._truth = {name: truth[name] for name in truth.files}
+        self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
+        self._truth = self._read('truth.npz', _arrays)
         self._images = sorted(p for p in self._file('frames').iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
         self.stamps = self._truth['timestamps']
         self.camera = self.sensor['cameras'][0]
@@ -49,6 +50,13 @@ class Recording:
         if not path.exists():
             raise BadRecordingFolder(f'recording {self.folder}: no {name} in it')
         return path
+
+    def _read(self, name: str, read: Callable[[Path], dict]) -> dict:
+        path = self._file(name)
+        try:
+            return read(path)
+        except (OSError, ValueError, BadZipFile) as error:
+            raise BadRecordingFolder(f'recording {self.folder}: {name} cannot be read: {error}') from error
 
     def image(self, index: int) -> np.ndarray:
         """Frame index as (height, width, 3) uint8 BGR."""
@@ -116,6 +124,11 @@ class Recording:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
         place = truth['obj_p'] if self.sensor.get('static') else truth['contact_centroid']
         return [_touch(place, truth['depth'], truth['force'])]
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as stored:
+        return {name: stored[name] for name in stored.files}
 
 
 def _touch(position, depth, force) -> Touch:

@@ -1,7 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Bags of simulated touchpads, made once a session, and the parameter file that describes the specimen."""
+import json
+
 import cv2
+import numpy as np
 import pytest
 import yaml
 from tactile_driver.frame import Frame
@@ -43,3 +46,48 @@ def pressed_bag(tmp_path_factory):
     path = tmp_path_factory.mktemp('bags') / 'disc'
     write_scene(path, 'disc_twist', [0.1 * k for k in range(12, 26)], 10.0)
     return path
+
+
+@pytest.fixture(scope='session')
+def sphere_bag(tmp_path_factory):
+    """A ball of 8 mm radius pressed at nine known places: three untouched frames, then one of each of the 23 presses."""
+    path = tmp_path_factory.mktemp('bags') / 'sphere'
+    write_scene(path, 'sphere_calibration', [0.0, 0.1, 0.2, *(1.9 + 1.1 * k for k in range(23))], 10.0)
+    return path
+
+
+@pytest.fixture
+def recording_folder(tmp_path):
+    """A recording of three tiny frames: free, touched (a ring around a hole), slipping."""
+    folder = tmp_path / 'recording'
+    (folder / 'frames').mkdir(parents=True)
+    for k in range(3):
+        cv2.imwrite(str(folder / f'frames/{k:03}.png'), np.full((48, 64, 3), 10 * (k + 1), np.uint8))
+    camera = {'width': 64, 'height': 48, 'K': [[70.0, 0, 32], [0, 70, 24], [0, 0, 1]], 'dist_k1_k2_p1_p2_k3': [0.0] * 5,
+              'R_cam_from_sensor': np.eye(3).tolist(), 't_cam_from_sensor': [0.0, 0.0, 0.04]}
+    row_col = [[k // 4, k % 4] for k in range(12)]
+    info = {'curvature_radius': 0.02, 'cap_height': 0.013, 'rest_gauge_pressure': 2000.0, 'shear_modulus_times_thickness': 90.0}
+    sensor = {'sensor': 'touchpad', 'cameras': [camera], 'info': info, 'dots': {'row_col': row_col}, 'frame_interval_s': 0.1}
+    (folder / 'sensor.json').write_text(json.dumps(sensor))
+    np.savez(folder / 'truth.npz', **_truth(np.array(row_col)))
+    return folder
+
+
+def _truth(row_col):
+    """Three frames of twelve dots, of which the first row touches in two and slips in one."""
+    touches = np.zeros((3, 12), bool)
+    touches[1:, :4] = True
+    state = np.where(touches, np.array([0, 1, 2])[:, None], 0)
+    slip = np.zeros((3, 12, 3))
+    slip[2, :4, 0] = 1e-4
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 1e-3
+    each, two = (lambda *values: np.array([values] * 3, float)), np.full((3, 2), np.nan)
+    return {
+        'timestamps': np.array([0.0, 0.1, 0.2]), 'dot_rc': row_col, 'dot_contact': touches, 'dot_state': state, 'dot_slip': slip,
+        'dot_xyz': np.random.default_rng(0).normal(0, 1e-3, (3, 12, 3)), 'uv': np.random.default_rng(1).normal(30, 5, (3, 12, 2)),
+        'contact_area': np.array([0, 1e-5, 1e-5]), 'contact_centroid': each(1e-3, 2e-3, 12e-3), 'depth': np.array([0, 1e-3, 1e-3]),
+        'obj_p': each(3e-3, 0, 11e-3), 'obj_R': np.array([np.eye(3)] * 3), 'obj_disp': np.zeros((3, 3)), 'obj_rotvec': np.zeros((3, 3)),
+        'force': each(0.1, 0, -2), 'moment_sensor': np.zeros((3, 3)), 'pressure': np.full(3, 2000.0), 'part_area': np.zeros((3, 2)),
+        'part_centroid': np.full((3, 2, 3), np.nan), 'part_depth': two, 'part_force': np.full((3, 2, 3), np.nan),
+        'loop_start': np.array([0, 4, 8, 12]), 'loop_frame': np.array([1, 1, 2]), 'loop_is_hole': np.array([False, True, False]),
+        'loop_xyz': np.vstack([square, square / 3, square])}
