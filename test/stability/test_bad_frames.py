@@ -52,8 +52,9 @@ def test_a_bad_frame_is_refused_and_leaves_no_trace(pad, running, name):
     with pytest.raises(BadFrame, match=message):
         running(make(pad))
     after, result = running(pad.rest[3])
-    np.testing.assert_array_equal(after.id, before.id)
-    np.testing.assert_allclose(after.uv, before.uv, atol=0.02)
+    assert sorted(after.id) == sorted(before.id)
+    moved = np.abs(after.uv[np.argsort(after.id)] - before.uv[np.argsort(before.id)])
+    assert np.median(moved) < 2e-3 and moved.max() < 0.1, 'the same image gives the same places'
     assert np.abs(after.duv).max() < 0.3 and touch_free(result)
 
 
