@@ -3,9 +3,9 @@
 """The named failures of tactile perception, those that it shares with the drivers among them; each message says what, where and what
 to do.
 """
-from tactile_driver.errors import BadArgument, BadFrame, TactileError
+from tactile_driver.errors import BadArgument, BadFrame, BadRecording, TactileError
 
-__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'DegenerateFit', 'TactileError']
+__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'DegenerateFit', 'TactileError']
 
 
 class BadCalibration(TactileError, ValueError):

@@ -7,17 +7,19 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosidl_runtime_py.utilities import get_message
 
 from ..errors import BadFrame
-from ..offline.bags import definition_store
 
 
 class MessageCodec:
     """Turns messages into bytes and back. store: the message definitions that a bag carries inside."""
 
     def __init__(self):
-        self.store = definition_store({'tactile_msgs': Path(get_package_share_directory('tactile_msgs')) / 'msg'})
+        self.store = get_typestore(Stores.ROS2_JAZZY)
+        for file in sorted(Path(get_package_share_directory('tactile_msgs'), 'msg').glob('*.msg')):
+            self.store.register(get_types_from_msg(file.read_text(), f'tactile_msgs/msg/{file.stem}'))
 
     def decode(self, data: bytes, type_name: str):
         """The message in CDR data. Raises BadFrame where data is none of that type."""

@@ -9,13 +9,8 @@ from typing import NamedTuple
 
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from ..errors import BadArgument, TactileError
-
-
-class BadBag(TactileError, ValueError):
-    """A bag is missing, unreadable or lacks a topic."""
+from ..errors import BadArgument, BadRecording
 
 
 class RawMessage(NamedTuple):
@@ -28,12 +23,12 @@ class RawMessage(NamedTuple):
 
 
 class BagReader:
-    """A rosbag2 folder (or an .mcap or .db3 file in one), opened for reading; use it in a with statement. Raises BadBag."""
+    """A rosbag2 folder (or an .mcap or .db3 file in one), opened for reading; use it in a with statement. Raises BadRecording."""
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
         if not self.path.exists():
-            raise BadBag(f'bag {self.path}: no such file or folder')
+            raise BadRecording(f'bag {self.path}: no such file or folder')
         folder = self.path if self.path.is_dir() else self.path.parent
         self._reader = AnyReader([folder])
 
@@ -41,7 +36,7 @@ class BagReader:
         try:
             self._reader.open()
         except Exception as error:  # rosbags raises errors of its own, of zstandard and of sqlite here
-            raise BadBag(f'bag {self.path}: cannot be read: {error}') from error
+            raise BadRecording(f'bag {self.path}: cannot be read: {error}') from error
         return self
 
     def __exit__(self, *_exc) -> None:
@@ -57,17 +52,6 @@ class BagReader:
         chosen = [c for c in self._reader.connections if topics is None or c.topic in topics]
         for connection, stamp, data in self._reader.messages(connections=chosen):
             yield RawMessage(connection.topic, connection.msgtype, stamp, bytes(data))
-
-
-def definition_store(folders: dict[str, Path]):
-    """A rosbags type store of Jazzy's own types and those of packages -> folder with their .msg files."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    found = {}
-    for package, folder in folders.items():
-        for file in sorted(Path(folder).glob('*.msg')):
-            found.update(get_types_from_msg(file.read_text(), f'{package}/msg/{file.stem}'))
-    store.register(found)
-    return store
 
 
 class BagWriter:

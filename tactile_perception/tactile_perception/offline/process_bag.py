@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..errors import BadFrame, TactileError
+from ..errors import BadFrame, BadRecording, TactileError
 from ..nodes.serialization import MessageCodec
 from ..nodes.touchpad_stages import ContactMessages, DotMessages
 from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
-from .bags import BadBag, BagReader, BagWriter, RawMessage
+from .bags import BagReader, BagWriter, RawMessage
 from .progress import Progress
 
 _KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench')
@@ -72,15 +72,15 @@ def process_bag(source: Path, target: Path, dot_values: dict, region_values: dic
 
 
 def find_prefix(topics: dict[str, str], namespace: str) -> str:
-    """'/ns/' of the sensor in a bag with these topics. Raises BadBag where there is none, or more than one and none is named."""
+    """'/ns/' of the sensor in a bag with these topics. Raises BadRecording where there is none, or more than one and none is named."""
     found = sorted(
         t.removesuffix('image_raw') for t, kind in topics.items() if t.endswith('/image_raw') and kind == 'sensor_msgs/msg/Image'
     )
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted not in found:
-        raise BadBag(f'no {wanted}image_raw in the bag; it has {", ".join(p + "image_raw" for p in found) or "no image_raw at all"}')
+        raise BadRecording(f'no {wanted}image_raw in the bag; it has {", ".join(p + "image_raw" for p in found) or "no image_raw at all"}')
     if not namespace and len(found) != 1:
-        raise BadBag(f'the bag has {len(found)} topics image_raw ({", ".join(found) or "none"}): name one with --namespace')
+        raise BadRecording(f'the bag has {len(found)} topics image_raw ({", ".join(found) or "none"}): name one with --namespace')
     return wanted if namespace else found[0]
 
 

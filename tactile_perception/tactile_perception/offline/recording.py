@@ -14,18 +14,14 @@ import cv2
 import numpy as np
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
 
-from ..errors import TactileError
+from ..errors import BadRecording
 
 # A slip is called incipient from this part of the contact on, gross from the other.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
 
-class BadRecordingFolder(TactileError, ValueError):
-    """A recording folder lacks a file or a field."""
-
-
 class Recording:
-    """One folder, read lazily. Raises BadRecordingFolder where a file is missing or broken.
+    """One folder, read lazily. Raises BadRecording where a file is missing or broken.
 
     sensor: content of sensor.json; stamps: (T,) s; camera: the first camera's entry of sensor.json.
     """
@@ -38,7 +34,7 @@ class Recording:
         self.stamps = self._truth['timestamps']
         self.camera = self.sensor['cameras'][0]
         if len(self._images) != len(self.stamps):
-            raise BadRecordingFolder(
+            raise BadRecording(
                 f'recording {self.folder}: {len(self._images)} images in frames/ but {len(self.stamps)} stamps in truth.npz'
             )
 
@@ -48,7 +44,7 @@ class Recording:
     def _file(self, name: str) -> Path:
         path = self.folder / name
         if not path.exists():
-            raise BadRecordingFolder(f'recording {self.folder}: no {name} in it')
+            raise BadRecording(f'recording {self.folder}: no {name} in it')
         return path
 
     def _read(self, name: str, read: Callable[[Path], dict]) -> dict:
@@ -56,13 +52,13 @@ class Recording:
         try:
             return read(path)
         except (OSError, ValueError, BadZipFile) as error:
-            raise BadRecordingFolder(f'recording {self.folder}: {name} cannot be read: {error}') from error
+            raise BadRecording(f'recording {self.folder}: {name} cannot be read: {error}') from error
 
     def image(self, index: int) -> np.ndarray:
         """Frame index as (height, width, 3) uint8 BGR."""
         image = cv2.imread(str(self._images[index]), cv2.IMREAD_COLOR)
         if image is None:
-            raise BadRecordingFolder(f'recording {self.folder}: {self._images[index].name} is no image')
+            raise BadRecording(f'recording {self.folder}: {self._images[index].name} is no image')
         return image
 
     def truth(self, index: int) -> TruthFrame:

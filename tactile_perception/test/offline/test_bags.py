@@ -3,10 +3,11 @@
 """Bags are written once, read back byte by byte, in both storages, compressed or not; what is no bag is named."""
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from tactile_perception.errors import BadArgument
-from tactile_perception.offline.bags import BadBag, BagReader, BagWriter, definition_store
+from rosbags.typesys import Stores, get_typestore
+from tactile_perception.errors import BadArgument, BadRecording
+from tactile_perception.offline.bags import BagReader, BagWriter
 
-STORE = definition_store({})
+STORE = get_typestore(Stores.ROS2_JAZZY)
 STRING = STORE.types['std_msgs/msg/String']
 
 
@@ -48,10 +49,10 @@ def test_nothing_recorded_is_overwritten(tmp_path):
 
 
 def test_a_missing_and_a_broken_bag_are_named(tmp_path):
-    with pytest.raises(BadBag, match='no such file'):
+    with pytest.raises(BadRecording, match='no such file'):
         BagReader(tmp_path / 'none')
     (tmp_path / 'bag').mkdir()
     (tmp_path / 'bag' / 'metadata.yaml').write_text('rosbag2_bagfile_information: 3')
-    with pytest.raises(BadBag, match='cannot be read'):
+    with pytest.raises(BadRecording, match='cannot be read'):
         with BagReader(tmp_path / 'bag'):
             pass

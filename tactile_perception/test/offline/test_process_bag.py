@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline import process_bag as module
-from tactile_perception.offline.bags import BadBag, BagReader, BagWriter
+from tactile_perception.errors import BadRecording
+from tactile_perception.offline.bags import BagReader, BagWriter
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')
 
@@ -92,5 +93,5 @@ def test_the_sensor_is_found_or_has_to_be_named():
     image = 'sensor_msgs/msg/Image'
     assert module.find_prefix({'/a/image_raw': image, '/a/dots': 'x'}, '') == '/a/'
     assert module.find_prefix({'/a/image_raw': image, '/b/image_raw': image}, 'b') == '/b/'
-    with pytest.raises(BadBag, match='--namespace'):
+    with pytest.raises(BadRecording, match='--namespace'):
         module.find_prefix({'/a/image_raw': image, '/b/image_raw': image}, '')

@@ -6,7 +6,8 @@ import json
 import numpy as np
 import pytest
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
-from tactile_perception.offline.recording import BadRecordingFolder, Recording
+from tactile_perception.errors import BadRecording
+from tactile_perception.offline.recording import Recording
 
 
 def test_images_and_stamps(recording_folder):
@@ -48,18 +49,18 @@ def test_a_static_recording_tells_places_by_the_tools_tip(recording_folder):
 @pytest.mark.parametrize('name', ['sensor.json', 'truth.npz', 'frames/001.png'])
 def test_a_missing_file_is_named(recording_folder, name):
     (recording_folder / name).unlink()
-    with pytest.raises(BadRecordingFolder, match='no |2 images in frames/ but 3 stamps'):
+    with pytest.raises(BadRecording, match='no |2 images in frames/ but 3 stamps'):
         Recording(recording_folder)
 
 
 @pytest.mark.parametrize('name', ['sensor.json', 'truth.npz'])
 def test_a_broken_file_is_named(recording_folder, name):
     (recording_folder / name).write_bytes(b'\x00broken')
-    with pytest.raises(BadRecordingFolder, match=name):
+    with pytest.raises(BadRecording, match=name):
         Recording(recording_folder)
 
 
 def test_a_file_that_is_no_image_is_named(recording_folder):
     (recording_folder / 'frames/001.png').write_bytes(b'x')
-    with pytest.raises(BadRecordingFolder, match='001.png is no image'):
+    with pytest.raises(BadRecording, match='001.png is no image'):
         Recording(recording_folder).image(1)
