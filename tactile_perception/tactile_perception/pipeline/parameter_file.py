@@ -3,6 +3,7 @@
 """Parameter files in the form that ROS reads, read without ROS: what a node would get from the file, a tool gets too."""
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +11,13 @@ import yaml
 from tactile_driver.nodes.parameters import Parameter, defaults
 
 from ..errors import BadArgument
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads 8e-05 as a number, as ROS does; YAML 1.1 would have a point in it."""
+
+
+_Loader.add_implicit_resolver('tag:yaml.org,2002:float', re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$'), list('-+.0123456789'))
 
 
 def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> dict[str, object]:
@@ -30,7 +38,7 @@ def read_parameters(path: str | Path, node: str, table: Sequence[Parameter]) -> 
 def _sections(path: str | Path, node: str):
     """(name, value) of every section that names the node, wild cards first as ROS applies them."""
     try:
-        content = yaml.safe_load(Path(path).read_text())
+        content = yaml.load(Path(path).read_text(), _Loader)
     except (OSError, yaml.YAMLError, UnicodeDecodeError) as error:
         raise BadArgument(f'parameter file {path}: cannot be read: {error}') from error
     if not isinstance(content, dict):

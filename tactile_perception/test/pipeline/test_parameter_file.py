@@ -21,6 +21,13 @@ def test_wild_cards_first_then_the_node_nested_or_dotted(tmp_path):
     assert read(tmp_path, '/**/camera_node:\n  ros__parameters: {rows: 5}\n') == {'rows': 23, 'cap.height': 0.013}
 
 
+def test_numbers_are_read_as_ros_reads_them(tmp_path):
+    assert read(tmp_path, '/**:\n  ros__parameters: {cap.height: 8e-05}\n')['cap.height'] == 8e-5
+    assert read(tmp_path, '/**:\n  ros__parameters: {cap.height: 1}\n')['cap.height'] == 1.0
+    with pytest.raises(BadArgument, match='cap.height'):
+        read(tmp_path, "/**:\n  ros__parameters: {cap.height: '8e-05'}\n")
+
+
 @pytest.mark.parametrize('text, message', [
     ('/**:\n  ros__parameters: {rows: 900}\n', 'p.yaml: parameter rows is 900, but must be int, 0 to 250'),
     ('/**: [', 'cannot be read'), ('3', 'no section'), ('/**:\n  ros__parameters: {cap.height: .nan}\n', 'cap.height is nan')])
