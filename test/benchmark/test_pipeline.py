@@ -35,9 +35,9 @@ def calibration(tmp_path_factory):
 
 
 # source: least contact F1, sticking F1, slipping F1, region IoU from the rest shape alone; NaN: nothing of that kind happens there.
-# What is to be reached in the mean of such scenes is 0.90, 0.85, 0.85, 0.78, and contact F1 0.85 for a ring.
-RECORDINGS = {'tp_rect_drag': (0.93, 0.85, 0.85, 0.78),
-              'tp_ring_press': (0.85, 0.85, np.nan, 0.55), 'tp_disc_twist': (0.90, 0.65, np.nan, 0.78)}
+# To be reached in the mean of such scenes are 0.90 (a ring: 0.85), 0.85, 0.85 and 0.78; a ring's narrow region overlaps by less.
+RECORDINGS = {'tp_rect_drag': (0.93, 0.85, 0.85, 0.80), 'tp_ring_press': (0.87, 0.85, np.nan, 0.60),
+              'tp_disc_twist': (0.92, 0.85, 0.85, 0.80)}
 
 
 @pytest.mark.parametrize('name', RECORDINGS)
@@ -48,7 +48,7 @@ def test_contact_on_recordings_from_the_rest_shape_alone(name):
         assert not ours[key] < least, (key, ours[key])
     assert ours['contact F1'] > papers['contact F1'] - 0.01 and ours['IoU'] > papers['IoU']
     assert ours['xyz mm'] < 0.08 and ours['false frames'] == ours['refused'] == 0 and ours['missed'] < 2
-    assert ours['depth mm'] < 0.2 and ours['force %'] < 12
+    assert ours['depth mm'] < 0.1 and ours['force %'] < 5
 
 
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
@@ -64,8 +64,10 @@ def test_nothing_touches_in_the_recording_of_noise():
         assert row['false frames'] == 0 and row['refused'] == 0
 
 
-# scene: least contact F1, IoU; sticking and slipping are judged hard there, without leaving slips near the tolerance out.
-SCENES = {'ring_press': (0.80, 0.55), 'two_spheres': (0.75, 0.60), 'rectangle_drag': (0.85, 0.70)}
+# scene: least contact F1, IoU. Here dots that are free but within some micrometres of the object count as free, which recordings leave
+# out: a ball's thin edge costs more.
+SCENES = {'ring_press': (0.85, 0.58), 'two_spheres': (0.74, 0.58), 'rectangle_drag': (0.88, 0.76),
+          'glare': (0.84, 0.68), 'noise': (0.84, 0.68)}
 
 
 @pytest.mark.parametrize('name', SCENES)
