@@ -79,8 +79,10 @@ class LikelihoodDetector:
         return shrink(select_channel(image, self._look.channel), self._look.step)
 
     def _measure(self, grey, places, diameter, stay=False):
-        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,); stay: these are the dots of
-        the last frame."""
+        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,).
+
+        stay: these are the dots of the last frame.
+        """
         look, fitter = self._look, self._fitter
         if not len(places):
             return _NONE

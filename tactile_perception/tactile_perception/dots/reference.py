@@ -103,12 +103,14 @@ class Reference:
         shared = float(np.median(np.hypot(duv[:, 0], duv[:, 1])))
         if len(uv) < 8:
             return shared > DRIFTED, shared
-        basis = np.column_stack([np.ones(len(uv)), uv - uv.mean(axis=0)])
+        basis = np.column_stack([np.ones(len(uv)), (uv - uv.mean(axis=0)) / max(np.ptp(uv), 1.0)])
         kept = np.ones(len(uv), bool)
         for _ in range(2):
-            off = duv - basis @ np.linalg.lstsq(basis[kept], duv[kept], rcond=None)[0]
+            weighted = basis[kept].T
+            off = duv - basis @ (np.linalg.pinv(weighted @ weighted.T, hermitian=True) @ (weighted @ duv[kept]))
             off = np.hypot(off[:, 0], off[:, 1])
-            kept = off <= np.percentile(off, 80)
-        size = float(np.percentile(off, 100 * (1 - QUIET_SHARE)))
+            order = np.sort(off)
+            kept = off <= order[int(0.8 * len(off))]
+        size = float(order[int((1 - QUIET_SHARE) * (len(off) - 1))])
         leaves = np.mean(off > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE
         return bool(leaves or shared > DRIFTED), max(size, shared)

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbered dots of the next frame without a search: each is fitted where it is expected, and keeps its number if all fits together allow it.
+"""Numbered dots of the next frame without a search: each is fitted where it is expected.
 
-What a fit at an expected place cannot see is a move of the pattern by whole pitches. At the pattern's edge it shows: of one outer row
-no dot is found again. And a part that moved by a whole pitch has a seam around it where dots are lost. In doubt there is no answer,
-and the frame is searched as if it were the first.
+A dot keeps its number if all fits together allow it. What a fit at an expected place cannot see is a move of the pattern by whole
+pitches. At the pattern's edge it shows: of one outer row no dot is found again. And a part that moved by a whole pitch has a seam around
+it where dots are lost. In doubt there is no answer, and the frame is searched as if it were the first.
 """
 from __future__ import annotations
 

@@ -27,7 +27,8 @@ def frame(clean, rng, shift=(0, 0), bump=0.0):
     """The image moved by shift, and dragged by bump px in the middle; with noise."""
     y, x = np.mgrid[:SHAPE[0], :SHAPE[1]].astype(np.float32)
     drag = bump * np.exp(-((x - 160) ** 2 + (y - 120) ** 2) / (2 * BUMP**2), dtype=np.float32)
-    moved = cv2.remap(clean, (x - drag - shift[0]).astype(np.float32), (y - shift[1]).astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    x, y = (x - drag - shift[0]).astype(np.float32), (y - shift[1]).astype(np.float32)
+    moved = cv2.remap(clean, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.clip(np.rint(moved + rng.normal(0, 2, SHAPE)), 0, 255).astype(np.uint8)
 
 
