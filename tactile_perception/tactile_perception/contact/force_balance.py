@@ -33,6 +33,8 @@ def _without_single_dots(score: np.ndarray) -> np.ndarray:
     """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never
     for long."""
     over = score > _HALF
+    if not over.any():
+        return score
     alone = over & (ndimage.correlate(over.astype(int), _AROUND.astype(int), mode='constant') == 0)
     return np.where(alone, _HALF, score)
 
@@ -44,6 +46,8 @@ def load_share(load: np.ndarray) -> np.ndarray:
     of it every dot is in full contact.
     """
     loaded = (load > _HALF).astype(float)
+    if not loaded.any():
+        return np.clip(load, 0, 1)
     count = ndimage.correlate(loaded, _AROUND, mode='constant')
     around = ndimage.correlate(load * loaded, _AROUND, mode='constant') / np.maximum(count, 1)
     full = np.where(count == 8, 1.0, np.maximum(around, 1.0))

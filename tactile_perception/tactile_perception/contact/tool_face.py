@@ -22,9 +22,11 @@ def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -
 
     xyz, normal: (rows, columns, 3). NaN for dots that are not loaded and in patches too small to tell a face (less than eight dots).
     """
+    heights = np.full(loaded.shape, np.nan)
+    if loaded.sum() < _SMALLEST_PATCH:
+        return heights
     patches, count = ndimage.label(loaded, _EIGHT)
     crowd = ndimage.correlate(loaded.astype(float), _EIGHT, mode='constant') - 1
-    heights = np.full(loaded.shape, np.nan)
     for patch in range(1, count + 1):
         member = patches == patch
         if member.sum() >= _SMALLEST_PATCH:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from ..errors import BadArgument
 from .membrane_grid import GridMesh
@@ -43,7 +42,7 @@ class MembraneMaterial:
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross product of component-first arrays (3, ...): np.cross without its copies."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.multiply(a[j], b[k], out=out[i])
         out[i] -= a[k] * b[j]
@@ -52,15 +51,14 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 class MembraneForces:
     """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component,
-    corner, triangle."""
+    corner, triangle; (4, rows - 1, columns - 1) for the four triangles of each cell."""
 
     def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):
         self.mesh, self.material = mesh, material
         self.area_share = 1 - material.rest_tension / material.shear_stiffness
         rest = np.ascontiguousarray(rest_xyz.T, float)
         self.laplacian = self._laplacian(rest)
-        place = np.broadcast_to(np.arange(mesh.size), mesh.stencil.shape)[mesh.valid], mesh.stencil[mesh.valid]
-        self._springs = csr_matrix((self.laplacian[mesh.valid], place), shape=(mesh.size, mesh.size))
+        self._springs = self._edge_springs()
         self.rest_area = self._triangles(rest)[2]
         self.rest_residual = np.zeros_like(rest)
         self.rest_residual = self.evaluate(rest, material.rest_pressure)[0] / material.rest_pressure
@@ -79,9 +77,14 @@ class MembraneForces:
             pairs[j, j] += weight
         return self.material.shear_stiffness * self.mesh.to_pairs(pairs)
 
+    def _edge_springs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Weights, N/m, of the edges to the right, down, down and right, and (from the dot to the right) down and left."""
+        right, down, falling, rising = -self.laplacian.reshape(9, self.mesh.rows, self.mesh.columns)[[5, 7, 8, 6]]
+        return right[:, :-1], down[:-1], falling[:-1, :-1], rising[:-1, 1:]
+
     def _triangles(self, x: np.ndarray):
         """Edge opposite to each corner (3, 3, T), area vector (3, T), area (T,)."""
-        first, second, third = (x[:, k] for k in self.mesh.triangles)
+        first, second, third = (x.take(k, axis=1) for k in self.mesh.triangles)
         edge = np.empty((3, 3, first.shape[1]))
         np.subtract(third, second, out=edge[:, 0])
         np.subtract(first, third, out=edge[:, 1])
@@ -89,21 +92,51 @@ class MembraneForces:
         vector = cross(edge[:, 0], edge[:, 1]) / 2
         return edge, vector, np.sqrt((vector * vector).sum(0))
 
-    def _sum(self, corners: np.ndarray) -> np.ndarray:
-        return np.stack([self.mesh.to_dots(c) for c in corners])
-
-    def _area_vectors(self, vector: np.ndarray) -> np.ndarray:
-        """Each dot's share of the surface as a vector (3, K): a third of half of each triangle's."""
-        return self._sum(np.broadcast_to(vector[:, None] / 6, (3, 3, vector.shape[1])))
-
     def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
 
         What is left over is carried by an object; the coarse mesh's own misfit at rest, which grows with the pressure, is taken off.
         """
-        edge, vector, area = self._triangles(x)
+        grid = x.reshape(3, self.mesh.rows, self.mesh.columns)
+        right, down = grid[:, :, 1:] - grid[:, :, :-1], grid[:, 1:] - grid[:, :-1]
+        across = np.stack([right[:, :-1], right[:, 1:], right[:, :-1], right[:, 1:]], axis=1)
+        along = np.stack([down[:, :, :-1], down[:, :, 1:], down[:, :, 1:], down[:, :, :-1]], axis=1)
+        vector = cross(across, along)
         share = self._area_vectors(vector)
-        return self._balance(x, pressure, edge, vector / area, self._stiffening(area), share), share
+        area = np.sqrt((vector * vector).sum(0)) / 2
+        diagonals = grid[:, 1:, 1:] - grid[:, :-1, :-1], grid[:, 1:, :-1] - grid[:, :-1, 1:]
+        elastic = _pull((right, down, *diagonals), self._tensions(across, along, area), grid.shape)
+        return elastic + pressure * (share - self.rest_residual), share
+
+    def _area_vectors(self, vector: np.ndarray) -> np.ndarray:
+        """Each dot's share of the surface as a vector (3, K): a third of half of each triangle's; vector: twice the triangles'."""
+        grid = np.zeros((3, self.mesh.rows, self.mesh.columns))
+        vector = vector / 12
+        whole = vector.sum(1)
+        grid[:, :-1, :-1] += whole - vector[:, 1]  # each corner of a cell belongs to three of its four triangles
+        grid[:, :-1, 1:] += whole - vector[:, 3]
+        grid[:, 1:, :-1] += whole - vector[:, 2]
+        grid[:, 1:, 1:] += whole - vector[:, 0]
+        return grid.reshape(3, -1)
+
+    def _tensions(self, across: np.ndarray, along: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Weights, N/m, as _edge_springs: those less what each triangle's pressure of area takes off by the cotangents opposite to them.
+
+        across, along: (3, 4, ...) the sides of the cells that each triangle has.
+        """
+        inside = (across * along).sum(0)
+        inside[2:] *= -1  # the angle between these sides is the other one
+        rate = self._stiffening(area.reshape(-1)).reshape(area.shape) / (4 * area)
+        diagonal = rate * inside
+        beside_right, beside_down = rate * (along * along).sum(0) - diagonal, rate * (across * across).sum(0) - diagonal
+        right, down, falling, rising = (spring.copy() for spring in self._springs)
+        right[:-1] -= beside_right[0] + beside_right[2]
+        right[1:] -= beside_right[1] + beside_right[3]
+        down[:, :-1] -= beside_down[0] + beside_down[3]
+        down[:, 1:] -= beside_down[1] + beside_down[2]
+        falling -= diagonal[2] + diagonal[3]
+        rising -= diagonal[0] + diagonal[1]
+        return right, down, falling, rising
 
     def leftover(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Outward normal part of evaluate (K,), N, and the dots' areas (K,), m^2."""
@@ -112,11 +145,8 @@ class MembraneForces:
         return (force * share).sum(0) / area, area
 
     def _stiffening(self, area: np.ndarray) -> np.ndarray:
-        return self.material.shear_stiffness * self.area_share / 2 * (self.rest_area / area)**3
-
-    def _balance(self, x, pressure, edge, normal, stiffening, share):
-        spread = self._sum(cross(normal[:, None], edge) / 2 * stiffening)
-        return spread - (self._springs @ x.T).T + pressure * (share - self.rest_residual)
+        shrunk = self.rest_area / area
+        return self.material.shear_stiffness * self.area_share / 2 * (shrunk * shrunk * shrunk)
 
     def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
         """Normal balance at places x (3, K) and how it changes as each dot moves along its unit ray (3, K).
@@ -124,32 +154,47 @@ class MembraneForces:
         Returns leftover (K,) N (outward normal part of evaluate), its derivatives (9, K) N/m in stencil order (normals held), the
         derivative by the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
         """
-        edge, vector, area = self._triangles(x)
-        share = self._area_vectors(vector)
+        force, share = self.evaluate(x, pressure)
         dot_area = np.sqrt((share * share).sum(0))
         dot_normal = share / dot_area
-        normal, stiffening = vector / area, self._stiffening(area)
-        force = self._balance(x, pressure, edge, normal, stiffening, share)
         leftover = (force * dot_normal).sum(0)
-        pairs = self._pair_derivatives(edge, area, normal, stiffening, dot_normal, rays, pressure)
+        pairs = self._pair_derivatives(x, dot_normal, rays, pressure)
         springs = self.laplacian * (dot_normal[:, None] * rays[:, self.mesh.stencil]).sum(0)
         by_pressure = ((share - self.rest_residual) * dot_normal).sum(0)
         return leftover, self.mesh.to_pairs(pairs) - springs, by_pressure, dot_normal, dot_area
 
-    def _pair_derivatives(self, edge, area, normal, stiffening, dot_normal, rays, pressure):
-        """(3, 3, T): change of the normal force at corner k as corner j moves along its ray, of area stiffness and fluid pressure."""
-        corner_normal = dot_normal[:, self.mesh.triangles]
-        ray = rays[:, self.mesh.triangles]
+    def _pair_derivatives(self, x, dot_normal, rays, pressure):
+        """(3, 3, T): change of the normal force at corner k as corner j moves along its ray, of area stiffness and fluid pressure.
+
+        Single precision: it only says where to step.
+        """
+        edge, vector, area = self._triangles(x)
+        stiffening = self._stiffening(area)
+        normal, per_area = (vector / area).astype(np.float32), (stiffening / area).astype(np.float32)
+        edge, half = edge.astype(np.float32), (stiffening / 2).astype(np.float32)
+        corner_normal = dot_normal.astype(np.float32).take(self.mesh.triangles, axis=1)
+        ray = rays.astype(np.float32).take(self.mesh.triangles, axis=1)
         turned = cross(edge, corner_normal) / 2
         tilt = cross(corner_normal, normal[:, None])
         area_rate = cross(edge, ray) / 2
-        per_area = stiffening / area
         # the change of 1/A^3 gives three of these, the turning of the triangle's own normal the fourth
         along = -4 * (turned * normal[:, None]).sum(0)
-        lever = per_area * turned + pressure / 6 * corner_normal + (per_area * along) * normal[:, None]
+        lever = per_area * turned + np.float32(pressure / 6) * corner_normal + (per_area * along) * normal[:, None]
         out = np.einsum('ckt,cjt->kjt', lever, area_rate)
         for k in range(3):
             before, after = (k + 2) % 3, (k + 1) % 3
-            out[k, before] += stiffening / 2 * (ray[:, before] * tilt[:, k]).sum(0)
-            out[k, after] -= stiffening / 2 * (ray[:, after] * tilt[:, k]).sum(0)
+            out[k, before] += half * (ray[:, before] * tilt[:, k]).sum(0)
+            out[k, after] -= half * (ray[:, after] * tilt[:, k]).sum(0)
         return out
+
+
+def _pull(edges: tuple[np.ndarray, ...], tensions: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> np.ndarray:
+    """Forces (3, K) of edges (3, ...) m with weights tensions (...) N/m on the two dots at their ends, in the order of _edge_springs."""
+    force = np.zeros(shape)
+    ends = ((np.s_[:, :, :-1], np.s_[:, :, 1:]), (np.s_[:, :-1], np.s_[:, 1:]),
+            (np.s_[:, :-1, :-1], np.s_[:, 1:, 1:]), (np.s_[:, :-1, 1:], np.s_[:, 1:, :-1]))
+    for edge, tension, (start, end) in zip(edges, tensions, ends):
+        pull = tension * edge
+        force[start] += pull
+        force[end] -= pull
+    return force.reshape(3, -1)

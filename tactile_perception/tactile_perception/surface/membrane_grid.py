@@ -80,18 +80,17 @@ class GridMesh:
         grid[1:-1, 1:-1] = values.reshape(self.rows, self.columns)
         return ((grid[2:, 1:-1] + grid[:-2, 1:-1] + grid[1:-1, 2:] + grid[1:-1, :-2]) / 4).ravel()
 
-    def fill(self, values: np.ndarray, known: np.ndarray, passes: int = 60) -> np.ndarray:
-        """values (K, n) with the entries that are not known (K,) relaxed to the mean of their neighbours (a soap film over the hole)."""
+    def fill(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """values (K, n) with the entries that are not known (K,) as the mean of their neighbours (a soap film over the hole), in which
+        another unknown one counts half."""
         holes = np.flatnonzero(~known)
         filled = np.where(known[:, None], values, 0.0)
         if len(holes) == 0 or not known.any():
             return filled
         around = self.stencil[:, holes]
-        real = self.valid[:, holes] & (np.arange(9) != 4)[:, None]
-        ready = known.astype(float)
-        for _ in range(passes):
-            weight = real * ready[around]
-            total = np.maximum(weight.sum(0), 1e-12)
-            filled[holes] = (weight[..., None] * filled[around]).sum(0) / total[:, None]
-            ready[holes] = np.where(total > 1e-9, np.maximum(ready[holes], .5), 0.0)
+        weight = (self.valid[:, holes] & (np.arange(9) != 4)[:, None]) * np.where(known[around], 1.0, .5)
+        slot, hole = np.nonzero((weight > 0) & ~known[around])
+        matrix = np.diag(weight.sum(0))
+        matrix[hole, np.searchsorted(holes, around[slot, hole])] = -.5
+        filled[holes] = np.linalg.solve(matrix, (weight[..., None] * filled[around]).sum(0))
         return filled
