@@ -27,9 +27,9 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'markers_node = tactile_bringup.nodes.markers_node:main',
-            'record_node = tactile_bringup.nodes.record_node:main',
-            'demo = tactile_bringup.demo.main:main',
+            'markers_node = tactile_bringup.nodes.start:markers_node',
+            'record_node = tactile_bringup.nodes.start:record_node',
+            'demo = tactile_bringup.nodes.start:demo',
         ],
     },
 )

@@ -23,7 +23,7 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'camera_node = tactile_driver.nodes.camera_node:main',
+            'camera_node = tactile_driver.nodes.start:camera_node',
         ],
     },
 )

@@ -22,11 +22,11 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'dot_tracker_node = tactile_perception.nodes.dot_tracker_node:main',
-            'contact_region_node = tactile_perception.nodes.contact_region_node:main',
-            'process_bag = tactile_perception.offline.process_bag:main',
-            'calibrate = tactile_perception.offline.calibrate:main',
-            'convert_recording = tactile_perception.offline.convert_recording:main',
+            'dot_tracker_node = tactile_perception.nodes.start:dot_tracker_node',
+            'contact_region_node = tactile_perception.nodes.start:contact_region_node',
+            'process_bag = tactile_perception.nodes.start:process_bag',
+            'calibrate = tactile_perception.nodes.start:calibrate',
+            'convert_recording = tactile_perception.nodes.start:convert_recording',
         ],
     },
 )

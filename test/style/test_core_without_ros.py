@@ -27,8 +27,8 @@ for name in sys.argv[1:]:
 
 def core_modules(package):
     """Return the names of all modules of the package outside nodes/ that are no commands: these read and write ROS messages."""
-    commands = set(re.findall(r"= ([\w.]+):main'", (ROOT / package / 'setup.py').read_text()))
     root = ROOT / package
+    commands = set(re.findall(r"start_tool\('([\w.]+)'\)", (root / package / 'nodes' / 'start.py').read_text()))
     found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if 'nodes' not in path.parts]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found} - commands)
 

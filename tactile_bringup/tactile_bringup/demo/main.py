@@ -35,7 +35,8 @@ _PICTURE = 'image_annotated'
 
 
 class DemoNode(Node):
-    """Follows one sensor until `seconds` are over or nothing comes any more; failed: why nothing could be shown, '' if all went well."""
+    """Follows one sensor until `seconds` are over or nothing comes any more; failed: why nothing could be shown, '' if all went well, and
+    where somebody else ended it."""
 
     def __init__(self):
         super().__init__('demo')
@@ -47,7 +48,7 @@ class DemoNode(Node):
             self._out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise BadArgument(f'parameter out: {self._out} cannot be made: {error}') from error
-        self.failed = 'interrupted before anything came'
+        self.failed, self._over = '', False
         self._summary, self._moments, self._video = Summary(), Moments(), Video(self._out / 'demo')
         self._reading: Reading | None = None
         self._begin_s = self._arrival_s = time.monotonic()
@@ -93,6 +94,7 @@ class DemoNode(Node):
         over = now - self._arrival_s > _SILENCE_S if self._reading else now - self._begin_s > self._settings['patience']
         limit = self._settings['seconds']
         if over or (self._reading and 0 < limit <= self._summary.last_s - self._summary.first_s):
+            self._over = True
             raise KeyboardInterrupt  # ends run_node's spinning as Ctrl-C does
 
     def _show(self, now: float) -> None:
@@ -107,6 +109,8 @@ class DemoNode(Node):
 
     def _finish(self) -> None:
         self._video.close()
+        if self._reading is None and not self._over:
+            return
         if self._reading is None:
             missing = [t for t in (*_TOPICS, _PICTURE) if not self.count_publishers(t)] if self.context.ok() else []
             self.failed = (f'nothing came in {time.monotonic() - self._begin_s:.0f} s: see the messages above; is the source there, '
@@ -114,7 +118,6 @@ class DemoNode(Node):
                            + (f' Nobody publishes {", ".join(missing)}.' if missing else ''))
             print(f'demo: {self.failed}', file=sys.stderr, flush=True)
             return
-        self.failed = ''
         print('\n'.join(self._summary.report()), flush=True)
         for name, picture in self._moments.pictures().items():
             path = self._out / f'{name}.png'

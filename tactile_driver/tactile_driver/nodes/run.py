@@ -17,6 +17,7 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 
 from ..errors import TactileError
+from .start import INTERRUPT
 
 #: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
 _SWITCH_S = 5e-4
@@ -40,14 +41,20 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
     try:
         make_room_for_images()
         sys.setswitchinterval(_SWITCH_S)
+        INTERRUPT.begin_making()
         rclpy.init(args=args)
         node = make()
+        INTERRUPT.begin_running()
         _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except TactileError as error:
         get_logger('tactile').fatal(str(error))
         return 1
+    except Exception:
+        # What is half made when rclpy ends fails in many ways, none of them news.
+        if not INTERRUPT.asked:
+            raise
     finally:
         _be_deaf()
         if node is not None:

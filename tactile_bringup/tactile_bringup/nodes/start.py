@@ -1,0 +1,19 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Entry points of this package's nodes; why they are apart from them: tactile_driver.nodes.start."""
+from tactile_driver.nodes.start import start_node
+
+
+def markers_node() -> None:
+    """The process markers_node."""
+    start_node('tactile_bringup.nodes.markers_node')
+
+
+def record_node() -> None:
+    """The process record_node."""
+    start_node('tactile_bringup.nodes.record_node')
+
+
+def demo() -> None:
+    """The process demo."""
+    start_node('tactile_bringup.demo.main')

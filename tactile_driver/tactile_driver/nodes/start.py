@@ -1,0 +1,76 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The beginning of a process: Ctrl-C while it still imports what it needs, which takes seconds, ends it without a word.
+
+Entry points name functions of modules such as this one, that import nothing slow.
+"""
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from importlib import import_module
+
+INTERRUPTED = 130  # the exit code of a tool that was told to end before its work was done, as shells have it
+
+
+class Interrupt:
+    """What SIGINT and SIGTERM do: before `begin_making` they end the process, before `begin_running` they are kept, after it SIGINT raises
+    KeyboardInterrupt, and what rclpy does with them stays."""
+
+    def __init__(self):
+        self.asked = False
+        self._code: int | None = None
+        self._running = True
+
+    def end_at_once(self, code: int) -> None:
+        """From now on they end the process with this exit code; only the main thread can ask for it."""
+        self._code, self._running = code, False
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, self._on_signal)
+
+    def begin_making(self) -> None:
+        """Keep what comes: an exception amid the making of a node would leave half of it."""
+        self._code = None
+
+    def begin_running(self) -> None:
+        """Raise KeyboardInterrupt for what was kept."""
+        self._running = True
+        if self.asked:
+            raise KeyboardInterrupt
+
+    def _on_signal(self, number: int, _frame: object) -> None:
+        if self._code is not None:
+            # An exception would come out of whatever is being imported, which may take it for something else.
+            os._exit(self._code)
+        self.asked = True
+        if self._running and number == signal.SIGINT:
+            raise KeyboardInterrupt
+
+
+INTERRUPT = Interrupt()
+
+
+def start_node(module: str) -> None:
+    """Import the module and call its main(), which has to call run_node; interrupted before there is a node, exit code 0."""
+    INTERRUPT.end_at_once(0)
+    import_module(module).main()
+
+
+def start_tool(module: str) -> None:
+    """Import the module and exit with what its main() returns; 130 where it is interrupted."""
+    INTERRUPT.end_at_once(INTERRUPTED)
+    main = import_module(module).main
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+        signal.signal(number, handler)
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+
+
+def camera_node() -> None:
+    """The process camera_node."""
+    start_node('tactile_driver.nodes.camera_node')
