@@ -32,8 +32,10 @@ class DotMotions:
         self.normals, self.moved = normals, after - before
         self.across, self.along = across, along
         self.rows = _rows(middle - self.centre)
-        self._rows_across = self.rows - self.rays[:, :, None] * np.einsum('nc,nct->nt', self.rays, self.rows)[:, None, :]
-        self._rows_normal = np.einsum('nc,nct->nt', normals, self.rows)
+        rows_across = self.rows - self.rays[:, :, None] * np.matmul(self.rays[:, None], self.rows)
+        self._rows_across = np.ascontiguousarray(rows_across.reshape(-1, 6).T)
+        self._rows_normal = np.matmul(normals[:, None], self.rows)[:, 0]
+        self._moved_normal = (self.moved * normals).sum(1)
 
     def off(self, twist: np.ndarray) -> np.ndarray:
         """What each dot moved beyond the twist (6,), across its ray, (N, 3) m."""
@@ -42,7 +44,7 @@ class DotMotions:
 
     def off_normal(self, twist: np.ndarray) -> np.ndarray:
         """The same along the normals, (N,) m."""
-        return (self.moved * self.normals).sum(1) - self._rows_normal @ twist
+        return self._moved_normal - self._rows_normal @ twist
 
     def fit(self, carried: np.ndarray, touching: np.ndarray, expected: np.ndarray | None = None, hold: float = 0.0) -> np.ndarray:
         """Twist (6,) by least squares: across the rays with weights carried (N,), along the normals with weights touching (N,).
@@ -50,11 +52,11 @@ class DotMotions:
         expected (6,) counts as hold dots that were carried like that.
         """
         scale = (self.across / self.along)**2
-        weighted = self._rows_across * carried[:, None, None]
-        matrix = np.tensordot(weighted, self._rows_across, ((0, 1), (0, 1)))
-        right = np.tensordot(weighted, self.moved, ((0, 1), (0, 1)))
+        weighted = self._rows_across * np.repeat(carried, 3)
+        matrix = weighted @ self._rows_across.T
+        right = weighted @ self.moved.ravel()
         matrix += scale * (self._rows_normal * touching[:, None]).T @ self._rows_normal
-        right += scale * self._rows_normal.T @ (touching * (self.moved * self.normals).sum(1))
+        right += scale * self._rows_normal.T @ (touching * self._moved_normal)
         prior = np.diag([1, 1, 1, _LEVER**2, _LEVER**2, _LEVER**2])
         if expected is not None:
             right = right + hold * prior @ expected

@@ -46,12 +46,13 @@ def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -
     size = max(np.abs(a).max(), np.abs(b).max())
     a, b, height = a / size, b / size, offset @ up
     terms = np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=1)
+    middle = len(points) // 2
     weight = np.clip((crowd - 3) / 5, .05, 1)**2
     for _ in range(_ROUNDS):
         weighted = terms * weight[:, None]
         matrix = weighted.T @ terms + 1e-6 * np.eye(6)
         residual = height - terms @ np.linalg.solve(matrix, weighted.T @ height)
-        scale = max(1.4826 * np.median(np.abs(residual)), _FINEST)
+        scale = max(1.4826 * np.partition(np.abs(residual), middle)[middle], _FINEST)
         # dots that stand out may be beyond the edge and count little; dots below are only noisy
         weight = np.where(residual > 0, 1 / (1 + (residual / scale)**2)**2, 1 / (1 + (residual / scale)**2 / 4))
     return residual

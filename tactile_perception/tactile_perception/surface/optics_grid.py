@@ -3,7 +3,10 @@
 """What neighbours on the printed grid tell: the surface's normal at a dot, and how a quantity bends around it."""
 from __future__ import annotations
 
+import cv2
 import numpy as np
+
+from .membrane_forces import cross
 
 BINOMIAL = np.array([0.25, 0.5, 0.25])
 
@@ -24,25 +27,18 @@ def bend(grid: np.ndarray) -> np.ndarray:
 
 def smooth(grid: np.ndarray) -> np.ndarray:
     """Binomial 3x3 mean of grid (rows, columns); neighbours that are missing do not count; NaN stays only where all nine are missing."""
-    known = np.isfinite(grid).astype(float)
-    total, weight = np.nan_to_num(grid), known
-    for _ in range(2):
-        total, weight = _blur_rows(total).T, _blur_rows(weight).T
+    known = np.isfinite(grid)
+    both = np.dstack([np.where(known, grid, 0.0), known])
+    total, weight = np.moveaxis(cv2.sepFilter2D(both, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_CONSTANT), 2, 0)
     return np.divide(total, weight, out=np.full_like(total, np.nan), where=weight > 0)
-
-
-def _blur_rows(grid: np.ndarray) -> np.ndarray:
-    padded = np.pad(grid, ((1, 1), (0, 0)))
-    return BINOMIAL[0] * padded[:-2] + BINOMIAL[1] * padded[1:-1] + BINOMIAL[2] * padded[2:]
 
 
 def normals(places: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
     """Unit normals (rows, columns, 3), z up, of a surface through places (rows, columns, 3); `otherwise` where neighbours are missing."""
-    along_columns, along_rows = _differences(places, 1), _differences(places, 0)
-    out = np.cross(along_columns, along_rows)
-    out /= np.linalg.norm(out, axis=2, keepdims=True)
-    out *= np.sign(out[..., 2:])
-    return np.where(np.isfinite(out).all(2, keepdims=True), out, otherwise)
+    first = np.ascontiguousarray(np.moveaxis(places, 2, 0))
+    out = cross(_differences(first, 2), _differences(first, 1))
+    out /= np.copysign(np.sqrt((out * out).sum(0)), out[2])
+    return np.where(np.isfinite(out).all(0)[..., None], np.moveaxis(out, 0, 2), otherwise)
 
 
 def _differences(places: np.ndarray, axis: int) -> np.ndarray:

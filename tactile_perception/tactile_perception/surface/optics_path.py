@@ -43,15 +43,16 @@ class LightPath:
 
     def _lamp_slant(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean of 1 / cos(angle to the z axis) of arriving light, weighted by irradiance (inverse square, facing surface); its slope."""
-        angle = np.arange(LAMPS) * (2 * np.pi / LAMPS)
-        dx = places[:, :1] - (self.centre[0] + self.lamp_radius * np.cos(angle))
-        dy = places[:, 1:2] - (self.centre[1] + self.lamp_radius * np.sin(angle))
-        dz = places[:, 2:] - self.lamp_z
+        angle = np.arange(LAMPS)[:, None] * (2 * np.pi / LAMPS)
+        (x, y, z), (nx, ny, nz), (rx, ry, rz) = (np.ascontiguousarray(vectors.T) for vectors in (places, normals, rays))
+        dx = x - (self.centre[0] + self.lamp_radius * np.cos(angle))
+        dy = y - (self.centre[1] + self.lamp_radius * np.sin(angle))
+        dz = z - self.lamp_z
         square = dx * dx + dy * dy + dz * dz
         distance = np.sqrt(square)
-        facing = (dx * normals[:, :1] + dy * normals[:, 1:2] + dz * normals[:, 2:]) / distance
+        facing = (dx * nx + dy * ny + dz * nz) / distance
         weight = (np.maximum(facing, 0.0) + max(self.ambient, 0.0) + 1e-6) / square
-        along = (dx * rays[:, :1] + dy * rays[:, 1:2] + dz * rays[:, 2:]) / distance
-        height, total = dz[:, 0], weight.sum(1)
-        slant = (weight * distance).sum(1) / (total * height)
-        return slant, (weight * along).sum(1) / (total * height) - slant * rays[:, 2] / height
+        along = (dx * rx + dy * ry + dz * rz) / distance
+        total = weight.sum(0) * dz
+        slant = (weight * distance).sum(0) / total
+        return slant, (weight * along).sum(0) / total - slant * rz / dz
