@@ -11,7 +11,7 @@ from launch.actions import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from .sensor_launch import LaunchError
+from .sensor_launch import number
 from .touchpad_launch import touchpad_actions
 
 DEMO_ARGUMENTS = {
@@ -35,7 +35,4 @@ def duration(given: dict[str, str]) -> float:
     """How long the demo lasts, s, 0 for a recording's whole length. Raises LaunchError for what is no number."""
     if not given['seconds']:
         return 0.0 if given['source'] in ('file', 'bag') else _LIVE_S
-    try:
-        return float(given['seconds'])
-    except ValueError:
-        raise LaunchError(f'seconds:={given["seconds"]} is no number') from None
+    return number('seconds', given['seconds'])

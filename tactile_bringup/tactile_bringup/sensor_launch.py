@@ -3,6 +3,7 @@
 """What the launch files of the sensors share: their arguments, and the actions that these make."""
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,15 +35,14 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
         'params': ('', f'parameter file of all nodes; empty: params/{sensor_type}.yaml, with source sim params/{sensor_type}_sim.yaml'),
         'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
-        'rviz': ('false', 'show it in RViz'),
+        'rviz': ('false', 'show it in RViz: true or false'),
         'record': ('', 'bag (MCAP) to write; empty: none'),
         'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
-        'loop': ('', 'file, bag: start again at the end; empty: what the parameter file says'),
+        'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
         'scene': ('', 'sim: the scene; empty: what the parameter file says'),
     }
-    choices = {'source': SOURCES, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}
-    return [DeclareLaunchArgument(name, default_value=default, description=text, choices=choices.get(name))
-            for name, (default, text) in texts.items()]
+    # No choices: launch would say a wrong one twice; check says it once.
+    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
 def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
@@ -58,6 +58,13 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
 
 def check(values: dict[str, str]) -> None:
     """What can be told before any node runs. Raises LaunchError."""
+    for name, choices in {'source': SOURCES, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}.items():
+        if values[name] not in choices:
+            raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
+    _check_files(values)
+
+
+def _check_files(values: dict[str, str]) -> None:
     if values['source'] in ('file', 'bag'):
         if not values['path']:
             raise LaunchError(f'source:={values["source"]} needs the recording: path:=...')
@@ -70,22 +77,30 @@ def check(values: dict[str, str]) -> None:
         raise LaunchError(f'record:={values["record"]} exists already: choose another name or remove it')
 
 
+def number(name: str, text: str) -> float:
+    """The number that an argument gives, 0 or more. Raises LaunchError."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise LaunchError(f'{name}:={text} is no number') from None
+    if not 0.0 <= value < math.inf:
+        raise LaunchError(f'{name}:={text} must be 0 or more')
+    return value
+
+
 def frame_of(values: dict[str, str], sensor_type: str) -> str:
     """The name of the sensor frame: the namespace in one word."""
     return values['namespace'].strip('/').replace('/', '_') or sensor_type
 
 
 def camera_parameters(values: dict[str, str], frame_id: str) -> dict:
-    """The parameters of camera_node that the arguments set. Raises LaunchError for a rate that is no number."""
+    """The parameters of camera_node that the arguments set. Raises LaunchError for a rate that is no rate."""
     chosen = {'source': values['source'], 'frame_id': frame_id}
     chosen.update({name: values[name] for name in ('device', 'path', 'scene') if values[name]})
     if values['loop']:
         chosen['loop'] = _BOOLEANS[values['loop']]
     if values['rate']:
-        try:
-            chosen['rate'] = float(values['rate'])
-        except ValueError:
-            raise LaunchError(f'rate:={values["rate"]} is no number') from None
+        chosen['rate'] = number('rate', values['rate'])
     return chosen
 
 

@@ -36,4 +36,4 @@ def has_surface(params: str) -> bool:
     try:
         return read_parameters(params, 'dot_tracker_node', _SURFACE)['surface'] != 'none'
     except TactileError as error:
-        raise LaunchError(str(error)) from error
+        raise LaunchError(' '.join(str(error).split())) from error  # a parser's message has many lines

@@ -29,7 +29,8 @@ def test_good_values_pass(tmp_path):
 
 @pytest.mark.parametrize('wrong, told', [
     ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
-    ({'params': 'no.yaml'}, 'no.yaml'),
+    ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
+    ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_told_in_one_line(wrong, told):
     with pytest.raises(LaunchError, match=told) as raised:
@@ -49,9 +50,11 @@ def test_only_what_is_given_goes_before_the_parameter_file():
                                                'scene': 'impact', 'device': '0'}
 
 
-def test_a_rate_that_is_no_number_is_refused():
-    with pytest.raises(LaunchError, match='rate:=fast'):
-        camera_parameters({**VALUES, 'rate': 'fast'}, 'pad')
+@pytest.mark.parametrize('rate, told', [('fast', 'is no number'), ('-5', 'must be 0 or more'), ('nan', 'must be 0 or more'),
+                                        ('inf', 'must be 0 or more')])
+def test_a_rate_that_is_no_rate_is_refused(rate, told):
+    with pytest.raises(LaunchError, match=f'rate:={rate} {told}'):
+        camera_parameters({**VALUES, 'rate': rate}, 'pad')
 
 
 def test_without_rviz_one_line_says_so(monkeypatch):

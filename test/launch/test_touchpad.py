@@ -89,13 +89,15 @@ def test_without_a_subscriber_nothing_is_computed(ros2, listen):
 
 
 @pytest.mark.parametrize('words, told', [
-    (('source:=foo',), "'sim', 'device', 'file', 'bag'"), (('source:=file',), 'source:=file needs the recording: path:=...'),
+    (('source:=foo',), 'source:=foo is none of sim, device, file, bag'), (('source:=file',), 'source:=file needs the recording: path:=...'),
     (('source:=bag', 'path:=nowhere'), 'path:=nowhere does not exist'), (('params:=nowhere.yaml',), 'params:=nowhere.yaml is no file'),
-    (('rate:=fast',), 'rate:=fast is no number')])
-def test_a_wrong_argument_is_told(ros2, words, told):
+    (('rate:=fast',), 'rate:=fast is no number'), (('params:=broken.yaml',), 'broken.yaml: cannot be read')])
+def test_a_wrong_argument_is_told_in_one_line(ros2, tmp_path, words, told):
+    (tmp_path / 'broken.yaml').write_text('a: [1\n')
     launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', *words)
     assert launched.wait(30) != 0
     assert told in launched.log
+    assert len(launched.log.splitlines()) == 3, launched.log  # two are launch's own, on where its log is
     assert 'process started' not in launched.log and 'Traceback' not in launched.log
 
 
