@@ -60,17 +60,33 @@ def test_ends_with_1_when_the_process_fails(launch_file):
     assert launch(launch_file, 'code:=3').returncode == 1
 
 
-def test_control_c_ends_it_with_0(launch_file):
+def started(launch_file):
     process = subprocess.Popen(['ros2', 'launch', launch_file, 'seconds:=60'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                start_new_session=True)
     while 'at work' not in process.stdout.readline():
         assert process.poll() is None
+    return process
+
+
+def check_clean_end(process):
     start = time.monotonic()
-    os.killpg(process.pid, signal.SIGINT)
     assert process.wait(timeout=20) == 0
     assert time.monotonic() - start < 5.0
     assert 'finished cleanly' in process.stdout.read()
     process.stdout.close()
+
+
+def test_control_c_ends_it_with_0(launch_file):
+    process = started(launch_file)
+    os.killpg(process.pid, signal.SIGINT)
+    check_clean_end(process)
+
+
+@pytest.mark.skipif('TACTILE_FALLBACK' not in os.environ, reason="ROS 2's own ros2launch leaves its processes running")
+def test_sigterm_ends_it_and_its_processes(launch_file):
+    process = started(launch_file)
+    process.terminate()
+    check_clean_end(process)
 
 
 @pytest.mark.parametrize('words, told', [

@@ -6,10 +6,11 @@ import pathlib
 import signal
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
-from launch import LaunchContext, LaunchDescription, LaunchService
+from launch import LaunchContext, LaunchDescription, launch_service, LaunchService
 from launch.actions import IncludeLaunchDescription, RegisterEventHandler
 from launch.event_handlers import OnProcessExit, OnShutdown
 from launch.launch_description_sources import AnyLaunchDescriptionSource
+from launch.utilities import AsyncSafeSignalManager
 from ros2cli.command import CommandExtension
 
 INTERRUPTED = (-2, 130)  # exit codes of a process that ended by our own SIGINT
@@ -100,10 +101,22 @@ class Processes:
         self._shutting_down = True
 
 
+def signals_that_end(service):
+    """Return launch's signal manager, but SIGTERM ends the processes of the launch too: launch would leave them running."""
+    class SignalManager(AsyncSafeSignalManager):
+        def handle(self, signum, handler):
+            if handler and signum == signal.SIGTERM:
+                return super().handle(signum, lambda _: service.shutdown(force_sync=True))
+            return super().handle(signum, handler)
+    return SignalManager
+
+
 def run(entity, words, noninteractive, debug):
     """Run the entity until all its processes have ended; return 0 when launch and each process ended cleanly, else 1."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
+    signal.signal(signal.SIGTERM, lambda *_: None)  # launch hears only of signals for which Python has a handler
     processes = Processes()
     service = LaunchService(argv=words, noninteractive=noninteractive, debug=debug)
     service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
+    launch_service.AsyncSafeSignalManager = signals_that_end(service)
     return 1 if service.run() or processes.failed else 0
