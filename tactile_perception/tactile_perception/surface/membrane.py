@@ -14,9 +14,9 @@ import numpy as np
 from scipy import ndimage
 
 from ..errors import BadArgument
-from .membrane_forces import MembraneForces, MembraneMaterial
+from .membrane_forces import MembraneForces, MembraneMaterial, dot
 from .membrane_grid import GridMesh
-from .membrane_load import judge, likelihood_gain
+from .membrane_load import expectation, judge, likelihood_gain
 from .membrane_step import MembraneFrame
 from .range_scale import RangeScale
 
@@ -26,7 +26,9 @@ _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
 _PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_FILL, _KNOWN, _CALM_LOAD = (.4,), 3e-6, 0.25
+_KNOWN, _CALM_LOAD = 3e-6, 0.25
+# Misfit allowed where unseen dots are placed; how loosely they are held to where their neighbours have them, and how far they go, m.
+_FILL_MISFIT, _FILL_HOLD, _FILL_STEP = 0.4, 1e-3, 4e-4
 
 
 @dataclass
@@ -163,16 +165,35 @@ class Membrane:
         moved = np.zeros_like(self.rest)
         moved[ids] = xyz - self.rest[ids]
         places = np.ascontiguousarray((self.rest + self.mesh.fill(moved, seen)).T)
+        state = self._loads(places, seen)
+        if origin is None or not seen.any() or not self._misplaced(state):
+            return state
+        return self._loads(self._settled(state, origin), seen)
+
+    def _loads(self, places: np.ndarray, seen: np.ndarray) -> MembraneState:
+        """The loads at places (3, K), m, and the fluid's pressure from them."""
         elastic, share = self.forces.evaluate(places, 0.0)
         pressure, touched = self._fluid_pressure(elastic, share)
         force = elastic + pressure * (share - self.forces.rest_residual)
-        state = self._state(places, force, share, pressure, touched, seen, np.full(self.mesh.size, np.nan))
-        if origin is None or not seen.any() or not self._misplaced(state):
-            return state
-        away = xyz - origin
-        ranges = np.linalg.norm(away, axis=1)
-        known = np.full(len(ids), _KNOWN)
-        return self.solve(origin, away / ranges[:, None], ranges, known, ids, state, _FILL)
+        return self._state(places, force, share, pressure, touched, seen, np.full(self.mesh.size, np.nan))
+
+    def _settled(self, state: MembraneState, origin: np.ndarray) -> np.ndarray:
+        """Places (3, K), m, with unseen dots moved along their rays by one step towards the balance of themselves and those around."""
+        places, holes = np.ascontiguousarray(state.xyz.T), np.flatnonzero(~state.seen)
+        away = places - np.asarray(origin)[:, None]
+        rays = away / np.sqrt(dot(away, away))
+        leftover, slopes, _, _, area = self.forces.along_rays(places, rays, state.fluid_pressure)
+        scale = 1 / (state.fluid_pressure * area)
+        around = np.unique(self.mesh.stencil[:, holes])
+        around = around[self.mesh.inner[around]]
+        slot, row = np.nonzero(~state.seen[self.mesh.stencil[:, around]])
+        matrix = np.zeros((len(around), len(holes)))
+        matrix[row, np.searchsorted(holes, self.mesh.stencil[slot, around[row]])] = (slopes * scale)[slot, around[row]]
+        weight, pull = expectation((leftover * scale)[around], state.touched[around], _FILL_MISFIT)
+        normal = matrix.T @ (weight[:, None] * matrix) + np.eye(len(holes)) / _FILL_HOLD**2
+        change = -np.linalg.solve(normal, matrix.T @ pull)
+        places[:, holes] += np.clip(change, -_FILL_STEP, _FILL_STEP) * rays[:, holes]
+        return places
 
     def _misplaced(self, state: MembraneState) -> bool:
         """Whether dots that were not seen, or those beside them, carry anything: where they do not, they are well placed."""
@@ -184,9 +205,9 @@ class Membrane:
 
         elastic (3, K) N: forces without pressure; share (3, K) m^2: area vectors.
         """
-        square, inner = (share * share).sum(0), self.mesh.inner
-        carried = -(elastic * share).sum(0)
-        push = square - (self.forces.rest_residual * share).sum(0)
+        square, inner = dot(share, share), self.mesh.inner
+        carried = -dot(elastic, share)
+        push = square - dot(self.forces.rest_residual, share)
         least = .1 * self.material.rest_pressure
         pressure = max(float(np.median(carried[inner] / push[inner])), least)
         touched = np.zeros(self.mesh.size)
@@ -199,12 +220,12 @@ class Membrane:
 
     def _state(self, places, force, share, pressure, touched, seen, ranges) -> MembraneState:
         """The loads at places (3, K), m, from what is left over, force (3, K) N, on area vectors share (3, K) m^2."""
-        area = np.sqrt((share * share).sum(0))
+        area = np.sqrt(dot(share, share))
         normal = share / area
         inner, shape = self.mesh.inner, (self.mesh.rows, self.mesh.columns)
         carries = ndimage.binary_dilation((touched > .5).reshape(shape), np.ones((3, 3))).ravel()
         return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
-                             pressure=np.where(inner, (force * normal).sum(0) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
+                             pressure=np.where(inner, dot(force, normal) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
                              seen=seen, ranges=ranges, carries=carries)
 
 

@@ -49,6 +49,11 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar product of component-first arrays (3, ...), without the array of products that a sum would need."""
+    return np.einsum('c...,c...->...', a, b)
+
+
 class MembraneForces:
     """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component,
     corner, triangle; (4, rows - 1, columns - 1) for the four triangles of each cell."""
@@ -90,7 +95,7 @@ class MembraneForces:
         np.subtract(first, third, out=edge[:, 1])
         np.subtract(second, first, out=edge[:, 2])
         vector = cross(edge[:, 0], edge[:, 1]) / 2
-        return edge, vector, np.sqrt((vector * vector).sum(0))
+        return edge, vector, np.sqrt(dot(vector, vector))
 
     def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
@@ -103,7 +108,7 @@ class MembraneForces:
         along = np.stack([down[:, :, :-1], down[:, :, 1:], down[:, :, 1:], down[:, :, :-1]], axis=1)
         vector = cross(across, along)
         share = self._area_vectors(vector)
-        area = np.sqrt((vector * vector).sum(0)) / 2
+        area = np.sqrt(dot(vector, vector)) / 2
         diagonals = grid[:, 1:, 1:] - grid[:, :-1, :-1], grid[:, 1:, :-1] - grid[:, :-1, 1:]
         elastic = _pull((right, down, *diagonals), self._tensions(across, along, area), grid.shape)
         return elastic + pressure * (share - self.rest_residual), share
@@ -124,11 +129,11 @@ class MembraneForces:
 
         across, along: (3, 4, ...) the sides of the cells that each triangle has.
         """
-        inside = (across * along).sum(0)
+        inside = dot(across, along)
         inside[2:] *= -1  # the angle between these sides is the other one
         rate = self._stiffening(area.reshape(-1)).reshape(area.shape) / (4 * area)
         diagonal = rate * inside
-        beside_right, beside_down = rate * (along * along).sum(0) - diagonal, rate * (across * across).sum(0) - diagonal
+        beside_right, beside_down = rate * dot(along, along) - diagonal, rate * dot(across, across) - diagonal
         right, down, falling, rising = (spring.copy() for spring in self._springs)
         right[:-1] -= beside_right[0] + beside_right[2]
         right[1:] -= beside_right[1] + beside_right[3]
@@ -141,8 +146,8 @@ class MembraneForces:
     def leftover(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Outward normal part of evaluate (K,), N, and the dots' areas (K,), m^2."""
         force, share = self.evaluate(x, pressure)
-        area = np.sqrt((share * share).sum(0))
-        return (force * share).sum(0) / area, area
+        area = np.sqrt(dot(share, share))
+        return dot(force, share) / area, area
 
     def _stiffening(self, area: np.ndarray) -> np.ndarray:
         shrunk = self.rest_area / area
@@ -155,12 +160,12 @@ class MembraneForces:
         derivative by the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
         """
         force, share = self.evaluate(x, pressure)
-        dot_area = np.sqrt((share * share).sum(0))
+        dot_area = np.sqrt(dot(share, share))
         dot_normal = share / dot_area
-        leftover = (force * dot_normal).sum(0)
+        leftover = dot(force, dot_normal)
         pairs = self._pair_derivatives(x, dot_normal, rays, pressure)
-        springs = self.laplacian * (dot_normal[:, None] * rays[:, self.mesh.stencil]).sum(0)
-        by_pressure = ((share - self.rest_residual) * dot_normal).sum(0)
+        springs = self.laplacian * dot(dot_normal[:, None], rays.take(self.mesh.stencil, axis=1))
+        by_pressure = dot(share - self.rest_residual, dot_normal)
         return leftover, self.mesh.to_pairs(pairs) - springs, by_pressure, dot_normal, dot_area
 
     def _pair_derivatives(self, x, dot_normal, rays, pressure):
@@ -178,13 +183,13 @@ class MembraneForces:
         tilt = cross(corner_normal, normal[:, None])
         area_rate = cross(edge, ray) / 2
         # the change of 1/A^3 gives three of these, the turning of the triangle's own normal the fourth
-        along = -4 * (turned * normal[:, None]).sum(0)
+        along = -4 * dot(turned, normal[:, None])
         lever = per_area * turned + np.float32(pressure / 6) * corner_normal + (per_area * along) * normal[:, None]
         out = np.einsum('ckt,cjt->kjt', lever, area_rate)
         for k in range(3):
             before, after = (k + 2) % 3, (k + 1) % 3
-            out[k, before] += half * (ray[:, before] * tilt[:, k]).sum(0)
-            out[k, after] -= half * (ray[:, after] * tilt[:, k]).sum(0)
+            out[k, before] += half * dot(ray[:, before], tilt[:, k])
+            out[k, after] -= half * dot(ray[:, after], tilt[:, k])
         return out
 
 

@@ -28,6 +28,13 @@ def likelihood_gain(load: np.ndarray, misfit: float, variance: np.ndarray | floa
     return (load**2 / narrow - (load - TOUCHED_MEAN)**2 / wide + np.log(narrow / wide)) / 2
 
 
+def expectation(load: np.ndarray, touched: np.ndarray, misfit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (K,) of loads (K,) that are free or touched with probabilities touched (K,), and these times what is off: none, or a
+    touched dot's."""
+    free, held = (1 - touched) / misfit**2, touched / TOUCHED_SPREAD**2
+    return free + held, (free + held) * load - held * TOUCHED_MEAN
+
+
 def judge(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
     """Probability (K,) that a dot is touched, from its likelihood_gain (K,) and its neighbours' last probabilities touched (K,)."""
     odds = np.clip(gain + _COUPLING * (2 * mesh.neighbour_mean(touched) - 1), -30, 30)

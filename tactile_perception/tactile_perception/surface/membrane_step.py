@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from .membrane_forces import MembraneForces
-from .membrane_load import TOUCHED_MEAN, TOUCHED_SPREAD, confirm, judge, likelihood_gain
+from .membrane_load import confirm, expectation, judge, likelihood_gain
 
 _LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
 # m: how loosely dots are held to where they were; it matters to those that nothing else holds.
@@ -104,13 +104,12 @@ class MembraneFrame:
         if renew:
             self._judge(load, misfit, final)
         self.misfit = misfit
-        free = np.where(self.mesh.inner, (1 - self.touched) / misfit**2, 0.0)
-        held = np.where(self.mesh.inner, self.touched / TOUCHED_SPREAD**2, 0.0)
-        self._move(slopes, free + held, (free + held) * load - held * TOUCHED_MEAN, by_pressure, doubt)
+        weight, pull = (np.where(self.mesh.inner, part, 0.0) for part in expectation(load, self.touched, misfit))
+        self._move(slopes, weight, pull, by_pressure, doubt)
 
     def _judge(self, load, misfit, final):
         """What the measurements alone say of each load: without the pull of the dot's own expectation in the last step."""
-        pull = (1 - self.touched) / self.misfit**2 * load + self.touched / TOUCHED_SPREAD**2 * (load - TOUCHED_MEAN)
+        pull = expectation(load, self.touched, self.misfit)[1]
         gain = likelihood_gain(load + self.variance * pull, misfit, self.variance)
         self.touched = judge(self.mesh, gain, self.touched)
         if final:

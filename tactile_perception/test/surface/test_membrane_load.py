@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 from tactile_perception.surface.membrane_grid import GridMesh
-from tactile_perception.surface.membrane_load import confirm, judge, likelihood_gain
+from tactile_perception.surface.membrane_load import TOUCHED_MEAN, TOUCHED_SPREAD, confirm, expectation, judge, likelihood_gain
 
 MESH = GridMesh(9, 9)
 
@@ -20,6 +20,12 @@ def test_a_load_of_the_fluids_pressure_speaks_for_touch_and_none_against_it():
 
 def test_what_measurement_cannot_tell_is_no_evidence():
     assert abs(likelihood_gain(np.array([1.0]), 0.06, 100.0)[0]) < 0.01
+
+
+def test_a_free_dot_expects_no_load_and_a_touched_one_its_own():
+    weight, pull = expectation(np.array([0.5, TOUCHED_MEAN]), np.array([0.0, 1.0]), 0.2)
+    np.testing.assert_allclose(weight, [25.0, 1 / TOUCHED_SPREAD**2])
+    np.testing.assert_allclose(pull, [12.5, 0.0], atol=1e-12)
 
 
 def test_neighbours_decide_where_the_load_says_nothing():
