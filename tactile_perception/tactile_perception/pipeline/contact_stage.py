@@ -57,6 +57,8 @@ class ContactStage:
         if self._rest.update(tracks):
             self._method.renew(self._rest.xyz)
         usable = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
+        if len(tracks) and not usable.any():
+            raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
         ids, xyz = tracks.id[usable], tracks.xyz[usable]
         judged = self._method.judge(ids, xyz, stamp_s)
         dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, self._rest.xyz[ids], judged.score, judged.state, judged.force)

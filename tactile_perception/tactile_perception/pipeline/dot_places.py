@@ -19,7 +19,7 @@ from .sensor import Touchpad
 class DotPlaces:
     """Places frame by frame. pace: a name in PACES; water: a calibrated model; None: fitted to the first untouched image.
 
-    An image that tells nothing of the water (grey) leaves the ranges to the membrane alone.
+    A grey image tells nothing of the water: its dots have no places.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, pace: str = 'full', water: WaterModel | None = None):
@@ -36,15 +36,18 @@ class DotPlaces:
         self._water, self._begun, self._last = self._calibrated, False, None
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Places (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for a dot without a rest place.
+        """Places (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for a dot without a rest place, and in a
+        grey image.
 
         Raises BadFrame where too few dots have a rest place.
         """
+        if image.ndim != 3:
+            return np.full((len(tracks), 3), np.nan)
         self._follow_reference(tracks)
         if not self._begun:
             self._begin(image, tracks)
         known = np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
-        ranges, sigma = self._ranges(image, tracks)
+        ranges, sigma = self._water.depths(image, tracks, self._camera)
         rays = self._camera.rays(tracks.uv)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         return np.where(known[:, None], self._last.xyz[tracks.id], np.nan)
@@ -62,13 +65,7 @@ class DotPlaces:
 
     def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
-        if image.ndim == 3:
-            self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
-                follow_constants(self._calibrated, image, tracks.uv, self._camera)
-            self._scale = RangeScale(self._water.scale_sigma)
+        self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
+            follow_constants(self._calibrated, image, tracks.uv, self._camera)
+        self._scale = RangeScale(self._water.scale_sigma)
         self._begun = True
-
-    def _ranges(self, image: np.ndarray, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-        if self._water is None or image.ndim != 3:
-            return np.full(len(tracks), np.nan), np.full(len(tracks), np.nan)
-        return self._water.depths(image, tracks, self._camera)
