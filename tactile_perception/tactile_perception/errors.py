@@ -5,11 +5,15 @@ to do.
 """
 from tactile_driver.errors import BadArgument, BadFrame, BadRecording, TactileError
 
-__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'DegenerateFit', 'TactileError']
+__all__ = ['BadArgument', 'BadCalibration', 'BadFrame', 'BadRecording', 'ClockSetBack', 'DegenerateFit', 'TactileError']
 
 
 class BadCalibration(TactileError, ValueError):
     """A calibration file is missing, broken, for another sensor, or its data cannot determine the model."""
+
+
+class ClockSetBack(BadFrame):
+    """Stamps went back far, as where a recording begins again; what is known begins anew if the next frame goes on from there."""
 
 
 class DegenerateFit(TactileError):

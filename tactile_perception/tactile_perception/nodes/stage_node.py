@@ -14,7 +14,7 @@ from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
 
-from ..errors import BadArgument, TactileError
+from ..errors import BadArgument, ClockSetBack, TactileError
 from .conversions import stamp_seconds
 from .work_log import WorkLog
 
@@ -85,7 +85,10 @@ class StageNode(Node):
 
     def _refuse(self, error: TactileError) -> None:
         self.log.refuse(str(error))
-        self.say.error('frame', f'frame refused: {error}')
+        if isinstance(error, ClockSetBack):
+            self.get_logger().info(str(error), once=True)  # a recording in a loop does it again and again, and nothing is wrong
+        else:
+            self.say.error('frame', f'frame refused: {error}')
 
     def on_message(self, message) -> dict[str, object]:
         """Topic -> result of one message. Raises TactileError for a message that cannot be used."""

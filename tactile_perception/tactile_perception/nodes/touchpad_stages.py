@@ -14,6 +14,7 @@ from ..calibration.files import read_calibration
 from ..calibration.touchpad_file import read_touchpad
 from ..camera import CameraModel
 from ..errors import BadFrame
+from ..pipeline.clock import StampClock
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
 from ..pipeline.sensor import Touchpad
@@ -31,14 +32,24 @@ class _WithCamera:
         self.calibration = read_calibration(values['calibration'], 'touchpad') if values['calibration'] else None
         self.stage = None
         self._camera, self._size = None, (0, 0)
+        self._model: CameraModel | None = None
+        self._clock = StampClock()
 
     def on_camera_info(self, message: CameraInfo) -> None:
         """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
         key = (tuple(message.k), tuple(message.d), message.distortion_model, message.width, message.height)
         if key != self._camera:
             matrices = convert.camera_matrices(message)
-            self.stage = self.make_stage(self.sensor.camera(*matrices) if matrices else None, (message.width, message.height))
+            self._model = self.sensor.camera(*matrices) if matrices else None
+            self.stage = self.make_stage(self._model, (message.width, message.height))
             self._camera, self._size = key, (message.width, message.height)
+
+    def stamp_of(self, message: Image | DotTracks) -> float:
+        """The message's stamp, s; the stage begins anew where stamps do. Raises ClockSetBack for the first that went back."""
+        stamp_s = convert.stamp_seconds(message.header)
+        if self._clock.begins_anew(stamp_s):
+            self.stage = self.make_stage(self._model, self._size if self._camera else None)
+        return stamp_s
 
     def check_size(self, image: np.ndarray) -> None:
         """Raise BadFrame where an image (H, W, ...) is not of the size, px, that camera_info is for (0 x 0: it does not say)."""
@@ -80,7 +91,8 @@ class DotMessages(_WithCamera):
             self.stage = self.make_stage(None, None)
         image = convert.image_to_array(message)
         self.check_size(image)
-        tracks = self.stage.process(image, convert.stamp_seconds(message.header))
+        stamp_s = self.stamp_of(message)
+        tracks = self.stage.process(image, stamp_s)
         return convert.tracks_to_message(tracks, message.header)
 
 
@@ -95,7 +107,8 @@ class ContactMessages(_WithCamera):
         """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
-        result = self.stage.process(convert.tracks_from_message(message), convert.stamp_seconds(message.header))
+        stamp_s = self.stamp_of(message)
+        result = self.stage.process(convert.tracks_from_message(message), stamp_s)
         header = message.header
         return {
             'contact_region': convert.region_to_message(result.region, header),
