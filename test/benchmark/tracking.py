@@ -3,7 +3,7 @@
 """From an image to numbered dots, ways interleaved in one run: `python test/benchmark/tracking.py [--quick] [--out out]`.
 
 Writes tracking.md, tracking.json and tracking.png: median milliseconds of one thread's own time, error (2-D RMS, px of the frame), dots
-without a number and with a wrong one per thousand. The pattern goes to and fro, a pixel a frame; noise is 2 grey levels.
+without a number and with a wrong one per thousand. The pattern goes back and forth, a pixel a frame; noise is 2 grey levels.
 """
 from __future__ import annotations
 

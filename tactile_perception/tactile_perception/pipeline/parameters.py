@@ -35,7 +35,7 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + (
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the ground', choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'method that finds dots', choices=tuple(METHODS)),
     _fixed('numbering', str, 'lattice', '', 'method that numbers dots on a grid', choices=tuple(NUMBERING)),
-    _fixed('pace', str, 'full', '', 'steps that work out places: full, or fast with fewer, and a few more false contact dots', choices=tuple(PACES)),
+    _fixed('pace', str, 'full', '', 'steps that work out places: full; fast: fewer, more false contacts', choices=tuple(PACES)),
     _fixed('reference.frames', int, 10, '', 'untouched frames that are averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's', 'how fast slow drift is followed while nothing touches', 0.1, 1e6),
 )
