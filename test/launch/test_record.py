@@ -35,7 +35,7 @@ def recorded(ros2, listen, tmp_path):
     """A bag of some seconds of a simulated touchpad."""
     launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'scene:=sphere_press', 'rate:=10', 'record:=bag')
     ear = listen({'/touchpad/contact_region': ContactRegion})
-    assert ear.wait_for(lambda: len(ear.heard['/touchpad/contact_region']) > 40, 60), launched.log
+    assert ear.wait_for(lambda: len(ear.heard['/touchpad/contact_region']) > 60, 60), launched.log
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []
     ear.close()
@@ -44,11 +44,11 @@ def recorded(ros2, listen, tmp_path):
 
 def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tmp_path):
     counts = counts_of(recorded)
-    assert counts['image_raw'] > 40 and counts['description'] >= 1
+    assert counts['image_raw'] >= 50 and counts['description'] >= 1
     assert counts['camera_info'] - counts['image_raw'] in range(-2, 4)
-    assert counts['ground_truth/contact_region'] > 40
+    assert counts['ground_truth/contact_region'] >= 25
     for topic in RESULTS:
-        assert counts[topic] >= 40, counts
+        assert counts[topic] >= 25, counts  # the middleware may take three seconds to join a writer and the recorder
     images = stamps_of(recorded, 'image_raw')
 
     played = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', 'path:=bag', 'rate:=8')

@@ -65,11 +65,14 @@ class Rig:
         for status in message.status:
             self.last[status.name.split(':')[0].split('/')[-1]] = (status, {v.key: v.value for v in status.values})
 
-    def until(self, condition, seconds=40.0):
+    def comes(self, condition, seconds):
         end = time.monotonic() + seconds
         while not condition() and time.monotonic() < end:
             self.executor.spin_once(timeout_sec=0.02)
-        assert condition(), (self.said, {k: v[1] for k, v in self.last.items()})
+        return condition()
+
+    def until(self, condition, seconds=40.0):
+        assert self.comes(condition, seconds), (self.said, {k: v[1] for k, v in self.last.items()})
 
     def send(self, image, spoil=None, info=True):
         self.count += 1
@@ -83,9 +86,12 @@ class Rig:
         self.images.publish(message)
 
     def good(self, image):
-        """Send a good frame and wait for its region."""
+        """Send a good frame and wait for its region; again, where the nodes have not found each other yet."""
         before = len(self.regions)
-        self.send(image)
+        for _ in range(8):
+            self.send(image)
+            if self.comes(lambda: len(self.regions) > before, 5.0):
+                break
         self.until(lambda: len(self.regions) > before)
         self.until(lambda: len(self.contacts) >= len(self.regions))
         return self.regions[-1], self.contacts[-1]
