@@ -126,12 +126,10 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         region, contacts = rig.good(pad.rest[0])
         assert region.area == 0 and not contacts.contacts and len(region.dot_id) > 515
         black = np.zeros_like(pad.rest[0])
-        for image, spoil in ((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),
-                             (pad.rest[1][:400].copy(), None)):
+        for number, (image, spoil) in enumerate(((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),
+                             (pad.rest[1][:400].copy(), None)), 1):
             rig.send(image, spoil)
-            rig.until(lambda: True)
-            time.sleep(0.05)
-        rig.until(lambda: rig.refused() == 6)
+            rig.until(lambda count=number: rig.refused() == count)
         status = rig.last['dot_tracker_node'][0]
         assert status.level == b'\x02' and 'camera_info is for 640 x 480' in status.message
         assert len([text for text in rig.said if 'refused' in text]) == 1, 'said once, not for each frame'
