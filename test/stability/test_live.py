@@ -126,8 +126,9 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         region, contacts = rig.good(pad.rest[0])
         assert region.area == 0 and not contacts.contacts and len(region.dot_id) > 515
         black = np.zeros_like(pad.rest[0])
-        for number, (image, spoil) in enumerate(((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),
-                             (pad.rest[1][:400].copy(), None)), 1):
+        bad = ((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),
+               (pad.rest[1][:400].copy(), None))
+        for number, (image, spoil) in enumerate(bad, 1):
             rig.send(image, spoil)
             rig.until(lambda count=number: rig.refused() == count)
         status = rig.last['dot_tracker_node'][0]
