@@ -1,0 +1,60 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""markers_node draws what belongs together, for those who look, and nothing for nobody."""
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from tactile_bringup.nodes.markers_node import MarkersNode  # noqa: E402
+from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def bench():
+    rclpy.init(domain_id=64)
+    node, other, executor = MarkersNode(), rclpy.create_node('other'), SingleThreadedExecutor()
+    executor.add_node(node)
+    executor.add_node(other)
+
+    def until(condition, seconds=15.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.05)
+        return condition()
+    yield node, other, until
+    executor.shutdown()
+    node.destroy_node()
+    other.destroy_node()
+    rclpy.try_shutdown()
+
+
+def sent_dots(stamp):
+    dots = DotTracks(rows=2, columns=2, id=[0, 1, 2, 3], u=[1.0, 2, 3, 4], v=[1.0, 2, 3, 4], du=[0.0] * 4, dv=[0.0] * 4, area=[9.0] * 4,
+                     x=[0.001, 0.002, 0.001, 0.002], y=[0.001, 0.001, 0.002, 0.002], z=[0.013] * 4)
+    dots.header.frame_id, dots.header.stamp.sec = 'pad', stamp
+    return dots
+
+
+def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(bench):
+    node, other, until = bench
+    dots = other.create_publisher(DotTracks, 'dots', 10)
+    region = other.create_publisher(ContactRegion, 'contact_region', 10)
+    until(lambda: False, 1.0)
+    assert dots.get_subscription_count() == 0
+    seen = []
+    other.create_subscription(MarkerArray, 'markers', seen.append, 10)
+    assert until(lambda: dots.get_subscription_count() == 1 and region.get_subscription_count() == 1)
+    stamp = 1
+    while not seen and stamp < 20:
+        stamp += 1
+        message = sent_dots(stamp)
+        dots.publish(message)
+        region.publish(ContactRegion(header=message.header, dot_id=[0, 1, 2, 3], dot_state=[0, 1, 2, 0]))
+        until(lambda: bool(seen), 1.0)
+    assert seen and {m.header.frame_id for m in seen[0].markers} == {'pad'}
+    assert {m.header.stamp.sec for m in seen[0].markers} <= set(range(2, stamp + 1))
