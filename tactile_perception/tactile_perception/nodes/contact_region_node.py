@@ -26,6 +26,11 @@ class ContactRegionNode(StageNode):
         """Take the camera's calibration."""
         self._stage.on_camera_info(message)
 
+    @property
+    def needs_camera(self) -> bool:
+        """Whether dots have to wait for a camera_info."""
+        return self._stage.needs_camera
+
     def on_message(self, message: DotTracks) -> dict[str, object]:
         """The contact that the dots of one frame show."""
         return self._stage.on_dots(message)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import sys
-import time
 
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, Image
@@ -17,7 +16,6 @@ from .stage_node import StageNode
 from .touchpad_stages import DotMessages
 
 _STALE_S = 2.0
-_PATIENCE_S = 2.0  # for the first camera_info: it may be discovered after the first image
 
 
 class DotTrackerNode(StageNode):
@@ -26,19 +24,19 @@ class DotTrackerNode(StageNode):
     def __init__(self):
         super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks})
         self._stage = DotMessages(self.settings.values())
-        self._first_s: float | None = None
         self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
 
     def on_camera_info(self, message: CameraInfo) -> None:
         """Take the camera's calibration."""
         self._stage.on_camera_info(message)
 
+    @property
+    def needs_camera(self) -> bool:
+        """Whether images have to wait for a camera_info."""
+        return self._stage.needs_camera
+
     def on_message(self, message: Image) -> dict[str, object]:
-        """The dots of one image; nothing while the camera_info that belongs to the first may still be on its way."""
-        if self._stage.needs_camera:
-            self._first_s = self._first_s or time.monotonic()
-            if time.monotonic() - self._first_s < _PATIENCE_S:
-                return {}
+        """The dots of one image."""
         return {'dots': self._stage.on_image(message)}
 
     def remarks(self) -> tuple[str, dict]:

@@ -18,6 +18,8 @@ from ..errors import BadArgument, ClockSetBack, TactileError
 from .conversions import stamp_seconds
 from .work_log import WorkLog
 
+_PATIENCE_S = 5.0
+
 
 class StageNode(Node):
     """A node over one stage.
@@ -33,6 +35,7 @@ class StageNode(Node):
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self._source, self._inputs = source, []
+        self._first_s: float | None = None
         self.log = WorkLog(source[0])
         self.say = SayOnce(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
@@ -67,7 +70,16 @@ class StageNode(Node):
                 self._refuse(error)
         return called
 
+    def _is_early(self) -> bool:
+        """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
+        if not self.needs_camera:
+            return False
+        self._first_s = self._first_s or time.monotonic()
+        return time.monotonic() - self._first_s < _PATIENCE_S
+
     def _process(self, message) -> None:
+        if self._is_early():
+            return
         begin = time.perf_counter()
         try:
             results = self.on_message(message)
@@ -89,6 +101,11 @@ class StageNode(Node):
             self.get_logger().info(str(error), once=True)  # a recording in a loop does it again and again, and nothing is wrong
         else:
             self.say.error('frame', f'frame refused: {error}')
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether nothing can be done before a camera_info has come."""
+        raise NotImplementedError
 
     def on_message(self, message) -> dict[str, object]:
         """Topic -> result of one message. Raises TactileError for a message that cannot be used."""

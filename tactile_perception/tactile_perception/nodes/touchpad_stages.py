@@ -35,6 +35,11 @@ class _WithCamera:
         self._model: CameraModel | None = None
         self._clock = StampClock()
 
+    @property
+    def needs_camera(self) -> bool:
+        """Whether messages have to wait for a camera_info: none has come, and places in 3D need it."""
+        return self._camera is None and self.stage is None and self.sensor.cap is not None
+
     def on_camera_info(self, message: CameraInfo) -> None:
         """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
         key = (tuple(message.k), tuple(message.d), message.distortion_model, message.width, message.height)
@@ -65,11 +70,6 @@ class DotMessages(_WithCamera):
         """The stage for a camera (None: not calibrated, so no places in 3D) with images of size (width, height) px."""
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water)
-
-    @property
-    def needs_camera(self) -> bool:
-        """Whether images have to wait for a camera_info."""
-        return self.stage is None and self.sensor.cap is not None
 
     @property
     def suspicion(self) -> str:
