@@ -96,6 +96,15 @@ class Rig:
         self.until(lambda: len(self.contacts) >= len(self.regions))
         return self.regions[-1], self.contacts[-1]
 
+    def refuse(self, image, spoil):
+        """Send a bad frame until it is counted: images travel best effort."""
+        before = self.refused()
+        for _ in range(8):
+            self.send(image, spoil)
+            if self.comes(lambda: self.refused() > before, 4.0):
+                return
+        raise AssertionError(f'not counted: {self.last}')
+
     def refused(self):
         return int(self.last.get('dot_tracker_node', (None, {}))[1].get('refused frames', 0))
 
@@ -125,20 +134,21 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         rig.until(lambda: rig.images.get_subscription_count() == 1 and rig.infos.get_subscription_count() == 2)
         region, contacts = rig.good(pad.rest[0])
         assert region.area == 0 and not contacts.contacts and len(region.dot_id) > 515
+        rig.comes(lambda: False, 1.0)  # a second region, where the first frame had to be sent twice
+        known = len(rig.regions)
         black = np.zeros_like(pad.rest[0])
         bad = ((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),
                (pad.rest[1][:400].copy(), None))
-        for number, (image, spoil) in enumerate(bad, 1):
-            rig.send(image, spoil)
-            rig.until(lambda count=number: rig.refused() == count)
+        for image, spoil in bad:
+            rig.refuse(image, spoil)
         status = rig.last['dot_tracker_node'][0]
         assert status.level == b'\x02' and 'camera_info is for 640 x 480' in status.message
         assert len([text for text in rig.said if 'refused' in text]) == 1, 'said once, not for each frame'
-        assert len(rig.regions) == 1, 'nothing is published for a frame that cannot be used'
+        assert len(rig.regions) == known, 'nothing is published for a frame that cannot be used'
         region, contacts = rig.good(pad.pressed)
         assert len(contacts.contacts) == 1 and abs(contacts.contacts[0].depth - pad.truth.contacts[0].depth) < 0.4e-3
         rig.until(lambda: rig.last['dot_tracker_node'][0].level != b'\x02')
-        rig.send(black)
+        rig.refuse(black, None)
         rig.until(lambda: len([text for text in rig.said if 'refused' in text]) == 2)
         assert all(process.poll() is None for process in rig.processes)
     finally:
