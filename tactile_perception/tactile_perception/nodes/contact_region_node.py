@@ -6,7 +6,6 @@ from __future__ import annotations
 import sys
 
 from rclpy.qos import qos_profile_system_default
-from sensor_msgs.msg import CameraInfo
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
@@ -20,20 +19,11 @@ class ContactRegionNode(StageNode):
 
     def __init__(self):
         super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS)
-        self._stage = ContactMessages(self.settings.values())
-
-    def on_camera_info(self, message: CameraInfo) -> None:
-        """Take the camera's calibration."""
-        self._stage.on_camera_info(message)
-
-    @property
-    def needs_camera(self) -> bool:
-        """Whether dots have to wait for a camera_info."""
-        return self._stage.needs_camera
+        self.stage = ContactMessages(self.settings.values())
 
     def on_message(self, message: DotTracks) -> dict[str, object]:
         """The contact that the dots of one frame show."""
-        return self._stage.on_dots(message)
+        return self.stage.on_dots(message)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
@@ -23,29 +23,20 @@ class DotTrackerNode(StageNode):
 
     def __init__(self):
         super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks})
-        self._stage = DotMessages(self.settings.values())
+        self.stage = DotMessages(self.settings.values())
         self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
-
-    def on_camera_info(self, message: CameraInfo) -> None:
-        """Take the camera's calibration."""
-        self._stage.on_camera_info(message)
-
-    @property
-    def needs_camera(self) -> bool:
-        """Whether images have to wait for a camera_info."""
-        return self._stage.needs_camera
 
     def on_message(self, message: Image) -> dict[str, object]:
         """The dots of one image."""
-        return {'dots': self._stage.on_image(message)}
+        return {'dots': self.stage.on_image(message)}
 
     def remarks(self) -> tuple[str, dict]:
         """Whether the reference can be trusted."""
-        suspicion = self._stage.suspicion
+        suspicion = self.stage.suspicion
         return suspicion, {'reference': suspicion or 'in order'}
 
     def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self._stage.set_reference() and not self.log.age > _STALE_S
+        response.success = self.stage.set_reference() and not self.log.age > _STALE_S
         response.message = 'the next frame is the new reference; nothing may touch the sensor now' if response.success else \
             'no image comes, so there is nothing to take: subscribe to dots, and see that image_raw is published'
         return response

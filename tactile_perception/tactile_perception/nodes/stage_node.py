@@ -25,8 +25,8 @@ class StageNode(Node):
     """A node over one stage.
 
     source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message) -> {topic: message}
-    what is computed, and in on_camera_info(message) what the camera changes. Frames that raise a TactileError are counted, said once,
-    skipped.
+    what is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info. Frames that raise a
+    TactileError are counted, said once, skipped.
     """
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
@@ -54,7 +54,8 @@ class StageNode(Node):
         if self.wanted and not self._inputs:
             topic, kind, qos = self._source
             self._inputs = [
-                self.create_subscription(CameraInfo, 'camera_info', self._guarded(self.on_camera_info), qos_profile_sensor_data),
+                self.create_subscription(CameraInfo, 'camera_info', self._guarded(lambda info: self.stage.on_camera_info(info)),
+                                         qos_profile_sensor_data),
                 self.create_subscription(kind, topic, self._process, qos),
             ]
         elif not self.wanted and self._inputs:
@@ -72,7 +73,7 @@ class StageNode(Node):
 
     def _is_early(self) -> bool:
         """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
-        if not self.needs_camera:
+        if not self.stage.needs_camera:
             return False
         self._first_s = self._first_s or time.monotonic()
         return time.monotonic() - self._first_s < _PATIENCE_S
@@ -102,17 +103,8 @@ class StageNode(Node):
         else:
             self.say.error('frame', f'frame refused: {error}')
 
-    @property
-    def needs_camera(self) -> bool:
-        """Whether nothing can be done before a camera_info has come."""
-        raise NotImplementedError
-
     def on_message(self, message) -> dict[str, object]:
         """Topic -> result of one message. Raises TactileError for a message that cannot be used."""
-        raise NotImplementedError
-
-    def on_camera_info(self, message: CameraInfo) -> None:
-        """Take the camera's calibration."""
         raise NotImplementedError
 
     def remarks(self) -> tuple[str, dict]:
