@@ -1,0 +1,23 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touch methods by name.
+
+Each class has fit(presses: Presses, sensor: MarkerSensor) -> dict (numbers for the calibration file) and
+from_fitted(fitted: dict, sensor: MarkerSensor) -> TouchMethod.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..errors import BadArgument
+from .estimate import TouchMethod
+from .sensor import MarkerSensor
+
+TOUCH_METHODS: dict[str, type] = {}
+
+
+def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
+    """The method of that name with its numbers from a calibration file. Raises BadArgument for a name that is not in the table."""
+    if name not in TOUCH_METHODS:
+        raise BadArgument(f'no touch method {name!r}; there are {", ".join(sorted(TOUCH_METHODS))}')
+    return TOUCH_METHODS[name].from_fitted(fitted, sensor)

@@ -1,0 +1,103 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the image to the viewing plane: the place where each marker appears to be, and the eye that sees it."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from ..camera import CameraModel
+from ..dots.dots import DotTracks
+from ..errors import BadArgument, BadFrame
+from .field import MarkerField
+from .sensor import MarkerSensor
+
+FEWEST = 12  # markers that a pose is taken from
+
+
+class MarkerView(Protocol):
+    """What turns image places into apparent places in the viewing plane."""
+
+    metres_per_px: float
+
+    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Apparent places (N, 2), m, of image places uv (N, 2), px, and the eyes (N, 3), m, that see them."""
+
+
+class CameraView:
+    """One camera, its lens distortion taken off, that looks at the plane z = plane_z of the sensor frame."""
+
+    def __init__(self, camera: CameraModel, plane_z: float = 0.0):
+        self.camera, self.plane_z = camera, plane_z
+        self.metres_per_px = abs(plane_z - camera.centre[2]) / camera.matrix[0, 0]
+
+    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Apparent places (N, 2), m, of image places uv (N, 2), px, NaN where uv is, and the camera's place (N, 3), m."""
+        uv = np.asarray(uv, float).reshape(-1, 2)
+        centre = self.camera.centre
+        rays = self.camera.rays(uv) if len(uv) else np.zeros((0, 3))
+        xy = centre[:2] + rays[:, :2] * ((self.plane_z - centre[2]) / rays[:, 2:])
+        return xy, np.tile(centre, (len(uv), 1))
+
+
+@dataclass(frozen=True)
+class StitchedView:
+    """An image of the metric plane, stitched from two cameras along the column seam, px.
+
+    metres_per_px: its scale; origin: (2,) px, where the sensor frame's origin appears; eyes: (2, 3) m, the left and the right camera.
+    """
+
+    metres_per_px: float
+    origin: np.ndarray
+    seam: float
+    eyes: np.ndarray
+
+    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Apparent places (N, 2), m, of image places uv (N, 2), px, and the eyes (N, 3), m, that see them."""
+        uv = np.asarray(uv, float).reshape(-1, 2)
+        eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
+        return (uv - self.origin) * self.metres_per_px, eye
+
+
+def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
+    """The view of one camera with K (3, 3) and distortion (5,) that sees the markers at rest_uv (K, 2), px (NaN: not seen).
+
+    Its pose comes from the untouched markers and the nominal grid of a sheet (cv2.solvePnP). Raises BadArgument where the sensor has
+    no flat grid or rest_uv is of another size, BadFrame where too few markers are seen.
+    """
+    grid, rest_uv = sensor.grid(), np.asarray(rest_uv, float)
+    if not sensor.is_sheet or rest_uv.shape != grid.shape:
+        raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
+    seen = np.isfinite(rest_uv).all(1)
+    if seen.sum() < FEWEST:
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the pose of the camera; {FEWEST} are needed')
+    flat = CameraModel(matrix, distortion)
+    places = np.column_stack([grid[seen], np.zeros(seen.sum())])
+    found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
+    if not found:
+        raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
+    return CameraView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)
+
+
+def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    """The field of one frame's tracks, whose numbers index rest_area (K,), px^2 (NaN: not known). Raises BadArgument for others."""
+    rest_area = np.asarray(rest_area, float)
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
+        raise BadArgument(f'marker numbers {tracks.id.min()} to {tracks.id.max()} do not fit a pattern of {len(rest_area)} markers')
+    now, eye = view.place(tracks.uv)
+    rest, _ = view.place(tracks.rest_uv)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        growth = np.log(tracks.area / rest_area[tracks.id])
+    growth[~np.isfinite(growth)] = np.nan
+    seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
+                uv=tracks.uv, duv=tracks.duv, area=tracks.area)
+    return MarkerField(**{name: _spread(value, tracks.id, len(rest_area)) for name, value in seen.items()})
+
+
+def _spread(value: np.ndarray, id: np.ndarray, count: int) -> np.ndarray:
+    spread = np.full((count,) + value.shape[1:], np.nan)
+    spread[id] = value
+    return spread

@@ -1,0 +1,30 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument
+from tactile_perception.touch.presses import Presses
+
+
+def presses():
+    """Two untouched frames, then three places pressed to two depths."""
+    position = np.vstack([np.full((2, 3), np.nan)] + [np.tile([x, 0.0, -0.001], (2, 1)) for x in (-0.01, 0.0, 0.01)])
+    count = len(position)
+    return Presses((None,) * count, position, np.array([0, 0] + [1e-3, 2e-3] * 3), np.arange(count), np.full((count, 6), np.nan),
+                   np.full(count, np.nan))
+
+
+def test_places_are_counted_in_order():
+    assert presses().places().tolist() == [-1, -1, 0, 0, 1, 1, 2, 2]
+
+
+def test_held_out_leaves_whole_places_out():
+    for fit, held in presses().held_out(3):
+        assert len(fit) == 6 and len(held) == 2 and not fit.touching[:2].any()
+        assert not set(fit.position[fit.touching, 0]) & set(held.position[:, 0])
+
+
+def test_lengths_must_agree():
+    whole = presses()
+    with pytest.raises(BadArgument, match='depth'):
+        Presses(whole.fields, whole.position, whole.depth[1:], whole.segment, whole.wrench, whole.radius)

@@ -1,0 +1,57 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.camera import CameraModel
+from tactile_perception.dots.dots import DotTracks
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touch.sensor import MARKER_SENSORS
+from tactile_perception.touch.view import StitchedView, camera_view, marker_field
+
+SENSOR = MARKER_SENSORS['areal_single']
+MATRIX = np.array([[560.0, 0, 321], [0, 561.0, 238], [0, 0, 1]])
+DISTORTION = np.array([-0.08, 0.01, 0, 0, 0])
+CAMERA = CameraModel(MATRIX, DISTORTION, translation=np.array([1e-4, -2e-4, 0.062]))
+GRID = np.column_stack([SENSOR.grid(), np.zeros(117)])
+
+
+def tracks(xyz, ids):
+    uv, rest = CAMERA.project(xyz)[ids], CAMERA.project(GRID)[ids]
+    return DotTracks(9, 13, ids, uv, np.full(len(ids), 200.0), np.full(len(ids), 0.1), uv - rest)
+
+
+def test_the_pose_is_found_from_the_markers_seen():
+    rest = CAMERA.project(GRID)
+    rest[::5] = np.nan
+    view = camera_view(MATRIX, DISTORTION, rest, SENSOR)
+    assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
+    xy, eye = view.place(rest)
+    assert np.nanmax(np.abs(xy - SENSOR.grid())) < 1e-7 and np.isnan(xy[0]).all()
+    assert eye[1] == pytest.approx(CAMERA.centre, abs=1e-7)
+
+
+def test_the_field_is_what_rays_to_the_plane_tell():
+    view, ids = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR), np.arange(3, 100)
+    pressed = GRID + [0, 0, -0.005]
+    field = marker_field(tracks(pressed, ids), np.full(117, 100.0), view)
+    centre = CAMERA.centre
+    appears = centre[:2] + (pressed[:, :2] - centre[:2]) * (centre[2] / (centre[2] + 0.005))
+    assert field.seen.tolist() == [3 <= k < 100 for k in range(117)]
+    assert np.nanmax(np.abs(field.rest + field.shift - appears)) < 1e-7
+    assert field.growth[50] == pytest.approx(np.log(2)) and field.sigma[50] == pytest.approx(0.1 * 0.062 / 560, rel=1e-3)
+
+
+def test_a_stitched_image_has_an_eye_on_each_side():
+    view = StitchedView(2e-4, np.array([300.0, 200.0]), 310.0, np.array([[-0.03, 0, -0.05], [0.03, 0, -0.05]]))
+    xy, eye = view.place([[300.0, 200.0], [400.0, 250.0], [np.nan, np.nan]])
+    assert xy[:2] == pytest.approx(np.array([[0, 0], [0.02, 0.01]])) and eye[:2, 0] == pytest.approx([-0.03, 0.03])
+    assert np.isnan(xy[2]).all()
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(BadArgument, match='flat grid'):
+        camera_view(MATRIX, DISTORTION, np.zeros((4, 2)), SENSOR)
+    with pytest.raises(BadFrame, match='too few'):
+        camera_view(MATRIX, DISTORTION, np.full((117, 2), np.nan), SENSOR)
+    with pytest.raises(BadArgument, match='marker numbers'):
+        marker_field(tracks(GRID, np.arange(100)), np.ones(50), camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR))
