@@ -21,7 +21,7 @@ def find_candidates(grey: np.ndarray, look) -> np.ndarray:
     spots, around = cv2.GaussianBlur(small, (smooth, smooth), 0), cv2.blur(small, (box, box))
     above = cv2.subtract(spots, around) if look.contrast > 0 else cv2.subtract(around, spots)
     lowest = max(_WEAKEST * abs(look.contrast), _NOISE_PEAK * look.noise / step, 2.0)
-    peak = cv2.compare(above, cv2.max(cv2.dilate(above, _SQUARE), int(lowest) + 1), cv2.CMP_GE)
+    peak = cv2.compare(above, np.maximum(cv2.dilate(above, _SQUARE), np.uint8(min(int(lowest) + 1, 255))), cv2.CMP_GE)
     peak[[0, -1]] = 0
     peak[:, [0, -1]] = 0
     _, peak = cv2.threshold(peak, 0, 1, cv2.THRESH_BINARY)
