@@ -61,12 +61,12 @@ def test_all_topics_with_one_stamp_one_frame_and_the_rate_asked_for(pressed):
     for topic, messages in ear.heard.items():
         assert messages, f'nothing on {topic}: {launched.log}'
         assert {frame_of(message) for message in list(messages) if getattr(message, 'markers', True)} == {'left_pad'}, topic
-    images = set(ear.stamps('/left/pad/camera_info'))
+    images = ear.stamps('/left/pad/camera_info')
     for topic in {**RESULTS, **DRAWN}:
         stamps = ear.stamps(f'/left/pad/{topic}')
         assert stamps == sorted(set(stamps)), topic
-        # All but the first, which may be from before the listener knew of camera_info.
-        assert len(set(stamps) - images) <= 2, topic
+        # Those from before the listener knew of camera_info are left out; camera_info travels best effort.
+        assert len({s for s in stamps if s >= images[0]} - set(images)) <= 2, topic
     steps = np.diff(ear.stamps('/left/pad/contact_region')) * 1e-9
     assert np.median(steps) == pytest.approx(1 / 10, abs=5e-3)
     check_graph(ear)

@@ -35,7 +35,24 @@ def test_one_stamp_from_the_future_costs_two_frames(clock):
     assert clock.begins_anew(105.1)
 
 
-@pytest.mark.parametrize('stamp', [104.9, 104.5, math.nan, math.inf])
-def test_what_is_out_of_order_or_no_number_is_for_others_to_judge(clock, stamp):
+@pytest.mark.parametrize('stamp', [104.9, math.nan, math.inf])
+def test_what_repeats_or_is_no_number_is_for_others_to_judge(clock, stamp):
     assert not clock.begins_anew(stamp)
     assert not clock.begins_anew(105.0)
+
+
+def test_a_frame_out_of_order_changes_nothing(clock):
+    for stamp in (104.7, 104.8):
+        with pytest.raises(ClockSetBack, match='go back by 0'):
+            clock.begins_anew(stamp)
+    assert not clock.begins_anew(105.0)
+    with pytest.raises(ClockSetBack):
+        clock.begins_anew(104.9)
+
+
+def test_a_recording_whose_beginning_was_not_seen_begins_anew_with_its_third_frame(clock):
+    for stamp in (104.2, 104.3):
+        with pytest.raises(ClockSetBack):
+            clock.begins_anew(stamp)
+    assert clock.begins_anew(104.4)
+    assert not clock.begins_anew(104.5)
