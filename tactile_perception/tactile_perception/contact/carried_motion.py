@@ -10,37 +10,45 @@ exact and linear: after - before = v + w x ((before + after) / 2 - centre).
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import lapack
+
+from .grid_surface import cross
 
 # Scale of a turn against a shift, m: both count alike at this distance.
 _LEVER = 5e-3
 # Cosine from which a dot that is ahead counts as leading, and how much less its distance then speaks against it.
 _LEADS, _PATIENCE = 0.3, 0.04
 _RIDGE, _LOOSE = 1e-4, 1e-3
+_PRIOR = np.diag([1, 1, 1, _LEVER**2, _LEVER**2, _LEVER**2])
+_NARROWINGS = 4
 
 
 class DotMotions:
     """Motions of N dots that touch an object between two frames: before, after (N, 3) m, normals (N, 3), seen from origin (3,).
 
-    across, along: standard deviation of a motion across the ray and along the normal, m.
+    across, along: standard deviation of a motion across the ray and along the normal, m. centre (3,) m: of the twists; moved_across
+    (N, 3) m: the motions across the rays.
     """
 
     def __init__(self, before: np.ndarray, after: np.ndarray, normals: np.ndarray, origin: np.ndarray, across: float, along: float):
         self.centre = after.mean(0)
-        middle = (before + after) / 2
-        rays = middle - origin
-        self.rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        self.normals, self.moved = normals, after - before
-        self.across, self.along = across, along
-        self.rows = _rows(middle - self.centre)
-        rows_across = self.rows - self.rays[:, :, None] * np.matmul(self.rays[:, None], self.rows)
-        self._rows_across = np.ascontiguousarray(rows_across.reshape(-1, 6).T)
+        self.along = along
+        self.moved_across, rays = across_rays(before, after, origin)
+        moved = after - before
+        self.rows = _rows((before + after) / 2 - self.centre)
+        rows_across = self.rows - rays[:, :, None] * np.matmul(rays[:, None], self.rows)
+        self._rows_across = rows_across.reshape(-1, 6)
         self._rows_normal = np.matmul(normals[:, None], self.rows)[:, 0]
-        self._moved_normal = (self.moved * normals).sum(1)
+        self._moved_normal = np.einsum('ij,ij->i', moved, normals)
+        # Each dot's part of the normal equations, right side last, so that a fit is a product with the weights.
+        parts = np.concatenate([rows_across, self.moved_across[:, :, None]], axis=2)
+        self._carried_parts = np.matmul(np.ascontiguousarray(parts.transpose(0, 2, 1)), parts).reshape(-1, 49)
+        parts = np.column_stack([self._rows_normal, self._moved_normal])
+        self._touching_parts = ((across / along)**2 * parts[:, :, None] * parts[:, None]).reshape(-1, 49)
 
     def off(self, twist: np.ndarray) -> np.ndarray:
         """What each dot moved beyond the twist (6,), across its ray, (N, 3) m."""
-        left = self.moved - self.rows @ twist
-        return left - (left * self.rays).sum(1, keepdims=True) * self.rays
+        return self.moved_across - (self._rows_across @ twist).reshape(-1, 3)
 
     def off_normal(self, twist: np.ndarray) -> np.ndarray:
         """The same along the normals, (N,) m."""
@@ -51,22 +59,17 @@ class DotMotions:
 
         expected (6,) counts as hold dots that were carried like that.
         """
-        scale = (self.across / self.along)**2
-        weighted = self._rows_across * np.repeat(carried, 3)
-        matrix = weighted @ self._rows_across.T
-        right = weighted @ self.moved.ravel()
-        matrix += scale * (self._rows_normal * touching[:, None]).T @ self._rows_normal
-        right += scale * self._rows_normal.T @ (touching * self._moved_normal)
-        prior = np.diag([1, 1, 1, _LEVER**2, _LEVER**2, _LEVER**2])
+        system = (carried @ self._carried_parts + touching @ self._touching_parts).reshape(7, 7)
+        matrix, right = system[:6, :6] + _RIDGE * _PRIOR, system[:6, 6]
         if expected is not None:
-            right = right + hold * prior @ expected
-        return np.linalg.solve(matrix + ((hold if expected is not None else 0) + _RIDGE) * prior, right)
+            matrix, right = matrix + hold * _PRIOR, right + hold * _PRIOR @ expected
+        return lapack.dposv(matrix, right)[1]
 
     def kept_in_touch(self, twist: np.ndarray) -> np.ndarray:
         """twist (6,) with what moves the face along its normals (shift and tilt) taken from the dots, and the rest, that slip may hide,
         left alone."""
         touching = 1 / (1 + (self.off_normal(twist) / (10 * self.along))**2)
-        return self.fit(np.zeros(len(self.moved)), touching, twist, _LOOSE)
+        return self.fit(np.zeros(len(touching)), touching, twist, _LOOSE)
 
     def follow(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float,
                weights: np.ndarray) -> np.ndarray:
@@ -76,16 +79,29 @@ class DotMotions:
         drag (N, 3): load across the surface on each dot. One that lags behind in that direction may slip and soon counts nothing; one that
         leads cannot, and keeps counting. weights (N,): how likely each dot sticks; start counts as hold dots.
         """
-        everyone = np.ones(len(self.moved))
-        twist = self.fit(weights, everyone) if start is None else start
-        for bound in np.geomspace(coarse, fine, 6):
+        twist = self.fit(weights, np.ones(len(weights))) if start is None else start
+        leading = _LEADS * lengths(drag)
+        for bound in np.geomspace(coarse, fine, _NARROWINGS):
             left = self.off(twist)
-            size = np.linalg.norm(left, axis=1)
-            leads = (left * drag).sum(1) > _LEADS * size * np.linalg.norm(drag, axis=1)
-            carried = weights / (1 + np.where(leads, _PATIENCE, 1) * (size / bound)**2)**2
+            square = np.einsum('ij,ij->i', left, left)
+            leads = np.einsum('ij,ij->i', left, drag) > leading * np.sqrt(square)
+            carried = weights / (1 + np.where(leads, _PATIENCE, 1) * square / bound**2)**2
             touching = 1 / (1 + (self.off_normal(twist) / (3 * self.along))**2)
             twist = self.fit(carried, touching, start, hold)
         return twist
+
+
+def across_rays(before: np.ndarray, after: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Motions (N, 3) m from before to after (N, 3) m across the rays from origin (3,), and these unit rays (N, 3)."""
+    rays = (before + after) / 2 - origin
+    rays /= lengths(rays)[:, None]
+    moved = after - before
+    return moved - np.einsum('ij,ij->i', moved, rays)[:, None] * rays, rays
+
+
+def lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths (N,) of vectors (N, C)."""
+    return np.sqrt(np.einsum('ij,ij->i', vectors, vectors))
 
 
 def _rows(offset: np.ndarray) -> np.ndarray:
@@ -101,4 +117,4 @@ def _rows(offset: np.ndarray) -> np.ndarray:
 
 def moved_to(twist: np.ndarray, centre: np.ndarray, to: np.ndarray) -> np.ndarray:
     """The same motion as a twist (6,) about the point to (3,) instead of centre (3,)."""
-    return np.concatenate([twist[:3] + np.cross(twist[3:], to - centre), twist[3:]])
+    return np.concatenate([twist[:3] + cross(twist[3:], to - centre), twist[3:]])

@@ -3,8 +3,8 @@
 """What touches, from the membrane's balance: a score for each dot whose half level is the border of the contact."""
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 from ..surface.membrane import Membrane, MembraneState
 from .tool_face import heights_over_face
@@ -12,7 +12,6 @@ from .tool_face import heights_over_face
 _HALF = 0.5
 # An object's rounded edge lifts a dot that touches it by up to about this share of a pitch.
 _EDGE_HEIGHT = 0.1
-_AROUND = np.array([[1.0, 1, 1], [1, 0, 1], [1, 1, 1]])
 
 
 def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
@@ -24,7 +23,10 @@ def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
     mesh = membrane.mesh
     shape = (mesh.rows, mesh.columns)
     share = load_share(state.load.reshape(shape))
-    heights = heights_over_face(share > _HALF, state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3))
+    loaded = share > _HALF
+    if not loaded.any():
+        return share.ravel()
+    heights = heights_over_face(loaded, state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3))
     face = 1 - np.nan_to_num(heights) / (2 * _EDGE_HEIGHT * membrane.pitch)
     return _without_single_dots(np.minimum(share, np.clip(face, 0, 1))).ravel()
 
@@ -33,10 +35,7 @@ def _without_single_dots(score: np.ndarray) -> np.ndarray:
     """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never
     for long."""
     over = score > _HALF
-    if not over.any():
-        return score
-    alone = over & (ndimage.correlate(over.astype(int), _AROUND.astype(int), mode='constant') == 0)
-    return np.where(alone, _HALF, score)
+    return np.where(over & (around(over.astype(np.uint8)) == 0), _HALF, score)
 
 
 def load_share(load: np.ndarray) -> np.ndarray:
@@ -48,7 +47,11 @@ def load_share(load: np.ndarray) -> np.ndarray:
     loaded = (load > _HALF).astype(float)
     if not loaded.any():
         return np.clip(load, 0, 1)
-    count = ndimage.correlate(loaded, _AROUND, mode='constant')
-    around = ndimage.correlate(load * loaded, _AROUND, mode='constant') / np.maximum(count, 1)
-    full = np.where(count == 8, 1.0, np.maximum(around, 1.0))
-    return np.clip(load / full, 0, 1)
+    count = around(loaded)
+    mean = around(load * loaded) / np.maximum(count, 1)
+    return np.clip(load / np.where(count == 8, 1.0, np.maximum(mean, 1.0)), 0, 1)
+
+
+def around(values: np.ndarray) -> np.ndarray:
+    """Sum (rows, columns) of values (rows, columns) over the eight neighbours of each dot; nothing outside the grid counts as 0."""
+    return cv2.boxFilter(values, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - values

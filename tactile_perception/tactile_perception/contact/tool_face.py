@@ -8,13 +8,16 @@ smooth surface through the others (a paraboloid for each patch, fitted robustly)
 """
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from scipy import ndimage
+from scipy.linalg import lapack
 
-_EIGHT = np.ones((3, 3))
+from .grid_surface import cross
+
 _SMALLEST_PATCH = 8
 _ROUNDS = 6
 _FINEST = 1e-5
+_RIDGE = 1e-6 * np.eye(6)
 
 
 def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -25,11 +28,12 @@ def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -
     heights = np.full(loaded.shape, np.nan)
     if loaded.sum() < _SMALLEST_PATCH:
         return heights
-    patches, count = ndimage.label(loaded, _EIGHT)
-    crowd = ndimage.correlate(loaded.astype(float), _EIGHT, mode='constant') - 1
-    for patch in range(1, count + 1):
-        member = patches == patch
-        if member.sum() >= _SMALLEST_PATCH:
+    mask = loaded.view(np.uint8)
+    count, patches = cv2.connectedComponents(mask)
+    crowd = cv2.boxFilter(mask, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - 1.0
+    for patch in range(1, count):
+        member = np.nonzero(patches == patch)
+        if len(member[0]) >= _SMALLEST_PATCH:
             heights[member] = _patch_heights(xyz[member], normal[member], crowd[member])
     return heights
 
@@ -38,21 +42,20 @@ def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -
     """Heights (N,) of points (N, 3) over a paraboloid that those inside the patch (many neighbours, crowd (N,)) and the lower ones
     determine."""
     up = normals.mean(0)
-    up /= np.linalg.norm(up)
-    along = np.cross([0.0, 1.0, 0.0], up)
-    along /= np.linalg.norm(along)
-    offset = points - points.mean(0)
-    a, b = offset @ along, offset @ np.cross(up, along)
+    up /= np.sqrt(up @ up)
+    along = np.array([up[2], 0.0, -up[0]]) / np.hypot(up[0], up[2])
+    a, b, height = ((points - points.mean(0)) @ np.stack([along, cross(up, along), up]).T).T
     size = max(np.abs(a).max(), np.abs(b).max())
-    a, b, height = a / size, b / size, offset @ up
-    terms = np.stack([np.ones_like(a), a, b, a * a, a * b, b * b], axis=1)
+    a, b = a / size, b / size
+    terms = np.stack([np.ones_like(a), a, b, a * a, a * b, b * b])
     middle = len(points) // 2
     weight = np.clip((crowd - 3) / 5, .05, 1)**2
     for _ in range(_ROUNDS):
-        weighted = terms * weight[:, None]
-        matrix = weighted.T @ terms + 1e-6 * np.eye(6)
-        residual = height - terms @ np.linalg.solve(matrix, weighted.T @ height)
+        weighted = terms * weight
+        found = lapack.dposv(weighted @ terms.T + _RIDGE, weighted @ height)[1]
+        residual = height - found @ terms
         scale = max(1.4826 * np.partition(np.abs(residual), middle)[middle], _FINEST)
         # dots that stand out may be beyond the edge and count little; dots below are only noisy
-        weight = np.where(residual > 0, 1 / (1 + (residual / scale)**2)**2, 1 / (1 + (residual / scale)**2 / 4))
+        square = (residual / scale)**2
+        weight = np.where(residual > 0, 1 / (1 + square)**2, 1 / (1 + square / 4))
     return residual
