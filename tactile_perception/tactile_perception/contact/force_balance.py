@@ -41,15 +41,16 @@ def _without_single_dots(score: np.ndarray) -> np.ndarray:
 def load_share(load: np.ndarray) -> np.ndarray:
     """load (rows, columns), over the fluid's pressure, as a share of what full contact carries there, 0 to 1.
 
-    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around; inside
-    of it every dot is in full contact.
+    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around, each
+    counted by its load, since beside a ridge most of them carry only what the mesh has spread over them; inside of it every dot is in full
+    contact.
     """
-    loaded = (load > _HALF).astype(float)
+    loaded = load > _HALF
     if not loaded.any():
         return np.clip(load, 0, 1)
-    count = around(loaded)
-    mean = around(load * loaded) / np.maximum(count, 1)
-    return np.clip(load / np.where(count == 8, 1.0, np.maximum(mean, 1.0)), 0, 1)
+    carried = np.where(loaded, load, 0.0)
+    mean = around(carried * carried) / np.maximum(around(carried), 1e-9)
+    return np.clip(load / np.where(around(loaded.astype(np.uint8)) == 8, 1.0, np.maximum(mean, 1.0)), 0, 1)
 
 
 def around(values: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from scipy.linalg import lapack
 from .grid_surface import cross
 
 _SMALLEST_PATCH = 8
-_ROUNDS = 6
+_ROUNDS = 4
 _FINEST = 1e-5
 _RIDGE = 1e-6 * np.eye(6)
 

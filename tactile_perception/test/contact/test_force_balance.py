@@ -50,8 +50,15 @@ def test_full_contact_is_what_the_dots_around_carry():
     load[2:5, 5] = 1.2
     share = load_share(load)
     assert share[3, 3] == 1 and share[2, 2] == 1
-    assert share[3, 5] == pytest.approx(1.2 / 2.28, abs=0.01)
+    assert share[3, 5] == pytest.approx(1.2 / (29.88 / 11.4), abs=1e-9)
     assert share[0, 0] == 0
+
+
+def test_dots_beside_a_ridge_that_the_mesh_has_loaded_do_not_touch():
+    load = np.zeros((9, 9))
+    load[3:6, 1:8] = np.array([1.3, 4.3, 1.3])[:, None]
+    share = load_share(load)
+    assert share[4, 1:8].min() > 0.9 and share[[3, 5], 2:7].max() < 0.4
 
 
 def test_one_dot_alone_is_no_contact():
