@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .pairs import near_pairs
 from .shape import blurred_disc
 from .subpixel import Fit, LikelihoodFitter
 
-_SHARE = 0.51  # of the reach: side of the cells where no two places share one, if larger ones will not do
-_CELL = 4.0  # px: no two dots but the smallest that touch have their centres in one cell
 _PER_SQUARE = 16.0  # table entries a px^2 of squared radius
 _PER_DIAMETER = 20.0  # tables a px of diameter
 _BEYOND = 3.5  # blurs outside its edge at which a dot has faded
@@ -21,32 +20,6 @@ _GAP = 1.5  # px between the edges of dots that cannot be fitted at first withou
 _RUN_OFF = 1.5  # px from the patch's centre
 _ROUNDS = 5  # of fitting such dots in turns
 _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off their neighbours
-
-
-def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (i, j), i != j, each in both orders and sorted by i, of places (u, v >= 0; (N,) px) less than `reach` px apart along both
-    axes."""
-    for side in (reach, _SHARE * reach, _CELL):
-        margin = int(np.ceil(reach / side))
-        column, row = (np.maximum(u, 0) * (1 / side)).astype(np.int64) + margin, (np.maximum(v, 0) * (1 / side)).astype(np.int64) + margin
-        width = int(column.max()) + margin + 1
-        cells = np.full((int(row.max()) + margin + 1) * width, -1, np.int32)
-        at = row * width + column
-        cells[at] = np.arange(len(u), dtype=np.int32)
-        if side <= _CELL or np.array_equal(cells[at], np.arange(len(u))):
-            break
-    along = np.arange(-margin, margin + 1)
-    offsets = (along[:, None] * width + along).ravel()
-    found = cells.take(at[:, None] + offsets[: len(offsets) // 2])
-    k = np.flatnonzero((found >= 0).ravel())
-    i, j = k // (len(offsets) // 2), found.ravel()[k]
-    if not len(i):
-        return i, j
-    near = (np.abs(u[i] - u[j]) < reach) & (np.abs(v[i] - v[j]) < reach)
-    i, j = i[near], j[near]
-    both, other = np.concatenate([i, j]), np.concatenate([j, i])
-    order = np.argsort(both, kind='stable')
-    return both[order], other[order]
 
 
 @dataclass
@@ -68,6 +41,9 @@ class Separator:
     def pairs(self, places: np.ndarray) -> Pairs:
         """Pairs of places (N, 2) px that may be seen in each other's patches."""
         i, j = near_pairs(*places.T, self._fitter.half + self._look.largest / 2 + 2 * self._look.blur)
+        i, j = np.concatenate([i, j]), np.concatenate([j, i])
+        order = np.argsort(i, kind='stable')
+        i, j = i[order], j[order]
         return Pairs(i, j, np.hypot(places[i, 0] - places[j, 0], places[i, 1] - places[j, 1]))
 
     def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray, centre: np.ndarray,

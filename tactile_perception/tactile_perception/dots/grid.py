@@ -50,6 +50,8 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
+    if np.isfinite(uv).all():
+        return _number(uv, (rows, columns), previous, image_size)
     good = np.flatnonzero(np.isfinite(uv).all(axis=1))
     numbers = _number(uv[good], (rows, columns), previous, image_size)
     id = np.full(len(uv), -1)
@@ -83,13 +85,14 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
     if abs(lattice.angle) > MAX_ANGLE:
         return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart', np.nan)
     member = np.flatnonzero(lattice.member)
-    rc = lattice.rc[member] - lattice.rc[member].min(axis=0)
+    rc = lattice.rc[member]
+    rc -= [rc[:, 0].min(), rc[:, 1].min()]
     before = None if previous is None else (previous.uv, np.stack(np.divmod(previous.id, shape[1]), axis=1))
     anchor = anchor_lattice(rc, uv[member], shape, lattice.pitch, before, image_size)
     if anchor.certain:
-        rc = rc + anchor.offset
-        inside = np.all((rc >= 0) & (rc < shape), axis=1)
-        id[member[inside]] = rc[inside, 0] * shape[1] + rc[inside, 1]
+        row, column = (rc + anchor.offset).T
+        inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
+        id[member] = np.where(inside, row * shape[1] + column, -1)
         if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
             id = leave_out_jumps(id, uv, shape)
     return GridNumbers(id, anchor.reason, lattice.pitch)

@@ -12,14 +12,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
+from tactile_perception.dots.pairs import near_pairs
 from tactile_perception.dots.walk import Links, walk
 
 REACH = 1.9  # pairs up to so many median nearest distances: holds a pitch of 1 next to one compressed to 0.6, and stretched rows
 TOLERANCES = (0.3, 0.21)  # of the local step: a link that differs more joins no true neighbours; the second if the first contradicts itself
 SLOPE = 4.0  # a step across counts as much as so many squared along, when neighbours along a row are ranked
 COHERENCE = 0.15  # length of the mean direction vector under which dots do not lie on a grid at all
+_SAMPLE = 40  # dots whose nearest neighbours tell the pitch
 CELL = 2.0  # pitches: side of the cells over which steps are averaged, three by three at a time
 
 
@@ -35,7 +36,10 @@ class Lattice:
 
 @dataclass
 class _Pairs:
-    """Near pairs, first to second: i, j (M,) and the difference d (M,) as a complex number, px."""
+    """Near pairs, first to second: i, j (M,) and the difference d (M,) as a complex number, px.
+
+    Where pairs along rows and along columns are kept together, a dot's number in the latter is higher by the count of dots.
+    """
 
     i: np.ndarray
     j: np.ndarray
@@ -50,66 +54,70 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
 
     angle_hint: rad, direction in which rows run; the answer is the one of the four possible within 45 degrees of it.
     """
-    if len(uv) < 4:
+    count = len(uv)
+    if count < 4:
         return None
-    z = uv[:, 0] + 1j * uv[:, 1]
-    pairs, pitch = _near_pairs(uv, z)
-    if not len(pairs.i) or pitch * len(uv) <= np.ptp(uv, axis=0).max():  # a grid of so many dots cannot be wider
+    u, v = np.ascontiguousarray(uv.T)
+    pairs, pitch = _near_pairs(u, v)
+    if not len(pairs.i) or pitch * count <= max(np.ptp(u), np.ptp(v)):  # a grid of so many dots cannot be wider
         return None
-    cells = _Cells(z, CELL * pitch)
+    cells = _Cells(u, v, CELL * pitch)
     field = _direction_field(pairs, cells, pitch, angle_hint)
     if field is None:
         return None
     angle, turn = field
-    axes = _split(pairs, turn)
-    chosen = [_mutual(p, p.d.real**2 + SLOPE * p.d.imag**2, len(uv)) for p in axes]
-    if min(len(p.i) for p in chosen) < 2:
+    axes = _upright(pairs, turn, count)
+    chosen = _mutual(axes, axes.d.real**2 + SLOPE * axes.d.imag**2, 2 * count)
+    rows = np.count_nonzero(chosen.i < count)
+    if min(rows, len(chosen.i) - rows) < 2:
         return None
-    steps = [cells.mean(p.i, p.d) for p in chosen]
+    step = cells.mean(chosen.i, chosen.d, 2)
     for tolerance in TOLERANCES:
-        place, contradictions = walk(Links(len(uv), *(_fitting(*pair, tolerance, len(uv)) for pair in zip(axes, steps))))
+        rc, member, contradictions = walk(_fitting(axes, step, tolerance, count))
         if not contradictions:
-            break
-    else:
-        return None
-    member = np.isfinite(place.real)
-    rc = np.where(member, [place.imag, place.real], 0).T.astype(np.int64)
-    return Lattice(rc, member, angle, pitch)
+            return Lattice(rc, member, angle, pitch)
+    return None
 
 
-def _near_pairs(uv: np.ndarray, z: np.ndarray) -> tuple[_Pairs, float]:
-    tree = cKDTree(uv, leafsize=16, balanced_tree=False, compact_nodes=False)
-    sample = uv[:: max(1, len(uv) // 40)]
-    nearest = float(np.median(tree.query(sample, 2)[0][:, 1]))
-    i, j = tree.query_pairs(REACH * nearest, output_type='ndarray').T
-    return _Pairs(i, j, z[j] - z[i]), nearest
+def _near_pairs(u: np.ndarray, v: np.ndarray) -> tuple[_Pairs, float]:
+    """Pairs of dots within REACH, and the median nearest distance, px, of some of them."""
+    across, down = u.astype(np.float32), v.astype(np.float32)
+    some = np.arange(0, len(u), max(1, len(u) // _SAMPLE))
+    square = (across[some, None] - across) ** 2
+    square += (down[some, None] - down) ** 2
+    square[np.arange(len(some)), some] = np.inf
+    nearest = float(np.sqrt(np.sort(square.min(axis=1))[len(some) // 2]))
+    i, j = near_pairs(u, v, REACH * nearest)
+    across, down = u.take(j) - u.take(i), v.take(j) - v.take(i)
+    near = np.flatnonzero(across * across + down * down < (REACH * nearest) ** 2)
+    return _Pairs(i.take(near), j.take(near), across.take(near) + 1j * down.take(near)), nearest
 
 
 def _direction_field(pairs: _Pairs, cells: '_Cells', pitch: float, hint: float) -> tuple[float, np.ndarray] | None:
     """Angle of the whole grid (within 45 degrees of hint) and, for each pair, the unit complex number that turns it upright."""
-    near = pairs.take(np.flatnonzero(np.abs(pairs.d) < 1.3 * pitch))
-    square = near.d.real**2 + near.d.imag**2
-    weight = np.exp(-square / pitch**2)
-    fourfold = (near.d * near.d / np.maximum(square, 1e-12)) ** 2 * weight  # four-fold symmetric: rows and columns add up
+    square = pairs.d.real**2 + pairs.d.imag**2
+    near = np.flatnonzero(square < (1.3 * pitch) ** 2)
+    i, d, square = pairs.i[near], pairs.d[near], square[near]
+    weight = np.exp(square * (-1 / pitch**2))
+    double = d * d
+    fourfold = double * double * (weight / np.maximum(square * square, 1e-24))  # four-fold symmetric: rows and columns add up
     total = fourfold.sum()
     if np.abs(total) < COHERENCE * weight.sum():
         return None
     angle = hint + np.angle(total * np.exp(-4j * hint)) / 4
-    around = cells.mean(near.i, fourfold * np.exp(-4j * angle))
+    around = cells.mean(i, fourfold * np.exp(-4j * angle))
     return float(angle), np.exp(-1j * (angle + np.angle(around) / 4))[pairs.i]
 
 
-def _split(pairs: _Pairs, turn: np.ndarray) -> tuple[_Pairs, _Pairs]:
+def _upright(pairs: _Pairs, turn: np.ndarray, count: int) -> _Pairs:
     """Pairs along rows, left dot first, and along columns, upper dot first; differences upright, those of columns turned by -90 degrees."""
-    upright = pairs.d * turn
-    along_row = np.abs(upright.real) > np.abs(upright.imag)
-    row, column = np.flatnonzero(along_row), np.flatnonzero(~along_row)
-    return _ordered(pairs.i[row], pairs.j[row], upright[row]), _ordered(pairs.i[column], pairs.j[column], upright[column] * -1j)
-
-
-def _ordered(i: np.ndarray, j: np.ndarray, d: np.ndarray) -> _Pairs:
+    d = pairs.d * turn
+    column = np.abs(d.real) <= np.abs(d.imag)
+    d = np.where(column, d * -1j, d)
     forward = d.real > 0
-    return _Pairs(np.where(forward, i, j), np.where(forward, j, i), np.where(forward, d, -d))
+    i, j = np.where(forward, pairs.i, pairs.j), np.where(forward, pairs.j, pairs.i)
+    offset = column * count
+    return _Pairs(i + offset, j + offset, np.where(forward, d, -d))
 
 
 def _mutual(pairs: _Pairs, cost: np.ndarray, count: int) -> _Pairs:
@@ -126,27 +134,30 @@ def _mutual(pairs: _Pairs, cost: np.ndarray, count: int) -> _Pairs:
 class _Cells:
     """Means over cells of the image, three by three at a time, so that a single wrong value hardly counts."""
 
-    def __init__(self, z: np.ndarray, side: float):
-        """z: (N,) complex places of the dots, side: of a cell, px."""
-        column = ((z.real - z.real.min()) / side).astype(np.int64)
-        row = ((z.imag - z.imag.min()) / side).astype(np.int64)
-        self._shape = (int(row.max()) + 1, int(column.max()) + 1)
-        self._at = row * self._shape[1] + column
+    def __init__(self, u: np.ndarray, v: np.ndarray, side: float):
+        """u, v: (N,) places of the dots, side: of a cell, px."""
+        column, row = ((u - u.min()) / side).astype(np.int64), ((v - v.min()) / side).astype(np.int64)
+        self._columns = int(column.max()) + 1
+        self._size = (int(row.max()) + 2) * self._columns  # an empty row below keeps one layer from the next
+        self._at = row * self._columns + column
 
-    def mean(self, dot: np.ndarray, value: np.ndarray) -> np.ndarray:
-        """(N,) mean around each dot of complex values (M,) that belong to dots dot (M,); where there are none, the mean of all."""
-        cell, size = self._at[dot], self._shape[0] * self._shape[1]
-        layers = np.stack([np.bincount(cell, w, size) for w in (None, value.real, value.imag)], axis=1)
-        image = layers.reshape(*self._shape, 3)
-        sums = cv2.boxFilter(image, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).reshape(-1, 3)
-        sums += 1e-3 * layers.sum(axis=0)
-        return ((sums[:, 1] + 1j * sums[:, 2]) / sums[:, 0])[self._at]
+    def mean(self, dot: np.ndarray, value: np.ndarray, layers: int = 1) -> np.ndarray:
+        """(layers * N,) mean around each dot of complex values (M,) that belong to dots dot (M,), numbered on from layer to layer; where
+        there are none, the mean of the layer."""
+        at = self._at if layers == 1 else (self._at + np.arange(layers)[:, None] * self._size).ravel()
+        cell = at[dot]
+        sums = np.stack([np.bincount(cell, w, layers * self._size) for w in (None, value.real, value.imag)])
+        near = cv2.boxFilter(sums.reshape(-1, self._columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        near = near.reshape(3, layers, -1) + 1e-3 * sums.reshape(3, layers, -1).sum(axis=2, keepdims=True)
+        n, real, imag = near.reshape(3, -1)
+        return ((real + 1j * imag) / np.maximum(n, 1e-9))[at]
 
 
-def _fitting(pairs: _Pairs, step: np.ndarray, tolerance: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """First and second dots of the mutually best pairs that differ from the local step by no more than tolerance of it."""
+def _fitting(pairs: _Pairs, step: np.ndarray, tolerance: float, count: int) -> Links:
+    """Links of the mutually best pairs that differ from the local step by no more than tolerance of it."""
     expected = step[pairs.i]
     off = np.abs(pairs.d - expected)
     fits = np.flatnonzero(off < tolerance * np.abs(expected))
-    best = _mutual(pairs.take(fits), off[fits], count)
-    return best.i, best.j
+    best = _mutual(pairs.take(fits), off[fits], 2 * count)
+    column = best.i >= count
+    return Links(count, (best.i[~column], best.j[~column]), (best.i[column] - count, best.j[column] - count))

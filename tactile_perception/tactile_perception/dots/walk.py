@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-ALONG_ROW, ALONG_COLUMN = 1.0, 1.0j  # a place on the grid is column + i row
+_ROW = 1 << 20  # a place on the grid is row * _ROW + column, in one number
+_NOWHERE = -(1 << 50)
+_FAR = _NOWHERE // 2  # places below are not known
 
 
 class Links:
@@ -27,64 +29,64 @@ class Links:
         return Links(self.count, first, (np.concatenate([top_left, right]), np.concatenate([below, corner])))
 
 
-def walk(links: Links) -> tuple[np.ndarray, int]:
-    """Place (N,) complex, column + i row, of each dot that links lead to, nan + nan i elsewhere; and the number of contradictions."""
+def walk(links: Links) -> tuple[np.ndarray, np.ndarray, int]:
+    """Row and column (N, 2) int64 of each dot that links lead to, which these are (N,) bool, and the number of contradictions."""
     sound = links.sound()
-    chains = [_chains(sound.left[:-1], ALONG_ROW), _chains(sound.above[:-1], ALONG_COLUMN)]
-    place = _along_chains(chains, links.count)
+    place = _along_chains(*_chains(sound), links.count)
     contradictions = _contradictions(sound, place)
     if not contradictions:
         place = _join(links, place)
-    return place, contradictions
+    known = place > _FAR
+    row = (place + _ROW // 2) // _ROW
+    return np.where(known, np.stack([row, place - row * _ROW]), 0).T, known, contradictions
 
 
-def _chains(back: np.ndarray, step: complex) -> tuple[np.ndarray, np.ndarray]:
-    """First dot (N,) of the chain that each dot is in, and the way (N,) from it, by doubling the path until none is left."""
-    first = np.where(back >= 0, back, np.arange(len(back)))
-    way = np.where(back >= 0, step, 0)
-    for _ in range(max(1, int(len(back)).bit_length())):
+def _chains(links: Links) -> tuple[np.ndarray, np.ndarray]:
+    """First dot (2, N) of the row and of the column that each dot is in, and the way (2, N) from it, by doubling the path until none is
+    left."""
+    back = np.concatenate([links.left[:-1], links.above[:-1] + links.count])
+    linked = np.concatenate([links.left[:-1], links.above[:-1]]) >= 0
+    first = np.where(linked, back, np.arange(len(back)))
+    way = linked * np.repeat([1, _ROW], links.count)
+    while True:
         further = first[first]
-        if np.array_equal(further, first):
+        if (further == first).all():
             break
         way = way + way[first]
         first = further
-    return first, way
+    return first.reshape(2, -1) - [[0], [links.count]], way.reshape(2, -1)
 
 
-def _along_chains(chains: list, count: int) -> np.ndarray:
+def _along_chains(first: np.ndarray, way: np.ndarray, count: int) -> np.ndarray:
     """Places of all dots that the longest row leads to, over columns and rows in turn."""
-    first, way = chains[0]
-    longest = np.bincount(first).argmax()
-    place = np.where(first == longest, way, np.nan + 1j * np.nan)
-    known = np.count_nonzero(first == longest)
+    longest = np.bincount(first[0]).argmax()
+    place = np.where(first[0] == longest, way[0], _NOWHERE)
+    index, before = np.flatnonzero(place > _FAR), 0
     for turn in range(1, count + 2):
-        first, way = chains[turn % 2]
-        start = np.full(count, np.nan + 1j * np.nan)
-        index = np.flatnonzero(np.isfinite(place.real))
-        if turn > 2 and len(index) == known:
+        chain, along = first[turn % 2], way[turn % 2]
+        start = np.full(count, _NOWHERE)
+        start[chain[index]] = place[index] - along[index]
+        place = np.where(place > _FAR, place, start[chain] + along)
+        index, last = np.flatnonzero(place > _FAR), len(index)
+        if len(index) == count or len(index) == last == before:
             break
-        known = len(index) if turn > 1 else 0
-        start[first[index]] = place[index] - way[index]
-        place = np.where(np.isfinite(place.real), place, start[first] + way)
+        before = last
     return place
 
 
 def _contradictions(links: Links, place: np.ndarray) -> int:
     """How many links lead to another place than found, and dots have the place of another."""
-    right, below = links.right[:-1], links.below[:-1]
-    row, column = np.flatnonzero(right >= 0), np.flatnonzero(below >= 0)
-    off = np.concatenate([place[right[row]] - place[row] - ALONG_ROW, place[below[column]] - place[column] - ALONG_COLUMN])
-    return int(np.count_nonzero(np.abs(off) > 0.5)) + int(np.count_nonzero(_doubles(place)))
+    wrong = 0
+    for side, step in ((links.right[:-1], 1), (links.below[:-1], _ROW)):
+        dot = np.flatnonzero((side >= 0) & (place > _FAR))
+        wrong += np.count_nonzero(place[side[dot]] - place[dot] != step)
+    return int(wrong) + _doubles(place)
 
 
-def _doubles(place: np.ndarray) -> np.ndarray:
-    """(N,) bool: the dot has the same place as another."""
-    known = np.isfinite(place.real)
-    column, row = place.real[known].astype(np.int64), place.imag[known].astype(np.int64)
-    flat = (row - row.min()) * (np.ptp(column) + 1) + column - column.min()
-    double = np.zeros(len(place), bool)
-    double[known] = np.bincount(flat)[flat] > 1
-    return double
+def _doubles(place: np.ndarray) -> int:
+    """How many dots have the same place as another."""
+    known = np.sort(place[place > _FAR])
+    return int(np.count_nonzero(known[1:] == known[:-1]))
 
 
 def _join(links: Links, place: np.ndarray) -> np.ndarray:
@@ -94,17 +96,15 @@ def _join(links: Links, place: np.ndarray) -> np.ndarray:
     """
     joined = place.copy()
     for _ in range(2):
-        loose = np.flatnonzero(~np.isfinite(joined.real))
+        loose = np.flatnonzero(joined <= _FAR)
         if not len(loose):
             break
-        said = np.full((4, len(loose)), np.nan + 1j * np.nan)
-        sides = ((links.left, ALONG_ROW), (links.right, -ALONG_ROW), (links.above, ALONG_COLUMN), (links.below, -ALONG_COLUMN))
-        for k, (side, step) in enumerate(sides):
-            other = side[loose]
-            has = other >= 0
-            said[k, has] = joined[other[has]] + step
-        heard = np.isfinite(said.real)
-        mean = np.where(heard, said, 0).sum(axis=0) / np.maximum(heard.sum(axis=0), 1)
-        agree = heard.any(axis=0) & ~np.any(heard & (np.abs(said - mean) > 0.1), axis=0)
-        joined[loose[agree]] = np.round(mean[agree])
-    return place if _doubles(joined).any() else joined
+        said = np.full((4, len(loose)), _NOWHERE)
+        for k, (side, step) in enumerate(((links.left, 1), (links.right, -1), (links.above, _ROW), (links.below, -_ROW))):
+            has = np.flatnonzero(side[loose] >= 0)
+            said[k, has] = joined[side[loose[has]]] + step
+        heard = said > _FAR
+        highest = said.max(0)
+        agree = heard.any(0) & ~(heard & (said != highest)).any(0)
+        joined[loose[agree]] = highest[agree]
+    return place if _doubles(joined) else joined

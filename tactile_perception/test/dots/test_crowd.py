@@ -2,18 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from tactile_perception.dots.crowd import near_pairs
 from tactile_perception.dots.detect import DotDetector
-
-
-def test_pairs_are_those_of_a_full_search():
-    rng = np.random.default_rng(3)
-    grid = np.stack(np.meshgrid(np.arange(20.0, 300, 11), np.arange(20.0, 200, 11)), -1).reshape(-1, 2)
-    u, v = (grid + rng.uniform(-2, 2, grid.shape)).T
-    i, j = near_pairs(u, v, 14.0)
-    expected = (np.abs(u[:, None] - u) < 14) & (np.abs(v[:, None] - v) < 14) & ~np.eye(len(u), dtype=bool)
-    assert set(zip(i, j)) == set(zip(*np.nonzero(expected)))
-    assert (np.diff(i) >= 0).all()
 
 
 def test_dots_that_touch_are_told_apart(draw_dots, lattice):
