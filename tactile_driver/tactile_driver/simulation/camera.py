@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated camera: a lens with Brown's distortion that looks through the pad from behind."""
+"""The simulated camera: a lens with Brown's distortion that looks at the skin from behind."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -8,21 +8,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-#: Native resolution (px) for which the intrinsics below hold; a smaller picture is the same view, binned.
-NATIVE_WIDTH, NATIVE_HEIGHT = 640, 480
-_NATIVE_FOCAL = (688.0, 688.0)
-_NATIVE_CENTRE = (321.3, 237.8)
-_DISTORTION = (-0.062, 0.018, 4e-4, -3e-4, 0.0)
-_MOUNT_TURN = (0.003, -0.004, 0.002)
-_MOUNT_PLACE = (-0.00012, 0.00008, 0.0400)
-
-
 @dataclass(frozen=True)
 class SimulatedCamera:
     """Intrinsics and mounting of the simulated camera.
 
     matrix: (3, 3) K, px, pixel centres at whole numbers; distortion: (5,) k1 k2 p1 p2 k3; rotation: (3, 3) and translation: (3,), m, with
-    x_camera = rotation @ x_sensor + translation; width, height: px.
+    x_camera = rotation @ x_sensor + translation; width, height: px;
+    scale: width over that of the native picture, for which blur and the like hold.
     """
 
     matrix: np.ndarray
@@ -31,6 +23,7 @@ class SimulatedCamera:
     translation: np.ndarray
     width: int
     height: int
+    scale: float = 1.0
 
     @property
     def centre(self) -> np.ndarray:
@@ -62,20 +55,15 @@ class SimulatedCamera:
         return uv[:, 0], ((uv[:, 1:4] - uv[:, 4:7]) / (2 * step)).transpose(0, 2, 1)
 
 
-def _turn(rotvec) -> np.ndarray:
-    """(3, 3) rotation by the vector rotvec (3,), rad."""
-    angle = np.linalg.norm(rotvec)
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = np.asarray(rotvec) / angle
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+def mounted(focal: tuple, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple, width: int) -> SimulatedCamera:
+    """A camera for pictures of width px: the field of view of the native size, binned.
 
-
-def mounted_camera(width: int = NATIVE_WIDTH, height: int = NATIVE_HEIGHT) -> SimulatedCamera:
-    """The touchpad's camera, 40 mm behind the rim, for pictures of width x height px (the field of view is kept along the width)."""
-    scale_u, scale_v = width / NATIVE_WIDTH, height / NATIVE_HEIGHT
+    focal, centre (of the native picture, px), distortion (k1, k2, p1, p2, k3); turn: rotation vector from the sensor's to the camera's
+    frame, rad; place: translation, m; native: (width, height), px.
+    """
+    scale = width / native[0]
     # A binned pixel's centre lies half a small pixel further than the first small pixel's: (c + 1/2) scales, not c.
-    centre = ((_NATIVE_CENTRE[0] + 0.5) * scale_u - 0.5, (_NATIVE_CENTRE[1] + 0.5) * scale_v - 0.5)
-    matrix = np.array([[_NATIVE_FOCAL[0] * scale_u, 0, centre[0]], [0, _NATIVE_FOCAL[1] * scale_v, centre[1]], [0, 0, 1.0]])
-    return SimulatedCamera(matrix, np.array(_DISTORTION), _turn(_MOUNT_TURN), np.array(_MOUNT_PLACE), width, height)
+    u, v = ((c + 0.5) * scale - 0.5 for c in centre)
+    matrix = np.array([[focal[0] * scale, 0, u], [0, focal[1] * scale, v], [0, 0, 1.0]])
+    rotation = cv2.Rodrigues(np.asarray(turn, float))[0]
+    return SimulatedCamera(matrix, np.array(distortion, float), rotation, np.array(place, float), width, int(native[1] * scale), scale)

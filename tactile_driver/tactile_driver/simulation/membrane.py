@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad's membrane: a strongly stretched rubber skin over an enclosed volume of water, on a grid of nodes.
+"""A dome: a strongly stretched rubber skin over an enclosed volume of water or gas, on a grid of nodes.
 
 A rubber (neo-Hookean) skin stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, quadratic in the places of its
 points: its forces are those of a net of springs of length zero, K x with one constant matrix K for x, y and z. That is what makes a frame
@@ -8,10 +8,14 @@ cheap. At rest the skin carries the same tension T in all directions, so a spher
 """
 from __future__ import annotations
 
+from typing import Callable
+
 import numpy as np
 from scipy import sparse
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
+
+from .skin import Skin
 
 
 def disc_from_square(square: np.ndarray) -> np.ndarray:
@@ -32,52 +36,37 @@ def square_from_disc(disc: np.ndarray) -> np.ndarray:
     return np.stack([half(1, x), half(-1, y)], axis=-1)
 
 
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross products (..., 3); several times as fast as NumPy's on the few thousand vectors of a skin."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape), a.dtype)
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.multiply(a[..., j], b[..., k], out=out[..., i])
-        out[..., i] -= a[..., k] * b[..., j]
-    return out
-
-
-class Membrane:
+class Membrane(Skin):
     """The skin on n x n nodes whose border is clamped to the rim circle.
 
-    radius: curvature at rest, m; height: of the cap over the rim plane, m; tension: N/m; nodes: n along one side.
-    Attributes: rest (n, n, 3), m; inner (n*n,) bool, nodes that are free to move; node_area (n*n,) m^2 at rest; volume m^3 and
-    pressure Pa at rest; compliance (m, m) m/N over inner nodes, the inverse of their spring matrix; slack (m, 3) m, where the inner nodes
-    would stand without any force; springs: sparse (m, n*n) N/m, spring forces on the inner nodes of all nodes' places.
+    radius: curvature at rest, m; height: of the cap over the rim plane, m; tension: N/m; nodes: n along one side; shrink: m^3/Pa, by which
+    the fluid's volume shrinks with its pressure, 0 for water.
+    Attributes: node_area (n*n,) m^2 at rest; volume m^3 at rest; compliance (m, m) m/N over inner nodes, the inverse of their spring
+    matrix; springs: sparse (m, n*n) N/m, spring forces on the inner nodes of all nodes' places.
     """
 
-    def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49):
-        self.radius, self.height, self.tension, self.nodes = radius, height, tension, nodes
+    def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49, shrink: float = 0.0):
+        self.radius, self.height, self.shrink = radius, height, shrink
         self.centre = np.array([0.0, 0.0, height - radius])
+        self._rim_angle = np.arccos(1 - height / radius)
         steps = np.linspace(-1, 1, nodes)
-        self.rest = self.dome(np.stack(np.meshgrid(steps, steps), axis=-1))
-        border = np.zeros((nodes, nodes), bool)
-        border[[0, -1]] = border[:, [0, -1]] = True
-        self.inner = ~border.ravel()
+        super().__init__(self.surface(np.stack(np.meshgrid(steps, steps), axis=-1)), tension)
         self._set_up_springs()
         self._balance()
 
-    def dome(self, square: np.ndarray) -> np.ndarray:
+    def surface(self, square: np.ndarray) -> np.ndarray:
         """Places (..., 3) on the rest shape, m, of material places (..., 2) in [-1, 1]^2."""
         disc = disc_from_square(square)
-        off_axis = np.arccos((self.height - self.radius) / -self.radius)
-        rim_angle = np.pi - off_axis if self.height > self.radius else off_axis
         distance = np.linalg.norm(disc, axis=-1)
-        angle = rim_angle * distance
-        sideways = self.radius * rim_angle * np.sinc(angle / np.pi)
+        angle = self._rim_angle * distance
+        sideways = self.radius * self._rim_angle * np.sinc(angle / np.pi)
         return np.stack([disc[..., 0] * sideways, disc[..., 1] * sideways, self.centre[2] + self.radius * np.cos(angle)], axis=-1)
 
-    def square_of_dome(self, xyz: np.ndarray) -> np.ndarray:
+    def square_of(self, xyz: np.ndarray) -> np.ndarray:
         """Material places (..., 2) in [-1, 1]^2 of points (..., 3) on the rest shape."""
-        off_axis = np.arccos((self.height - self.radius) / -self.radius)
-        rim_angle = np.pi - off_axis if self.height > self.radius else off_axis
         arm = xyz - self.centre
         sideways = np.linalg.norm(arm[..., :2], axis=-1)
-        distance = np.arctan2(sideways, arm[..., 2]) / rim_angle
+        distance = np.arctan2(sideways, arm[..., 2]) / self._rim_angle
         return square_from_disc(arm[..., :2] * (distance / np.maximum(sideways, 1e-12))[..., None])
 
     def seen_at_rest(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
@@ -85,6 +74,25 @@ class Membrane:
         arm = origin - self.centre
         half = rays @ arm
         return origin + (np.sqrt(np.maximum(half**2 - arm @ arm + self.radius**2, 0)) - half)[:, None] * rays
+
+    def rim(self, count: int) -> np.ndarray:
+        """The rim circle: count places (count, 3), m, all round."""
+        angle, radius = np.linspace(0, 2 * np.pi, count, endpoint=False), np.sqrt(self.height * (2 * self.radius - self.height))
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros_like(angle)], axis=1)
+
+    def touching_height(self, distance: Callable, turn: np.ndarray, x: float, y: float) -> float:
+        """Height z, m, of the tool's origin over the rim plane at which the tool, turned by turn (3, 3), just touches the resting dome.
+
+        The dome is part of a ball, and a tool touches a ball when its distance from the ball's centre is the ball's radius.
+        distance: of places (k, 3) in the tool's frame, m, exact outside the tool.
+        """
+        low, high = self.centre[2] - self.radius, self.centre[2] + 3 * self.radius
+        for _ in range(4):
+            heights = np.linspace(low, high, 40)
+            from_tool = self.centre - np.stack([np.full(40, x), np.full(40, y), heights], axis=1)
+            inside = int(np.flatnonzero(distance(from_tool @ turn) < self.radius)[-1])
+            low, high = heights[inside], heights[min(inside + 1, 39)]
+        return 0.5 * (low + high)
 
     def _set_up_springs(self):
         """Spring constants from the shape functions of linear triangles on the rest shape, both diagonals of each cell averaged."""
@@ -122,32 +130,22 @@ class Membrane:
         rim = self.rest.reshape(-1, 3) * ~self.inner[:, None]
         self.slack = self._solve(bias - self.springs @ rim)
 
-    def area_vectors(self, xyz: np.ndarray) -> np.ndarray:
-        """Outward area vectors (n*n, 3) of the nodes, m^2, of the shape xyz (n, n, 3), m."""
-        cells = cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:]) * xyz.dtype.type(0.125)
-        out = np.zeros_like(xyz)
-        out[:-1, :-1] += cells
-        out[1:, :-1] += cells
-        out[:-1, 1:] += cells
-        out[1:, 1:] += cells
-        return out.reshape(-1, 3)
+    def fluid(self, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
+        """What is enclosed, to first order about the shape (n, n, 3), m, while the fluid's volume shrinks in proportion to its pressure.
 
-    def volume_of(self, xyz: np.ndarray) -> float:
-        """Enclosed volume, m^3, over the rim plane, of the shape xyz (n, n, 3), m."""
-        cells = cross(xyz[1:, 1:] - xyz[:-1, :-1], xyz[1:, :-1] - xyz[:-1, 1:])
-        height = xyz[:-1, :-1, 2] + xyz[1:, 1:, 2] + xyz[1:, :-1, 2] + xyz[:-1, 1:, 2]
-        return float((cells[..., 2] * height).sum() / 8)
-
-    def settle(self, forces: np.ndarray) -> np.ndarray:
-        """Inner nodes' places (m, 3), m, in balance with forces (m, 3), N, on them."""
-        return self.slack + self.give(forces)
+        Returns push (m, 3) m^2, force on the inner nodes for each Pa; lift (m, 3) m/Pa, how that moves them; rise m^3/Pa, by how much the
+        volume to fill grows with it; and the pressure, Pa, that there would be without other forces.
+        """
+        push = self.area_vectors(shape)[self.inner]
+        lift = self.give(push)
+        rise = float((push * lift).sum()) + self.shrink
+        room = self.volume - self.volume_of(shape) + float((push * (shape.reshape(-1, 3)[self.inner] - self.slack)).sum())
+        return push, lift, rise, (room + self.shrink * self.pressure) / rise
 
     def give(self, forces: np.ndarray) -> np.ndarray:
         """Displacements (m, 3), m, of the inner nodes under forces (m, 3) that are added, N."""
         return self._solve(forces)
 
-    def with_rim(self, places: np.ndarray) -> np.ndarray:
-        """Shape (n, n, 3), m, of inner nodes' places (m, 3), m."""
-        out = self.rest.copy()
-        out[1:-1, 1:-1] = places.reshape(self.nodes - 2, self.nodes - 2, 3)
-        return out
+    def compliance_among(self, near: np.ndarray) -> np.ndarray:
+        """(k, k) m/N: how far each of the inner nodes near (k,) gives way to a force on each of them."""
+        return self.compliance[np.ix_(near, near)].astype(float)

@@ -1,18 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How the objects move: poses between key points, and the height at which an object just touches the untouched pad."""
+"""How the objects move: poses between key points, at heights below that at which an object just touches the untouched skin."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .skin import Skin
 from .tools import Tool
 
 
 @dataclass(frozen=True)
 class Key:
-    """Where the tool stands at time t s: x, y m; press m below the height of first touch (negative: clear of the pad); yaw about z, roll
+    """Where the tool stands at time t s: x, y m; press m below the height of first touch (negative: clear of the skin); yaw about z, roll
     about x and pitch about y, rad (applied in the order roll, pitch, yaw)."""
 
     t: float
@@ -33,21 +34,6 @@ def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
     return turn_z @ turn_y @ turn_x
 
 
-def touching_height(distance, turn: np.ndarray, x: float, y: float, ball_centre: np.ndarray, ball_radius: float) -> float:
-    """Height z, m, of the tool's origin over the rim plane at which the tool, turned by turn (3, 3), just touches the resting pad.
-
-    The pad is part of a ball, and a tool touches a ball when its distance from the ball's centre is the ball's radius.
-    distance: of places (k, 3) in the tool's frame, m, exact outside the tool.
-    """
-    low, high = ball_centre[2] - ball_radius, ball_centre[2] + 3 * ball_radius
-    for _ in range(4):
-        heights = np.linspace(low, high, 40)
-        from_tool = ball_centre - np.stack([np.full(40, x), np.full(40, y), heights], axis=1)
-        inside = int(np.flatnonzero(distance(from_tool @ turn) < ball_radius)[-1])
-        low, high = heights[inside], heights[min(inside + 1, 39)]
-    return 0.5 * (low + high)
-
-
 @dataclass(frozen=True)
 class Pose:
     """The tool's place: origin (3,), m, and turn (3, 3), x_sensor = origin + turn @ x_tool."""
@@ -65,15 +51,15 @@ class Pose:
 
 
 class Motion:
-    """A tool's path through its keys. keys: two or more, in the order of time; the tool is there from the first to the last of them."""
+    """A tool's path over a skin, through its keys: two or more, in the order of time; the tool is there from the first to the last."""
 
-    def __init__(self, tool: Tool, keys: list[Key], ball_centre: np.ndarray, ball_radius: float):
+    def __init__(self, tool: Tool, keys: list[Key], skin: Skin):
         self.tool = tool
         self.times = np.array([key.t for key in keys])
         rows = []
         for key in keys:
             turn = attitude(key.yaw, key.roll, key.pitch)
-            height = touching_height(tool.distance, turn, key.x, key.y, ball_centre, ball_radius) - key.press
+            height = skin.touching_height(tool.distance, turn, key.x, key.y) - key.press
             rows.append([key.x, key.y, height, key.yaw, key.roll, key.pitch])
         self._rows = np.array(rows)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a state of membrane and tool to the truth of a frame."""
+"""From a state of skin and tool to the truth of a frame."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,18 +9,18 @@ import cv2
 import numpy as np
 
 from .camera import SimulatedCamera
-from .contact import MembraneState
-from .membrane import Membrane
-from .motion import Pose, touching_height
+from .contact import SkinState
+from .motion import Pose
 from .pattern import DotPattern
 from .region import Region, find_region
+from .skin import Skin
 from .tools import Tool
 from .truth import GROSS, INCIPIENT, NO_SLIP, NON_CONTACT, SLIPPING, STICKING, Touch, TruthFrame
 
 #: m/s: a point that moves slower than this over the tool sticks (10 um from frame to frame at 30 frames a second).
 SLIP_SPEED = 0.3e-3
-#: m: a dot nearer to the tool than this, inside the region, touches it.
-_DOT_ON_TOOL = 20e-6
+#: of the nodes' spacing: a dot nearer to the tool than this, inside the region, touches it.
+_DOT_ON_TOOL = 0.0237
 
 
 @dataclass
@@ -33,28 +33,28 @@ class Observation:
 
 
 class Observer:
-    """Sees dots and contact of one pad through one camera; interval: s between frames."""
+    """Sees dots and contact of one skin through one camera; interval: s between frames."""
 
-    def __init__(self, membrane: Membrane, pattern: DotPattern, camera: SimulatedCamera, interval: float):
-        self.membrane, self.pattern, self.camera, self.interval = membrane, pattern, camera, interval
-        self._ids = np.arange(pattern.rows * pattern.columns)
+    def __init__(self, skin: Skin, pattern: DotPattern, camera: SimulatedCamera, interval: float):
+        self.skin, self.pattern, self.camera, self.interval = skin, pattern, camera, interval
+        self._ids = pattern.numbers
         self.untouched = self._observe_untouched()
         self._before = None
 
     def _observe_untouched(self) -> Observation:
-        """The resting pad: one observation for all frames without contact."""
-        places, uv, spread = self.pattern.seen(self.membrane.rest, self.camera)
-        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.membrane.pressure)
-        return Observation(self.membrane.rest, spread, truth)
+        """The resting skin: one observation for all frames without contact."""
+        places, uv, spread = self.pattern.seen(self.skin.rest, self.camera)
+        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure)
+        return Observation(self.skin.rest, spread, truth)
 
-    def observe(self, state: MembraneState, tool: Tool, before: Pose, now: Pose) -> Observation:
+    def observe(self, state: SkinState, tool: Tool, before: Pose, now: Pose) -> Observation:
         """The truth of a state under a tool that moved from the pose before (a frame ago) to the pose now."""
-        region = find_region(self.membrane, state, tool, now) if len(state.touching) else None
+        region = find_region(self.skin, state, tool, now) if len(state.touching) else None
         if region is None:
             self._before = None
             return self.untouched
-        places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: _off_tool(p, tool, now))
-        nodes = state.shape.reshape(-1, 3)[self.membrane.inner][state.touching]
+        places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
+        nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
         touching = self._touching_dots(places, region, tool, now)
         way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
         states = self._states(touching, way_of_dots)
@@ -69,12 +69,12 @@ class Observer:
     def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
         """(K,) bool: the dot lies in the region and on the tool."""
         full = self.pattern.sampler.linear @ region.fullness.ravel()
-        return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL)
+        return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL * self.skin.spacing)
 
-    def _ways_over_tool(self, places, touching, nodes, state: MembraneState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    def _ways_over_tool(self, places, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
         """Ways (K, 3) of dots and (m, 3) of touching nodes along the tool since the last frame, in its frame, m; NaN for those that do not
         touch or have only just met it."""
-        dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.membrane.inner.sum(), 3), np.nan)
+        dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.skin.inner.sum(), 3), np.nan)
         dots_on_tool[touching] = pose.to_tool(places[touching])
         nodes_on_tool[state.touching] = pose.to_tool(nodes)
         last = self._before or (np.full_like(dots_on_tool, np.nan), np.full_like(nodes_on_tool, np.nan))
@@ -97,10 +97,10 @@ class Observer:
             radius = np.sqrt(truth.area / np.pi)
             truth.velocity, truth.rotation_center = _twist_in_plane(nodes[slipping], -way[slipping] / self.interval, truth.normal, radius)
 
-    def _touches(self, state: MembraneState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
+    def _touches(self, state: SkinState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
         """One Touch for each part of the tool that touches."""
         part_of_node = tool.part_distances(pose.to_tool(nodes)).argmin(axis=0)
-        areas = self.membrane.area_vectors(state.shape)[self.membrane.inner][state.touching]
+        areas = self.skin.area_vectors(state.shape)[self.skin.inner][state.touching]
         touches = []
         for part in np.unique(part_of_node):
             mine = part_of_node == part
@@ -108,12 +108,12 @@ class Observer:
             normal = normal / np.linalg.norm(normal)
             centre = pose.to_sensor(np.asarray(tool.places[part]))
             position = region.centroid if tool.tip_radius is None else centre - [0, 0, tool.tip_radius]
-            touching = touching_height(tool.parts[part], pose.turn, centre[0], centre[1], self.membrane.centre, self.membrane.radius)
+            touching = self.skin.touching_height(tool.parts[part], pose.turn, centre[0], centre[1])
             touches.append(Touch(position, normal, float(touching - centre[2]), float(-(state.force[mine] @ normal).sum())))
         return touches
 
 
-def _off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
+def off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
     """Places (K, 3), m, those that interpolation between nodes has put inside the tool moved to its surface."""
     gap = tool.distance(pose.to_tool(places))
     inside = np.flatnonzero(gap < 0)

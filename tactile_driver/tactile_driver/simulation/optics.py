@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .camera import NATIVE_WIDTH, SimulatedCamera
+from .camera import SimulatedCamera
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,10 @@ class Lighting:
     gloss_width: float = 0.007
     largest_spot: float = 8.0
 
+    def seen_by(self, camera: SimulatedCamera, blur: float) -> Illumination:
+        """What the skin under this light sends into the camera; blur: px, standard deviation of the lens's spot."""
+        return Illumination(camera, self, blur)
+
 
 def lamp_places(lighting: Lighting) -> np.ndarray:
     """(L, 3) m."""
@@ -53,7 +57,7 @@ class Illumination:
 
     def __init__(self, camera: SimulatedCamera, lighting: Lighting, blur: float):
         self._lighting, self._blur = lighting, blur
-        self._largest_spot = lighting.largest_spot * camera.width / NATIVE_WIDTH
+        self._largest_spot = lighting.largest_spot * camera.scale
         self._sources = np.concatenate([camera.centre[None], lamp_places(lighting)])
         self._absorption = np.asarray(lighting.absorption, np.float32)
         self._gain = np.asarray(lighting.gain, np.float32)
@@ -106,9 +110,9 @@ class Illumination:
         return uv[row, column] + (pixel @ step)[..., 0], np.linalg.inv(blurred), peak
 
 
-def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The lens's fall-off (rows, columns) towards the corners: cos^4 and a little more from its stops."""
+def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray, power: float, stop: float) -> np.ndarray:
+    """The lens's fall-off (rows, columns) towards the corners: the power of the cosine (4 without correction), and stop from its stops."""
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     a, b = np.meshgrid((columns - camera.matrix[0, 2]) / fx, (rows - camera.matrix[1, 2]) / fy)
     r2 = a * a + b * b
-    return (1 / (1 + r2)**2 * (1 - 0.35 * r2)).astype(np.float32)
+    return ((1 + r2)**(-power / 2) * (1 - stop * r2)).astype(np.float32)

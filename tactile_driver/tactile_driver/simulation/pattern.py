@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The dots painted on the inside of the membrane, and where they are on a deformed one."""
+"""The dots painted on the inside of a skin, and where they are on a deformed one."""
 from __future__ import annotations
 
 from typing import Callable
@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from .camera import SimulatedCamera
-from .membrane import Membrane
+from .skin import Skin
 
 
 def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,24 +54,17 @@ class SurfaceSampler:
 
 
 class DotPattern:
-    """rows x columns round dots, painted by hand: a bit off in place and size.
+    """Round dots on the inside of a skin.
 
-    They stand at equal steps in the picture of the resting pad, pitch px of the native picture apart.
-    Attributes: radius (K,) m; sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular
-    directions on the resting skin.
+    places: (K, 3), m, on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 where there is none.
+    Attributes, besides: sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting
+    skin.
     """
 
-    def __init__(self, membrane: Membrane, camera: SimulatedCamera, rng: np.random.Generator, rows: int = 23, columns: int = 23):
-        self.rows, self.columns = rows, columns
-        pitch, jitter, radius, spread = 18.8, 0.055e-3, 0.40e-3, 0.05
-        v, u = np.mgrid[:rows, :columns].reshape(2, -1)
-        slope = np.stack([(u - (columns - 1) / 2) * pitch / 688, (v - (rows - 1) / 2) * pitch / 688, np.ones(u.size)], axis=1)
-        rays = slope / np.linalg.norm(slope, axis=1, keepdims=True)
-        places = membrane.seen_at_rest(np.array([0, 0, -0.040]), rays)
-        places += rng.normal(0, jitter, places.shape)
-        self.sampler = SurfaceSampler(membrane.square_of_dome(places), membrane.nodes)
-        self.radius = radius * (1 + spread * np.clip(rng.standard_normal(u.size), -2.5, 2.5))
-        self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(membrane.rest))[1])
+    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
+        self.radius, self.numbers, self.rows, self.columns = radius, numbers, rows, columns
+        self.sampler = SurfaceSampler(skin.square_of(places), skin.nodes)
+        self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(skin.rest))[1])
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
         """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture.
@@ -83,3 +76,8 @@ class DotPattern:
             places = correct(places)
         uv, slope = camera.project_with_slope(places)
         return places, uv, slope @ self.sampler.tangents(shape) @ self.painted
+
+
+def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Radii (count,), m, about one radius, m, with a relative standard deviation spread: no two dots are painted alike."""
+    return radius * (1 + spread * np.clip(rng.standard_normal(count), -2.5, 2.5))

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from .contact import MembraneState
-from .membrane import Membrane, cross
+from .contact import SkinState
 from .motion import Pose
+from .skin import Skin, cross
 from .tools import Tool
 
 _FINE = 4
-#: m: the skin counts as lying on the tool within this.
-_ON_TOOL = 20e-6
-_GAP_SCALE = 60e-6
+#: of the nodes' spacing: the skin counts as lying on the tool within the first of these; the second makes a number of the gap.
+_ON_TOOL, _GAP_SCALE = 0.0237, 0.0713
 
 
 @dataclass
@@ -38,22 +37,22 @@ def _between(count: int) -> np.ndarray:
     return np.maximum(1 - np.abs(at[:, None] - np.arange(count)), 0)
 
 
-def fullness_of(membrane: Membrane, state: MembraneState, tool: Tool) -> np.ndarray:
+def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
     """(n, n): each node's contact pressure over the pressure that is usual in the contact, 0 to 1.
 
-    A flat face is pressed by the water alone; a round tip adds the skin's tension, the same everywhere, so the median is usual there.
+    A flat face is pressed by the fluid alone; a round tip adds the skin's tension, the same everywhere, so the median is usual there.
     """
-    areas = membrane.area_vectors(state.shape)[membrane.inner][state.touching]
+    areas = skin.area_vectors(state.shape)[skin.inner][state.touching]
     pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
     usual = state.pressure if tool.tip_radius is None or not len(pressed) else max(np.median(pressed), state.pressure)
-    inner = np.zeros(membrane.inner.sum())
+    inner = np.zeros(skin.inner.sum())
     inner[state.touching] = np.clip(pressed / usual, 0, 1)
-    return np.pad(inner.reshape(membrane.nodes - 2, -1), 1)
+    return np.pad(inner.reshape(skin.nodes - 2, -1), 1)
 
 
-def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose) -> Region | None:
+def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region | None:
     """The region that the tool touches in this state; None where that is nothing."""
-    fullness = fullness_of(membrane, state, tool)
+    fullness = fullness_of(skin, state, tool)
     rows, columns = np.nonzero(fullness)
     if not len(rows):
         return None
@@ -65,7 +64,7 @@ def find_region(membrane: Membrane, state: MembraneState, tool: Tool, pose: Pose
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A line of contact narrower than a cell presses on every other node only: close it along its way.
     full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
-    outside = np.maximum(0.5 - full, (gap - _ON_TOOL) / _GAP_SCALE)
+    outside = np.maximum(0.5 - full, (gap / skin.spacing - _ON_TOOL) / _GAP_SCALE)
     return _measure(places, outside, fullness)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of the pad's inside: light on a coarse grid, dots with exact soft edges, noise of the sensor."""
+"""The picture of a skin's inside: light on a coarse grid, dots with exact soft edges, noise of the sensor."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from .camera import NATIVE_WIDTH, SimulatedCamera
-from .membrane import Membrane
-from .optics import Illumination, Lighting, vignette
+from .camera import SimulatedCamera
+from .optics import vignette
+from .skin import Skin
 
 #: px: light is worked out once for each cell of this size; it changes slowly, only dots, spots and the rim are sharp.
 _CELL = 4
@@ -24,29 +24,33 @@ _STEP_WIDTH = 5**0.5
 
 @dataclass(frozen=True)
 class Imaging:
-    """The camera's imperfections, for the native 640 px width.
+    """The camera's imperfections, in its native picture.
 
     blur: px, standard deviation of the lens's spot; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: share of
-    light that a dot swallows; housing: grey level of what surrounds the pad.
+    light that a dot swallows, B, G, R or one for all, below 0 where it is brighter than the skin; housing: grey level of what surrounds
+    the skin; cosine, stop: of the lens's fall-off towards the corners (optics.vignette).
     """
 
     blur: float = 0.8
     read_noise: float = 0.8
     shot_noise: float = 0.016
-    ink: float = 0.86
+    ink: float | tuple = 0.86
     housing: float = 3.0
+    cosine: float = 4.0
+    stop: float = 0.35
 
 
 class Renderer:
-    """Draws shapes of one membrane. seed: of the noise, which is another for each frame number."""
+    """Draws shapes of one skin. lighting: optics.Lighting or another that can be seen_by a camera; seed: of the noise, which is another for
+    each frame number."""
 
-    def __init__(self, membrane: Membrane, camera: SimulatedCamera, lighting: Lighting, imaging: Imaging, seed: int):
-        self.membrane, self.camera, self.imaging = membrane, camera, imaging
+    def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
+        self.skin, self.camera, self.imaging = skin, camera, imaging
         self._seed = seed
-        self._spread = np.sqrt((imaging.blur * camera.width / NATIVE_WIDTH)**2 + _PIXEL_VARIANCE)
-        self._illumination = Illumination(camera, lighting, self._spread)
+        self._spread = np.sqrt((imaging.blur * camera.scale)**2 + _PIXEL_VARIANCE)
+        self._illumination = lighting.seen_by(camera, self._spread)
         self._set_up_cells()
-        self._pad = self._pad_cover()
+        self._inside = self._skin_cover()
         shape = (camera.height, camera.width, 3)
         self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
         self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -58,9 +62,9 @@ class Renderer:
         noise; None for a picture without noise.
         """
         light, spots = self._cell_light(shape.astype(np.float32))
-        passed = self._passed(uv, spread, radius)
+        cover = self._cover(uv, spread, radius)
         cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
-        cv2.multiply(self._picture, cv2.merge([passed, passed, passed], self._work), dst=self._picture)
+        cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
         self._add_spots(self._picture, *spots)
         return self._expose(number)
 
@@ -77,16 +81,16 @@ class Renderer:
         return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
 
     def _set_up_cells(self):
-        """For the resting pad: which grid place of the skin each wide cell sees, and how that moves with the picture."""
-        camera, n = self.camera, self.membrane.nodes
+        """For the resting skin: which grid place of the skin each wide cell sees, and how that moves with the picture."""
+        camera, n = self.camera, self.skin.nodes
         columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
-        hit = self.membrane.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
-        square = np.clip(self.membrane.square_of_dome(hit).reshape(self._goal.shape), -1, 1)
+        hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
+        square = np.clip(self.skin.square_of(hit).reshape(self._goal.shape), -1, 1)
         self._rest_place = ((square + 1) * (n - 1) / 2).astype(np.float32)
         self._steer_down, self._steer_across = np.gradient(self._rest_place, _WIDE_CELL, axis=(0, 1))
         columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
-        self._fall_off = vignette(camera, columns, rows)[..., None]
+        self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
         """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
@@ -95,15 +99,21 @@ class Renderer:
         for _ in range(_INVERSE_STEPS):
             off = self._goal - _look_up(seen, place)
             place = place + off[..., :1] * self._steer_across + off[..., 1:] * self._steer_down
-            np.clip(place, 0, self.membrane.nodes - 1, out=place)
-        normals = self.membrane.area_vectors(shape).reshape(shape.shape)
+            np.clip(place, 0, self.skin.nodes - 1, out=place)
+        normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
         light, spots = self._illumination.look(shape, normals, seen)
         place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
-    def _passed(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Share (height, width) of each pixel's light that the housing and the dots leave, as the blurred lens sees it."""
+    def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
+        """Shares (height, width) of each channel's light that the housing and the dots leave, from the dots' cover (height, width)."""
+        inks = np.broadcast_to(self.imaging.ink, 3).tolist()
+        passed = {ink: cv2.multiply(1 - np.float32(ink) * cover, self._inside) for ink in set(inks)}
+        return [passed[ink] for ink in inks]
+
+    def _cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Share (height, width) of each pixel that dots cover, as the blurred lens sees it."""
         camera = self.camera
         size = np.einsum('kij,kij->k', spread, spread)
         largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
@@ -121,10 +131,7 @@ class Renderer:
             places.append((starts[some, None] + (steps[:, None] * wide + steps).ravel()).ravel())
         total = np.bincount(np.concatenate(places), np.concatenate(covers), wide * (camera.height + 2 * margin)).reshape(-1, wide)
         total = total[margin:-margin, margin:-margin].astype(np.float32)
-        np.minimum(total, 1, out=total)
-        total *= -self.imaging.ink
-        total += 1
-        return cv2.multiply(total, self._pad, dst=total)
+        return np.minimum(total, 1, out=total)
 
     def _dot_patches(self, off: np.ndarray, spread: np.ndarray, radius: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Cover (k, s, s) of dots, 0 to 1, at pixel steps (s,) about pixels that lie off (k, 2) px from the dots' centres.
@@ -155,19 +162,17 @@ class Renderer:
             patch = picture[box]
             x, y = np.arange(patch.shape[1]) + left - u, np.arange(patch.shape[0])[:, None] + top - v
             shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
-            patch += (shine * self._pad[box])[..., None].astype(np.float32)
+            patch += (shine * self._inside[box])[..., None].astype(np.float32)
 
-    def _pad_cover(self) -> np.ndarray:
-        """Share (height, width) of each pixel that shows the pad and not its housing."""
+    def _skin_cover(self) -> np.ndarray:
+        """Share (height, width) of each pixel that shows the skin and not its housing."""
         camera, fine = self.camera, 4
-        angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
-        rim = self.membrane.rest[0, self.membrane.nodes // 2, 1]
-        circle = camera.project(np.stack([rim * np.cos(angle), rim * np.sin(angle), np.zeros_like(angle)], axis=1))
+        border = camera.project(self.skin.rim(720))
         cover = np.zeros((camera.height * fine, camera.width * fine), np.float32)
-        points = np.round(((circle + 0.5) * fine - 0.5) * 16).astype(np.int32)
+        points = np.round(((border + 0.5) * fine - 0.5) * 16).astype(np.int32)
         cv2.fillPoly(cover, [points.reshape(-1, 1, 2)], 1.0, cv2.LINE_8, 4)
         cover = cv2.resize(cover, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
-        return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.width / NATIVE_WIDTH)
+        return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.scale)
 
 
 def _look_up(grid: np.ndarray, place: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:

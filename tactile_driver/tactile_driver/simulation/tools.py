@@ -7,6 +7,7 @@ A tool's frame has its origin in the middle of the face, on the ridge, or in the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Callable
 
 import numpy as np
@@ -54,13 +55,6 @@ def edge(p: np.ndarray, half_length: float = 0.0110, half_angle: float = 0.85, r
     return np.minimum(np.maximum(wedge, ends), 0) + np.hypot(np.maximum(wedge, 0), np.maximum(ends, 0))
 
 
-_SMALL_RADIUS = 0.0045
-
-
-def _small_sphere(p: np.ndarray) -> np.ndarray:
-    return sphere(p, _SMALL_RADIUS)
-
-
 @dataclass(frozen=True)
 class Tool:
     """One rigid object of one or more parts.
@@ -90,13 +84,27 @@ class Tool:
         return values[0], slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-300)
 
 
+def _balls(name: str, radius: float, *places: tuple) -> Tool:
+    """One ball of radius m, or several whose centres stand at places (3,), m."""
+    places = places or ((0.0, 0.0, 0.0),)
+    return Tool(name, (partial(sphere, radius=radius),) * len(places), places, radius)
+
+
+def _pair(name: str, radius: float, apart: float) -> Tool:
+    """Two balls of radius m, apart m from each other along x."""
+    return _balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0))
+
+
 TOOLS = {tool.name: tool for tool in (
     Tool('rectangle', (block,)),
     Tool('disc', (disc,)),
     Tool('ring', (ring,)),
-    Tool('sphere', (sphere,), tip_radius=0.0080),
+    _balls('sphere', 0.0080),
     Tool('prism', (edge,)),
-    Tool('two_spheres', (_small_sphere, _small_sphere), ((-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)), _SMALL_RADIUS),
+    _balls('two_spheres', 0.0045, (-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)),
+    *(_balls(f'ball_{mm}mm', mm * 1e-3) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
+    *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),
+    *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),
 )}
 
 

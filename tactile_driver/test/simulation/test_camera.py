@@ -4,14 +4,14 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.camera import mounted_camera
+from tactile_driver.simulation.touchpad import touchpad_camera
 
 PLACES = np.array([[0.0, 0, 0.013], [0.01, 0.004, 0.008], [-0.012, 0.013, 0.004], [0.004, -0.015, 0.006]])
 
 
 @pytest.fixture
 def camera():
-    return mounted_camera()
+    return touchpad_camera()
 
 
 def test_projection_agrees_with_opencv(camera):
@@ -39,5 +39,5 @@ def test_camera_looks_out_with_u_along_x_and_v_along_y(camera):
 
 
 def test_half_the_pixels_show_the_same_view(camera):
-    small = mounted_camera(320, 240)
+    small = touchpad_camera(320)
     np.testing.assert_allclose((small.project(PLACES) + 0.5) * 2 - 0.5, camera.project(PLACES), atol=1e-9)

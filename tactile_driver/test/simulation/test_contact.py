@@ -18,7 +18,7 @@ def membrane():
 
 def play(membrane, name, keys, until, rate=30):
     """The contact after the tool has gone through keys until a time, and the last pose."""
-    motion = Motion(tool_named(name), keys, membrane.centre, membrane.radius)
+    motion = Motion(tool_named(name), keys, membrane)
     contact = FrictionalContact(membrane, FRICTION)
     times = np.arange(keys[0].t, until + 1e-9, 1 / rate)
     for before, now in zip(times[:-1], times[1:]):
@@ -80,7 +80,7 @@ def test_a_short_drag_sticks(membrane):
     middle = contact.state.touching[np.linalg.norm(first[contact.state.touching, :2], axis=1) < 0.003]
     later, _, _ = play(membrane, 'rectangle', keys, 1.4)
     moved = later.state.shape.reshape(-1, 3)[membrane.inner][middle] - first[middle]
-    motion = Motion(tool, keys, membrane.centre, membrane.radius)
+    motion = Motion(tool, keys, membrane)
     way = motion.pose(42 / 30).origin[0] - motion.pose(27 / 30).origin[0]
     np.testing.assert_allclose(moved[:, 0], way, atol=3e-6)
 

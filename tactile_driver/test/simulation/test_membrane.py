@@ -57,7 +57,7 @@ def test_compliance_is_what_the_skin_gives(membrane):
 
 def test_material_places_are_found_again(membrane):
     square = np.random.default_rng(5).uniform(-0.95, 0.95, (50, 2))
-    np.testing.assert_allclose(membrane.square_of_dome(membrane.dome(square)), square, atol=1e-9)
+    np.testing.assert_allclose(membrane.square_of(membrane.surface(square)), square, atol=1e-9)
 
 
 def test_a_ray_meets_the_resting_skin(membrane):

@@ -4,13 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.camera import mounted_camera
 from tactile_driver.simulation.contact import FrictionalContact
 from tactile_driver.simulation.membrane import Membrane
 from tactile_driver.simulation.motion import Key, Motion
 from tactile_driver.simulation.observe import SLIP_SPEED, Observer
-from tactile_driver.simulation.pattern import DotPattern
 from tactile_driver.simulation.tools import tool_named
+from tactile_driver.simulation.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, NON_CONTACT, SLIPPING, STICKING
 
 FRICTION, RATE = 0.35, 30
@@ -18,10 +17,10 @@ FRICTION, RATE = 0.35, 30
 
 def run(name, keys):
     """Truths, states and poses of a tool that goes through keys, frame by frame."""
-    membrane, camera = Membrane(nodes=49), mounted_camera()
-    motion = Motion(tool_named(name), keys, membrane.centre, membrane.radius)
+    membrane, camera = Membrane(nodes=49), touchpad_camera()
+    motion = Motion(tool_named(name), keys, membrane)
     contact = FrictionalContact(membrane, FRICTION)
-    observer = Observer(membrane, DotPattern(membrane, camera, np.random.default_rng(0)), camera, 1 / RATE)
+    observer = Observer(membrane, touchpad_dots(membrane, np.random.default_rng(0)), camera, 1 / RATE)
     out = []
     for k in range(int(keys[0].t * RATE), int(keys[-1].t * RATE)):
         before, now = motion.pose(k / RATE), motion.pose((k + 1) / RATE)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.camera import mounted_camera
+from tactile_driver.simulation.touchpad import touchpad_camera
 from tactile_driver.simulation.membrane import Membrane
 from tactile_driver.simulation.optics import Illumination, Lighting, lamp_places, vignette
 
@@ -17,7 +17,7 @@ def membrane():
 
 def look(membrane, lighting, flatten=0.0):
     """Light and spots of the resting skin, or of one lowered by flatten m in the middle."""
-    camera = mounted_camera()
+    camera = touchpad_camera()
     shape = membrane.rest.copy()
     shape[..., 2] -= flatten * np.exp(-(shape[..., 0]**2 + shape[..., 1]**2) / 0.006**2)
     normals = membrane.area_vectors(shape).reshape(shape.shape)
@@ -50,7 +50,7 @@ def test_light_decays_by_beer_and_lambert(membrane):
 def test_each_lamp_has_its_mirror_image_on_the_resting_skin(membrane):
     lighting = Lighting()
     _, (place, form, peak) = look(membrane, lighting)
-    camera = mounted_camera()
+    camera = touchpad_camera()
     strong = peak > 20
     assert strong.sum() == lighting.lamps == len(lamp_places(lighting))
     distance = np.linalg.norm(place[strong] - camera.project(np.array([0, 0, 0.013])), axis=1)
@@ -61,8 +61,8 @@ def test_each_lamp_has_its_mirror_image_on_the_resting_skin(membrane):
 
 
 def test_vignette_is_darkest_in_the_corners():
-    camera = mounted_camera()
-    fall_off = vignette(camera, np.arange(640), np.arange(480))
+    camera = touchpad_camera()
+    fall_off = vignette(camera, np.arange(640), np.arange(480), 4.0, 0.35)
     assert fall_off.max() == pytest.approx(1, abs=1e-4)
     corners = fall_off[[0, 0, -1, -1], [0, -1, 0, -1]]
     assert fall_off.min() == corners.min() and (0.4 < corners).all() and (corners < 0.6).all()

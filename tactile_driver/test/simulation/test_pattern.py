@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.camera import mounted_camera
+from tactile_driver.simulation.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.membrane import Membrane
-from tactile_driver.simulation.pattern import DotPattern, SurfaceSampler
+from tactile_driver.simulation.pattern import SurfaceSampler
 
 
 @pytest.fixture(scope='module')
@@ -15,22 +15,22 @@ def membrane():
 
 @pytest.fixture(scope='module')
 def pattern(membrane):
-    return DotPattern(membrane, mounted_camera(), np.random.default_rng(4))
+    return touchpad_dots(membrane, np.random.default_rng(4))
 
 
 def test_sampler_finds_places_and_tangents_on_the_resting_skin(membrane):
     square = np.random.default_rng(0).uniform(-0.85, 0.85, (100, 2))
     sampler = SurfaceSampler(square, membrane.nodes)
-    np.testing.assert_allclose(sampler.places(membrane.rest), membrane.dome(square), atol=3e-6)
+    np.testing.assert_allclose(sampler.places(membrane.rest), membrane.surface(square), atol=3e-6)
     step = 1e-4
     for axis in (0, 1):
         shift = np.eye(2)[axis] * step
-        slope = (membrane.dome(square + shift) - membrane.dome(square - shift)) / (2 * step) * 2 / (membrane.nodes - 1)
+        slope = (membrane.surface(square + shift) - membrane.surface(square - shift)) / (2 * step) * 2 / (membrane.nodes - 1)
         np.testing.assert_allclose(sampler.tangents(membrane.rest)[:, :, axis], slope, atol=2e-5)
 
 
 def test_529_dots_stand_in_rows_and_columns_inside_the_picture(membrane, pattern):
-    camera = mounted_camera()
+    camera = touchpad_camera()
     places, uv, _ = pattern.seen(membrane.rest, camera)
     assert uv.shape == (529, 2) and (pattern.rows, pattern.columns) == (23, 23)
     assert uv.min() > 8 and (uv < [632, 472]).all()
@@ -43,7 +43,7 @@ def test_529_dots_stand_in_rows_and_columns_inside_the_picture(membrane, pattern
 
 def test_dots_are_painted_by_hand(membrane, pattern):
     assert 0.012e-3 < pattern.radius.std() < 0.03e-3 and pattern.radius.mean() == pytest.approx(0.40e-3, rel=0.02)
-    other = DotPattern(membrane, mounted_camera(), np.random.default_rng(5))
+    other = touchpad_dots(membrane, np.random.default_rng(5))
     off = pattern.sampler.places(membrane.rest) - other.sampler.places(membrane.rest)
     assert 0.05e-3 < off[:, 0].std() < 0.12e-3
 
@@ -54,7 +54,7 @@ def test_painted_disc_keeps_its_size_on_the_resting_skin(membrane, pattern):
 
 
 def test_places_may_be_corrected_before_they_are_seen(membrane, pattern):
-    camera = mounted_camera()
+    camera = touchpad_camera()
     places, uv, _ = pattern.seen(membrane.rest, camera, lambda p: p + [1e-4, 0, 0])
     np.testing.assert_allclose(uv, camera.project(places))
     np.testing.assert_allclose(places, pattern.sampler.places(membrane.rest) + [1e-4, 0, 0])

@@ -17,7 +17,7 @@ def membrane():
 
 def pressed(membrane, name, depth, x=0.0):
     """State, tool and pose of a tool that was pressed straight down."""
-    motion = Motion(tool_named(name), [Key(0, x=x, press=0), Key(0.5, x=x, press=depth)], membrane.centre, membrane.radius)
+    motion = Motion(tool_named(name), [Key(0, x=x, press=0), Key(0.5, x=x, press=depth)], membrane)
     contact = FrictionalContact(membrane, 0.4)
     for k in range(15):
         state = contact.step(motion.tool, motion.pose(k / 30), motion.pose((k + 1) / 30))

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.camera import mounted_camera
+from tactile_driver.simulation.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.membrane import Membrane
 from tactile_driver.simulation.optics import Lighting
-from tactile_driver.simulation.pattern import DotPattern
 from tactile_driver.simulation.rendering import Imaging, Renderer
 
 MATT = replace(Lighting(), gloss=0.0)
@@ -21,8 +20,8 @@ def membrane():
 
 def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, ink=True):
     """A picture of the resting pad and its dots' places."""
-    camera = mounted_camera(width, width * 3 // 4)
-    pattern = DotPattern(membrane, camera, np.random.default_rng(0))
+    camera = touchpad_camera(width)
+    pattern = touchpad_dots(membrane, np.random.default_rng(0))
     _, uv, spread = pattern.seen(membrane.rest, camera)
     imaging = imaging if ink else replace(imaging, ink=0.0)
     return Renderer(membrane, camera, lighting, imaging, 0).draw(membrane.rest, uv, spread, pattern.radius, number), uv

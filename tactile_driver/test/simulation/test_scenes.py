@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.scenes import SCENES, UNTOUCHED, open_scene
+from tactile_driver.simulation.scenes import SCENES, open_scene
+from tactile_driver.simulation.specimen import UNTOUCHED
 from tactile_driver.simulation.truth import GROSS, INCIPIENT
 
 

@@ -1,0 +1,54 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The light of a sensor that is dark and empty inside: a few LEDs, uneven over the skin."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .camera import SimulatedCamera
+
+_NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
+
+
+@dataclass(frozen=True)
+class Lamps:
+    """LEDs in air before a matt skin.
+
+    places: ((x, y, z), ...) m; powers: grey levels of a white skin that each lights squarely from reach m; scattered: grey levels of a
+    white skin under what light goes astray; colour: of the skin between its dots, B, G, R, 0 to 1; exposure: factor on everything.
+    """
+
+    places: tuple
+    powers: tuple
+    reach: float
+    scattered: float
+    colour: tuple
+    exposure: float = 0.8
+
+    def seen_by(self, camera: SimulatedCamera, blur: float) -> LampLight:
+        """What the skin sends into a camera; matt, it looks alike from everywhere."""
+        return LampLight(self)
+
+
+class LampLight:
+    """The light from a matt skin under lamps."""
+
+    def __init__(self, lamps: Lamps):
+        self._lamps = lamps
+        self._places = np.array(lamps.places, np.float32)
+        self._colour = np.array(lamps.colour, np.float32) * np.float32(lamps.exposure)
+
+    def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3) with outward unit normals (n, n, 3); and no mirror spots.
+
+        Lambert's cosine and fall-off with the square of the distance.
+        """
+        level = np.full(shape.shape[:2], self._lamps.scattered, np.float32)
+        for place, power in zip(self._places, self._lamps.powers):
+            arm = place - shape
+            square = np.einsum('...i,...i->...', arm, arm)
+            facing = np.maximum(-np.einsum('...i,...i->...', arm, normals), 0)
+            level += np.float32(power * self._lamps.reach**2) * facing / square**1.5
+        return level[..., None] * self._colour, _NO_SPOTS
