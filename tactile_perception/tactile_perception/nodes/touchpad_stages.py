@@ -5,69 +5,47 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import Image
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ..calibration.files import read_calibration
 from ..calibration.touchpad_file import read_touchpad
 from ..camera import CameraModel
 from ..errors import BadFrame
-from ..pipeline.clock import StampClock
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
 from ..pipeline.sensor import Touchpad
 from . import conversions as convert
+from .camera_side import CameraSide, Matrices
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 
 
-class _WithCamera:
-    """A stage that begins once the camera is known, and anew when another camera_info comes."""
+class _TouchpadSide(CameraSide):
+    """What dots and contact share."""
 
     def __init__(self, values: Mapping):
+        super().__init__(values)
         self.sensor = Touchpad.from_parameters(values)
-        self.values = values
-        self.calibration = read_calibration(values['calibration'], 'touchpad') if values['calibration'] else None
-        self.stage = None
-        self._camera, self._size = None, (0, 0)
-        self._model: CameraModel | None = None
-        self._clock = StampClock()
+        places = self.sensor.cap is not None and values['calibration']
+        self.calibration = read_calibration(values['calibration'], 'touchpad') if places else None
 
     @property
-    def needs_camera(self) -> bool:
-        """Whether messages have to wait for a camera_info: none has come, and places in 3D need it."""
-        return self._camera is None and self.stage is None and self.sensor.cap is not None
+    def needs_places(self) -> bool:
+        """Whether dots are to have places in 3D."""
+        return self.sensor.cap is not None
 
-    def on_camera_info(self, message: CameraInfo) -> None:
-        """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
-        key = (tuple(message.k), tuple(message.d), message.distortion_model, message.width, message.height)
-        if key != self._camera:
-            matrices = convert.camera_matrices(message)
-            self._model = self.sensor.camera(*matrices) if matrices else None
-            self.stage = self.make_stage(self._model, (message.width, message.height))
-            self._camera, self._size = key, (message.width, message.height)
-
-    def stamp_of(self, message: Image | DotTracks) -> float:
-        """The message's stamp, s; the stage begins anew where stamps do. Raises ClockSetBack for the first that went back."""
-        stamp_s = convert.stamp_seconds(message.header)
-        if self._clock.begins_anew(stamp_s):
-            self.stage = self.make_stage(self._model, self._size if self._camera else None)
-        return stamp_s
-
-    def check_size(self, image: np.ndarray) -> None:
-        """Raise BadFrame where an image (H, W, ...) is not of the size, px, that camera_info is for (0 x 0: it does not say)."""
-        if any(self._size) and image.shape[1::-1] != self._size:
-            found, told = (f'{width} x {height} px' for width, height in (image.shape[1::-1], self._size))
-            raise BadFrame(f'image is {found}, camera_info is for {told}; places in 3D would be wrong: publish camera_info of this size')
+    def _model(self, matrices: Matrices | None) -> CameraModel | None:
+        return self.sensor.camera(*matrices) if matrices else None
 
 
-class DotMessages(_WithCamera):
+class DotMessages(_TouchpadSide):
     """image_raw -> dots; values: of DOT_PARAMETERS."""
 
-    def make_stage(self, camera: CameraModel | None, size: tuple[int, int] | None):
-        """The stage for a camera (None: not calibrated, so no places in 3D) with images of size (width, height) px."""
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """See CameraSide; without a camera dots have no places in 3D."""
+        camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water)
 
@@ -96,11 +74,12 @@ class DotMessages(_WithCamera):
         return convert.tracks_to_message(tracks, message.header)
 
 
-class ContactMessages(_WithCamera):
+class ContactMessages(_TouchpadSide):
     """dots -> contact_region, contacts, slip, wrench; values: of REGION_PARAMETERS."""
 
-    def make_stage(self, camera: CameraModel | None, size: tuple[int, int] | None):
-        """The stage for a camera; none where it is not calibrated."""
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """See CameraSide; none where the camera is not calibrated."""
+        camera = self._model(matrices)
         return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 
     def on_dots(self, message: DotTracks) -> dict[str, object]:

@@ -1,0 +1,65 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the stages of all camera sensors share on the side of messages: the camera, the clock, and when a stage begins anew."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from sensor_msgs.msg import CameraInfo, Image
+from tactile_msgs.msg import DotTracks
+
+from ..errors import BadFrame
+from ..pipeline.clock import StampClock
+from . import conversions as convert
+
+Matrices = tuple[np.ndarray, np.ndarray]  # K (3, 3) and distortion (5,)
+
+
+class CameraSide:
+    """A stage that begins once the camera is known, and anew when another camera_info comes.
+
+    values: of the node's parameters. Subclasses say in make_stage what the stage is, and in needs_camera whether it can do without.
+    """
+
+    def __init__(self, values: Mapping):
+        self.values = values
+        self.stage = None
+        self._camera, self._size = None, (0, 0)
+        self._matrices: Matrices | None = None
+        self._clock = StampClock()
+
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """The stage for a camera (None: not calibrated) with images of size (width, height) px; None where there can be none."""
+        raise NotImplementedError
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether the stage works only with a camera."""
+        raise NotImplementedError
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether messages have to wait for a camera_info: none has come, and the stage cannot do without."""
+        return self._camera is None and self.stage is None and self.needs_places
+
+    def on_camera_info(self, message: CameraInfo) -> None:
+        """Take the camera's K and distortion. Raises BadFrame where they cannot be used."""
+        key = (tuple(message.k), tuple(message.d), message.distortion_model, message.width, message.height)
+        if key != self._camera:
+            self._matrices = convert.camera_matrices(message)
+            self.stage = self.make_stage(self._matrices, (message.width, message.height))
+            self._camera, self._size = key, (message.width, message.height)
+
+    def stamp_of(self, message: Image | DotTracks) -> float:
+        """The message's stamp, s; the stage begins anew where stamps do. Raises ClockSetBack for the first that went back."""
+        stamp_s = convert.stamp_seconds(message.header)
+        if self._clock.begins_anew(stamp_s):
+            self.stage = self.make_stage(self._matrices, self._size if self._camera else None)
+        return stamp_s
+
+    def check_size(self, image: np.ndarray) -> None:
+        """Raise BadFrame where an image (H, W, ...) is not of the size, px, that camera_info is for (0 x 0: it does not say)."""
+        if any(self._size) and image.shape[1::-1] != self._size:
+            found, told = (f'{width} x {height} px' for width, height in (image.shape[1::-1], self._size))
+            raise BadFrame(f'image is {found}, camera_info is for {told}; places in 3D would be wrong: publish camera_info of this size')
