@@ -13,7 +13,7 @@ class MarkerField:
     """One frame; K is the number of markers of the pattern, entry k belongs to marker k, NaN where it is not seen.
 
     rest, shift: (K, 2) m, untouched place and displacement as they appear in the viewing plane (where the ray from the eye to the marker
-    meets it); growth: (K,) log of area now over area untouched; eye: (K, 3) m, sensor frame, where the camera that sees the marker
+    meets it); growth: (K,) log of area there now over area untouched; eye: (K, 3) m, sensor frame, where the camera that sees the marker
     stands; sigma: (K,) m, standard deviation of shift per axis, NaN where not known; uv, duv: (K, 2) px, area: (K,) px^2: the same
     in the image.
     """

@@ -26,6 +26,9 @@ class MarkerView(Protocol):
     def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Apparent places (N, 2), m, of image places uv (N, 2), px, and the eyes (N, 3), m, that see them."""
 
+    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
+        """Area (N,), m^2, that a pixel at uv (N, 2), px, covers in the viewing plane."""
+
 
 class CameraView:
     """One camera, its lens distortion taken off, that looks at the plane z = plane_z of the sensor frame."""
@@ -41,6 +44,13 @@ class CameraView:
         rays = self.camera.rays(uv) if len(uv) else np.zeros((0, 3))
         xy = centre[:2] + rays[:, :2] * ((self.plane_z - centre[2]) / rays[:, 2:])
         return xy, np.tile(centre, (len(uv), 1))
+
+    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
+        """Area (N,), m^2, that a pixel at uv (N, 2), px, covers in the viewing plane: lens distortion makes it differ over the image."""
+        uv = np.asarray(uv, float).reshape(-1, 2)
+        corners = self.place((uv + np.array([[[0, 0]], [[1, 0]], [[0, 1]]])).reshape(-1, 2))[0].reshape(3, -1, 2)
+        (right_x, right_y), (down_x, down_y) = (corners[1] - corners[0]).T, (corners[2] - corners[0]).T
+        return np.abs(right_x * down_y - right_y * down_x)
 
 
 @dataclass(frozen=True)
@@ -60,6 +70,10 @@ class StitchedView:
         uv = np.asarray(uv, float).reshape(-1, 2)
         eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
         return (uv - self.origin) * self.metres_per_px, eye
+
+    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
+        """Area (N,), m^2, that a pixel covers: the same everywhere."""
+        return np.full(len(uv), self.metres_per_px**2)
 
 
 def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
@@ -90,7 +104,7 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     now, eye = view.place(tracks.uv)
     rest, _ = view.place(tracks.rest_uv)
     with np.errstate(divide='ignore', invalid='ignore'):
-        growth = np.log(tracks.area / rest_area[tracks.id])
+        growth = np.log(tracks.area / rest_area[tracks.id] * (view.pixel_area(tracks.uv) / view.pixel_area(tracks.rest_uv)))
     growth[~np.isfinite(growth)] = np.nan
     seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
                 uv=tracks.uv, duv=tracks.duv, area=tracks.area)

@@ -38,7 +38,15 @@ def test_the_field_is_what_rays_to_the_plane_tell():
     appears = centre[:2] + (pressed[:, :2] - centre[:2]) * (centre[2] / (centre[2] + 0.005))
     assert field.seen.tolist() == [3 <= k < 100 for k in range(117)]
     assert np.nanmax(np.abs(field.rest + field.shift - appears)) < 1e-7
-    assert field.growth[50] == pytest.approx(np.log(2)) and field.sigma[50] == pytest.approx(0.1 * 0.062 / 560, rel=1e-3)
+    assert field.growth[58] == pytest.approx(np.log(2), abs=1e-3) and field.sigma[50] == pytest.approx(0.1 * 0.062 / 560, rel=1e-3)
+
+
+def test_lens_distortion_is_taken_off_areas():
+    view = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR)
+    corner = CAMERA.project(np.array([[0.027, 0.018, 0], [0.0271, 0.018, 0], [0.027, 0.0181, 0]]))
+    px = abs(np.linalg.det(corner[1:] - corner[0]))
+    assert view.pixel_area(corner[:1])[0] * px == pytest.approx(1e-8, rel=1e-3)
+    assert view.pixel_area(corner[:1])[0] / view.pixel_area([[321.0, 238.0]])[0] > 1.03
 
 
 def test_a_stitched_image_has_an_eye_on_each_side():
