@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""camera_node: a camera, a recording or a simulated touchpad on image_raw and camera_info, as a lifecycle node."""
+"""camera_node: a camera, a recording or a simulated sensor on image_raw and camera_info, as a lifecycle node."""
 from __future__ import annotations
 
 import math

@@ -11,7 +11,7 @@ from ..sources.registry import SOURCES
 from .parameters import Parameter
 
 CAMERA_PARAMETERS = (
-    Parameter('source', str, 'sim', '', 'where frames come from: simulated touchpad, camera, video or folder of images, rosbag2 recording',
+    Parameter('source', str, 'sim', '', 'where frames come from: simulated sensor, camera, video or folder of images, rosbag2 recording',
               choices=tuple(SOURCES)),
     Parameter('device', str, '0', '', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
     Parameter('path', str, '', '', 'file, bag: the video, the folder of images or the rosbag2 folder'),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 from ..errors import BadArgument
+from .air_cushion import AIR_CUSHION_SCENES
 from .areal_dual import AREAL_DUAL_SCENES
 from .areal_single import AREAL_SINGLE_SCENES
 from .motion import Motion
@@ -15,7 +16,7 @@ from .tools import tool_named
 from .touchpad import TOUCHPAD_SCENES
 
 #: The touchpad's have plain names; those of other sensors begin with the sensor's type.
-SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES}
+SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES}
 
 
 def _script(name: str, rate: float) -> Script:

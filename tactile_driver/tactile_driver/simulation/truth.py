@@ -37,7 +37,7 @@ class TruthFrame:
     velocity: (6,) m/s and rad/s, twist of the object over the skin where they slip, at the sensor frame's origin, 0 while all sticks, NaN
     without contact; rotation_center: (3,) m, where in the contact plane that twist stands still, NaN for pure translation;
     motion: (6,) m and rad, the object's own since the previous frame, of its point at the sensor frame's origin, NaN without contact;
-    wrench: (6,) N and N m, object on sensor at the sensor frame's origin; pressure: Pa, of the water.
+    wrench: (6,) N and N m, object on sensor at the sensor frame's origin; pressure: Pa, of what is enclosed, over the air's own.
     """
 
     dot_id: np.ndarray

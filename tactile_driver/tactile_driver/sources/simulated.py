@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated touchpad as a camera, with the truth about every frame."""
+"""A simulated sensor with one camera, with the truth about every frame."""
 from __future__ import annotations
 
 from ..errors import BadArgument
@@ -15,7 +15,7 @@ _LONGEST_LEAP = 2
 
 
 class SimulatedSource:
-    """A scene of the simulated touchpad in real time, again from its start when it is over.
+    """A scene of a simulated sensor in real time, again from its start when it is over.
 
     scene: its name; rate: Hz, or -1 for 30; seed: of noise and specimen; size: (width, height), px, 0 for 640 x 480; clock: ns for the
     stamps. While its frames are not wanted the scene stands still: nothing is computed that nobody sees.
@@ -65,9 +65,9 @@ class SimulatedSource:
 
     def describe(self) -> dict:
         """The scene, its seed, size and rate."""
-        about = {'source': 'sim', 'device': 'simulated touchpad', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
+        about = {'source': 'sim', 'device': 'simulated', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
         if self._scene is not None:
-            about.update(width=self._scene.camera.width, height=self._scene.camera.height)
+            about.update(device=f'simulated {self._scene.sensor}', width=self._scene.camera.width, height=self._scene.camera.height)
         return about
 
     def calibration(self) -> CameraCalibration | None:

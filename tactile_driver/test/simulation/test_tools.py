@@ -32,5 +32,11 @@ def test_slope_points_out_of_the_face():
 
 
 def test_unknown_tool_lists_the_known_ones():
-    with pytest.raises(BadArgument, match='disc, prism, rectangle'):
+    with pytest.raises(BadArgument, match='disc, fingertips_11mm'):
         tool_named('hammer')
+
+
+def test_two_fingertips_stand_as_far_apart_as_their_name_says():
+    tool = tool_named('fingertips_18mm')
+    assert tool.distance(np.array([[0.009, 0, -0.005], [-0.009, 0, -0.005], [0, 0, 0]])) == pytest.approx([0, 0, 0.004])
+    assert tool.tip_radius == 0.005
