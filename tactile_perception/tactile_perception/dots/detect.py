@@ -6,9 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import BadArgument, BadFrame
+from .blobs import BlobDetector
 from .dots import Dots
 from .likelihood import LikelihoodDetector
 from .paper_detect import PaperDetector
+from .paper_markers import PaperArealDetector, PaperCushionDetector
 
 POLARITIES = {'dark': -1, 'bright': 1}
 _SMALLEST_FRAME = 32  # px
@@ -57,4 +59,5 @@ def check_frame(image: np.ndarray):
         raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
 
 
-METHODS = {'likelihood': LikelihoodDetector, 'paper': PaperDetector}
+METHODS = {'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector,
+           'paper_cushion': PaperCushionDetector}

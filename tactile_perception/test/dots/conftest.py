@@ -14,11 +14,13 @@ def draw_dots():
     columns) float64."""
 
     def draw(uv, diameters, shape=(120, 160), blur=0.9, ground=180.0, contrast=-120.0):
-        y, x = (np.mgrid[: shape[0] * FINE, : shape[1] * FINE] + 0.5) / FINE - 0.5
-        inside = np.zeros(x.shape, np.float32)
+        y, x = ((np.arange(length * FINE) + 0.5) / FINE - 0.5 for length in shape)
+        inside = np.zeros((len(y), len(x)), np.float32)
         for (u, v), d in zip(uv, diameters):
+            near = np.ix_(np.flatnonzero(np.abs(y - v) < d / 2 + 1), np.flatnonzero(np.abs(x - u) < d / 2 + 1))
             # a sample on the edge counts by how far the edge runs through it
-            np.maximum(inside, np.clip((d / 2 - np.hypot(x - u, y - v)) * FINE + 0.5, 0, 1), out=inside)
+            disc = np.clip((d / 2 - np.hypot(x[near[1][0]] - u, y[near[0]] - v)) * FINE + 0.5, 0, 1)
+            inside[near] = np.maximum(inside[near], disc)
         blurred = cv2.GaussianBlur(inside, (0, 0), blur * FINE)
         return ground + contrast * cv2.resize(blurred, shape[::-1], interpolation=cv2.INTER_AREA).astype(float)
 
