@@ -39,27 +39,30 @@ class Separator:
         self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
 
     def pairs(self, places: np.ndarray) -> Pairs:
-        """Pairs of places (N, 2) px that may be seen in each other's patches."""
-        i, j = near_pairs(*places.T, self._fitter.half + self._look.largest / 2 + 2 * self._look.blur)
+        """Pairs of places (2, N) px that may be seen in each other's patches."""
+        i, j = near_pairs(*places, self._fitter.half + self._look.largest / 2 + 2 * self._look.blur)
+        if not len(i):
+            return Pairs(i, j, np.zeros(0))
         i, j = np.concatenate([i, j]), np.concatenate([j, i])
         order = np.argsort(i, kind='stable')
         i, j = i[order], j[order]
-        return Pairs(i, j, np.hypot(places[i, 0] - places[j, 0], places[i, 1] - places[j, 1]))
+        return Pairs(i, j, np.hypot(*(places[:, i] - places[:, j])))
 
     def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray, centre: np.ndarray,
                  pairs: Pairs) -> np.ndarray:
         """The last step of the fits, and for crowded dots all of them again, in place, as are their patches: what others put there is
         taken off.
 
-        compressed: (N, K) patches about the whole pixels centre (N, 2); places (N, 2) px, diameter (N,) px: where the fits began;
+        compressed: (N, K) patches about the whole pixels centre (2, N); places (2, N) px, diameter (N,) px: where the fits began;
         pairs: of pairs(places).
         Returns (N,) bool: not a second fit to another's dot.
         """
-        look, single = self._look, np.ones(len(places), bool)
+        look, single = self._look, np.ones(len(compressed), bool)
         i, j, began = pairs.i, pairs.j, pairs.distance
-        cleaned = np.zeros(len(places), bool)
+        cleaned = np.zeros(len(compressed), bool)
         if len(i):
-            now = np.hypot(centre[i, 0] + fit.u[i] - centre[j, 0] - fit.u[j], centre[i, 1] + fit.v[i] - centre[j, 1] - fit.v[j])
+            fitted = centre + fit.values[:2]
+            now = np.hypot(*(fitted[:, i] - fitted[:, j]))
             single[i[((began < _SAME * look.typical) | (now < _MET * look.typical)) & (i > j)]] = False
             i, j = self._clean(fit, compressed, places, diameter, centre, single, i, j, began)
             cleaned[i] = True
@@ -78,7 +81,7 @@ class Separator:
         # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
         settled = (np.maximum(np.abs(fit.u), np.abs(fit.v)) < _RUN_OFF) & (fit.diameter < look.largest)
         settled[i[touching]] = True
-        across, down = centre[i, 0] - centre[j, 0] - fit.u[j], centre[i, 1] - centre[j, 1] - fit.v[j]
+        across, down = centre[:, i] - centre[:, j] - fit.values[:2, j]
         seen = np.flatnonzero(both & settled[j] & (np.abs(across) < reach) & (np.abs(down) < reach))
         i, j = i[seen], j[seen]
         if len(i):
@@ -89,15 +92,14 @@ class Separator:
     def _take_turns(self, fit, compressed, places, diameter, centre, i, j):
         """Dots that touch, from where they began, each in turn without the others, in place."""
         some = np.unique(i)
-        fit.u[some], fit.v[some] = (places[some] - centre[some]).T
+        fit.values[:2, some] = places[:, some] - centre[:, some]
         fit.diameter[some] = diameter[some]
         for _ in range(_ROUNDS):
             fit.put(some, self._fitter.fit(self._without(fit, compressed, centre, i, j), fit.u[some], fit.v[some], fit.diameter[some], 1))
 
     def _without(self, fit, compressed, centre, i, j):
         """(n, K) patches of the n different dots in i (sorted), less what dots j put there."""
-        images = self._images.seen(centre[j, 0] + fit.u[j] - centre[i, 0], centre[j, 1] + fit.v[j] - centre[i, 1], fit.diameter[j],
-                                   fit.amplitude[j])
+        images = self._images.seen(*(centre[:, j] + fit.values[:2, j] - centre[:, i]), fit.diameter[j], fit.amplitude[j])
         start = np.flatnonzero(np.diff(i, prepend=-1))
         return compressed[i[start]] - np.add.reduceat(images, start)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 _FIRST, _SECOND = np.array([[0, 0, 0, 0, 1, 1, 2, 1, 2], [0, 1, 2, 3, 1, 2, 2, 3, 3]])  # of one, u, v, ground: which are multiplied
 _SAME_LIGHT = 0.003  # of the ground, root mean square: changes less than that move no dot by 0.001 px
+_DARK = 0.2  # grey levels: a darker ground has no slope
 _MAPS = np.arange(9)[:, None]
 
 
@@ -27,7 +28,8 @@ class GroundSlopes:
         at = self._cells(u, v)
         cells = rows * columns + columns  # a row of zeros after each map, so that one filter adds up the neighbours of all
         # coordinates about the cells' own centres would have to be moved when cells are added: about the image's centre they need not
-        values = np.stack([np.ones_like(u), (u - u.mean()) / cell, (v - v.mean()) / cell, ground / max(float(ground.mean()), 1.0)])
+        values = np.empty((4, len(u)))
+        values[0], values[1], values[2], values[3] = 1.0, u / cell - columns / 2, v / cell - rows / 2, ground
         products = values[_FIRST] * values[_SECOND] * good
         maps = np.bincount((at + _MAPS * cells).ravel(), products.ravel(), len(products) * cells)
         near = cv2.boxFilter(maps.reshape(-1, columns), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
@@ -57,6 +59,6 @@ def _planes(sums, cell):
     mean = sums[1:4] / n
     xx, xy, yy, xb, yb = sums[4:] - n * mean[_FIRST[4:] - 1] * mean[_SECOND[4:] - 1]
     determinant = xx * yy - xy * xy
-    enough &= (determinant > 0.02 * n * n) & (mean[2] > 1e-3)
+    enough &= (determinant > 0.02 * n * n) & (mean[2] > _DARK)
     scale = np.where(enough, 1.0 / np.where(enough, determinant * mean[2] * cell, 1.0), 0.0)
     return np.stack([yy * xb - xy * yb, xx * yb - xy * xb]) * scale

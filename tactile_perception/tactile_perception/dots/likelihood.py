@@ -87,65 +87,67 @@ class LikelihoodDetector:
         if not len(places):
             return _NONE
         padded = cv2.copyMakeBorder(grey, *[fitter.half] * 4, cv2.BORDER_REPLICATE)
-        centre = np.minimum(np.maximum(np.rint(places), 0), np.array(grey.shape[::-1]) - 1).astype(np.int64)
-        compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1], look.ground))
-        fit = fitter.fit(compressed, *(places - centre).T, diameter, 2)
-        off = np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE
-        some = self._hopeful(fit, compressed, off) if off.any() else np.arange(len(places))
-        if len(some) < len(places):
+        places, last = np.ascontiguousarray(places.T), np.array([[grey.shape[1] - 1], [grey.shape[0] - 1]])
+        centre = np.minimum(np.maximum(np.rint(places), 0), last).astype(np.int64)
+        compressed = fitter.compress(fitter.patches(padded, *centre), look.ground)
+        fit = fitter.fit(compressed, *(places - centre), diameter, 2)
+        off = np.abs(fit.values[:2]).max(0) > _OFF_CENTRE
+        any_off, some = off.any(), None
+        if any_off:
+            some = self._hopeful(fit, compressed, off)
             if not len(some):
                 return _NONE
-            places, diameter, centre, compressed, fit = places[some], diameter[some], centre[some], compressed[some], fit.take(some)
+            places, centre, diameter, compressed, fit = places[:, some], centre[:, some], diameter[some], compressed[some], fit.take(some)
         pairs = self._separator.pairs(places)
-        if off.any():
+        if any_off:
             self._recentre(fit, compressed, padded, centre, pairs)
         single = self._separator.separate(fit, compressed, places, diameter, centre, pairs)
-        dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, grey.shape, stay)
-        return dots, some[good]
+        dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, last, stay)
+        return dots, good if some is None else some[good]
 
     def _hopeful(self, fit, compressed, off):
         """Indices of fits without those off (N,) bool their patches' centres that are nothing like a dot's."""
         off = np.flatnonzero(off)
         unlike = self._fitter.variances(compressed[off], fit.take(off)) > (_UNLIKE * np.maximum(fit.amplitude[off] * self._sign, 0)) ** 2
-        return np.delete(np.arange(len(fit.u)), off[unlike])
+        return np.delete(np.arange(len(compressed)), off[unlike])
 
-    def _judge(self, fit, variance, centre, single, shape, stay):
-        """The dots among single (N,) bool fits, and their indices; stay: see _measure."""
+    def _judge(self, fit, variance, centre, single, last, stay):
+        """The dots among single (N,) bool fits, and their indices; last: (2, 1) column and row of the image; stay: see _measure."""
         look, fitter = self._look, self._fitter
-        fit.ground += look.ground
-        good = self._plausible(fit, variance, centre, shape) & single
-        u, v = centre[:, 0] + fit.u, centre[:, 1] + fit.v
+        fit.values[4] += look.ground
+        uv = centre + fit.values[:2]
+        good = self._plausible(fit, variance, uv, last) & single
         if not (stay and self._slopes.hold_for(fit.ground)):
-            self._slopes = GroundSlopes(u, v, fit.ground, good, 2.5 * look.typical)
-        fitter.correct_slope(fit, *self._slopes.at(u, v))
-        uv = np.stack([centre[:, 0] + fit.u, centre[:, 1] + fit.v], 1)[good]
-        sigma = np.sqrt(variance * fitter.gains(fit)[0])[good]
-        area = np.pi / 4 * (fit.diameter[good] * look.step) ** 2
-        return Dots((uv + 0.5) * look.step - 0.5, area, sigma * look.step), np.flatnonzero(good)
+            self._slopes = GroundSlopes(*uv, fit.ground, good, 2.5 * look.typical)
+        fitter.correct_slope(fit, self._slopes.at(*uv))
+        index = np.flatnonzero(good)
+        uv = (centre + fit.values[:2]).take(index, axis=1)
+        sigma = np.sqrt(variance * fitter.gains(fit)).take(index) * look.step
+        area = np.pi / 4 * (fit.diameter.take(index) * look.step) ** 2
+        return Dots(((uv + 0.5) * look.step - 0.5).T, area, sigma), index
 
     def _recentre(self, fit, compressed, padded, centre, pairs):
         """Fit dots whose peak lay off their place once more, in place, from patches about where they were found."""
-        off = (np.maximum(np.abs(fit.u), np.abs(fit.v)) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
+        off = (np.abs(fit.values[:2]).max(0) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
         # of dots that touch, the fit may have gone over to the neighbour: crowd.py begins with these at their peaks again
         off[pairs.i[pairs.distance < self._look.typical + 2]] = False
         off = np.flatnonzero(off)
         if not len(off):
             return
-        step = np.rint(np.stack([fit.u[off], fit.v[off]], 1)).astype(np.int64)
-        limit = [padded.shape[1] - 2 * self._fitter.half - 1, padded.shape[0] - 2 * self._fitter.half - 1]
-        centre[off] = np.clip(centre[off] + step, 0, limit)
-        compressed[off] = self._fitter.compress(self._fitter.patches(padded, centre[off, 0], centre[off, 1], self._look.ground))
-        fit.put(off, self._fitter.fit(compressed[off], fit.u[off] - step[:, 0], fit.v[off] - step[:, 1], fit.diameter[off], 2))
+        step = np.rint(fit.values[:2, off]).astype(np.int64)
+        limit = [[padded.shape[1] - 2 * self._fitter.half - 1], [padded.shape[0] - 2 * self._fitter.half - 1]]
+        centre[:, off] = np.clip(centre[:, off] + step, 0, limit)
+        compressed[off] = self._fitter.compress(self._fitter.patches(padded, *centre[:, off]), self._look.ground)
+        fit.put(off, self._fitter.fit(compressed[off], *(fit.values[:2, off] - step), fit.diameter[off], 2))
 
-    def _plausible(self, fit, variance, centre, shape):
-        """(N,) bool: of the dots' contrast and size, like a disc, whole."""
+    def _plausible(self, fit, variance, uv, last):
+        """(N,) bool: of the dots' contrast and size, like a disc, whole; uv: (2, N), last: see _judge."""
         look = self._look
         contrast = fit.amplitude * self._sign
         good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest)
         good &= self._like_disc(contrast, np.sqrt(variance), good)
-        good &= (np.abs(fit.u) < 1.4) & (np.abs(fit.v) < 1.4)
-        u, v, reach = centre[:, 0] + fit.u, centre[:, 1] + fit.v, fit.diameter / 2 + look.blur - 0.5
-        good &= (u >= reach) & (v >= reach) & (u <= shape[1] - 1 - reach) & (v <= shape[0] - 1 - reach)
+        good &= np.abs(fit.values[:2]).max(0) < 1.4
+        good &= np.minimum(uv, last - uv).min(0) >= fit.diameter / 2 + (look.blur - 0.5)
         small = fit.diameter < look.largest
         self._outgrown = bool((good & ~small).any())
         return good & small

@@ -15,7 +15,7 @@ def fitted(draw_dots, lattice):
     padded = np.pad(image, fitter.half, mode='edge')
     start = uv + np.random.default_rng(6).uniform(-0.5, 0.5, uv.shape)
     centre = np.rint(start).astype(int)
-    compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1], 180.0))
+    compressed = fitter.compress(fitter.patches(padded, centre[:, 0], centre[:, 1]), 180.0)
     return fitter, fitter.fit(compressed, *(start - centre).T, np.full(len(uv), 7.0), 3), centre, compressed
 
 
@@ -40,12 +40,10 @@ def test_little_variance_is_left_without_noise_and_all_of_it_with(fitted):
 def test_gains_are_the_spread_of_fits(fitted):
     fitter, fit, _, compressed = fitted
     rng = np.random.default_rng(8)
-    spread, sizes = [], []
+    spread = []
     for _ in range(60):
         noise = rng.normal(0, 3, (len(compressed), (2 * fitter.half + 1) ** 2)).astype(np.float32)
         again = fitter.fit(compressed + fitter.compress(noise), fit.u, fit.v, fit.diameter, 2)
         spread.append((again.u - fit.u) ** 2)
-        sizes.append((again.diameter - fit.diameter) ** 2)
-    place, size = fitter.gains(fit)
+    place = fitter.gains(fit)
     assert np.mean(np.mean(spread, 0) / (9 * place)) == pytest.approx(1, abs=0.1)
-    assert np.mean(np.mean(sizes, 0) / (9 * size)) == pytest.approx(1, abs=0.1)
