@@ -24,6 +24,7 @@ setup(
         'console_scripts': [
             'dot_tracker_node = tactile_perception.nodes.start:dot_tracker_node',
             'contact_region_node = tactile_perception.nodes.start:contact_region_node',
+            'contact_point_node = tactile_perception.nodes.start:contact_point_node',
             'process_bag = tactile_perception.nodes.start:process_bag',
             'calibrate = tactile_perception.nodes.start:calibrate',
             'convert_recording = tactile_perception.nodes.start:convert_recording',

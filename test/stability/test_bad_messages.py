@@ -12,7 +12,8 @@ from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame, TactileError  # noqa: E402
 from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
-from tactile_perception.offline.process_bag import TouchpadReplay  # noqa: E402
+from tactile_perception.nodes.touchpad_stages import ContactMessages, DotMessages  # noqa: E402
+from tactile_perception.offline.replay import DotReplay  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -22,7 +23,7 @@ class Feed:
 
     def __init__(self, pad, **changes):
         values = pad.values(**changes)
-        self.pad, self.replay, self.count = pad, TouchpadReplay(values, values), 0
+        self.pad, self.replay, self.count = pad, DotReplay(DotMessages(values), ContactMessages(values)), 0
 
     def header(self):
         self.count += 1

@@ -26,11 +26,10 @@ for name in sys.argv[1:]:
 
 
 def core_modules(package):
-    """Return the names of all modules of the package outside nodes/ that are no commands: these read and write ROS messages."""
+    """Return the names of all modules of the package outside nodes/ and offline/: commands and their parts read and write ROS messages."""
     root = ROOT / package
-    commands = set(re.findall(r"start_tool\('([\w.]+)'\)", (root / package / 'nodes' / 'start.py').read_text()))
-    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if 'nodes' not in path.parts]
-    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found} - commands)
+    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if not {'nodes', 'offline'} & set(path.parts)]
+    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found})
 
 
 @pytest.mark.parametrize('package', ['tactile_driver', 'tactile_perception'])

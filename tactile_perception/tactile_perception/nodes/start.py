@@ -14,6 +14,11 @@ def contact_region_node() -> None:
     start_node('tactile_perception.nodes.contact_region_node')
 
 
+def contact_point_node() -> None:
+    """The process contact_point_node."""
+    start_node('tactile_perception.nodes.contact_point_node')
+
+
 def process_bag() -> None:
     """The command process_bag."""
     start_tool('tactile_perception.offline.process_bag')

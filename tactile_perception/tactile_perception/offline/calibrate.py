@@ -1,154 +1,52 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate: fits the touchpad's surface model to recordings of a sphere pressed at known places (ground_truth/contacts)."""
+"""calibrate: fits what the sensor type needs to recordings of presses at known places (ground_truth/contacts)."""
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-import numpy as np
+from tactile_driver.nodes.parameters import Parameter
 
-from ..calibration.press import Press
-from ..calibration.sphere_radius import find_sphere_radius
-from ..calibration.touchpad import TouchpadCalibration, fit_touchpad, sphere_misfit
-from ..calibration.touchpad_file import write_touchpad
-from ..camera import CameraModel
-from ..errors import BadCalibration, BadFrame, TactileError
-from ..nodes import conversions as convert
-from ..nodes.serialization import MessageCodec
-from ..pipeline.dot_stage import make_tracker
+from ..errors import BadArgument, TactileError
 from ..pipeline.parameter_file import read_parameters
-from ..pipeline.parameters import DOT_PARAMETERS
-from ..pipeline.sensor import Touchpad
-from .bags import BagReader
-from .process_bag import find_prefix
-from .progress import Progress
+from ..touch.sensor import MARKER_SENSORS
+from .calibrate_markers import calibrate_markers
+from .calibrate_touchpad import calibrate_touchpad
 
-_MOST_PRESSES, _MOST_REST = 80, 10  # frames that are fitted: more of them cost time and tell no more
-_RADIUS_PRESSES = 12  # of them, while the sphere's radius is looked for
-_TOUCHES = 3e-4  # m: depth from which a frame counts as a press
+_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
-class PressReader:
-    """Presses from bags: each image with the contact that ground truth has for its stamp."""
+def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
+    """What calibrates a sensor of that type: called with (bags, params, output, namespace) it writes output and tells how it went.
 
-    def __init__(self, values: dict, namespace: str):
-        self.sensor = Touchpad.from_parameters(values)
-        if self.sensor.cap is None:
-            raise BadCalibration('parameter surface is none: there is nothing to calibrate')
-        self.camera: CameraModel | None = None
-        self.left_out: list[str] = []
-        self._values, self._namespace, self._codec = values, namespace, MessageCodec()
-
-    def read(self, bag: Path) -> list[Press]:
-        """Every usable frame of one bag. Raises TactileError for a bag without images or ground truth."""
-        tracker = make_tracker(self.sensor, self._values)
-        presses = []
-        for name, image, contacts in self._paired(bag):
-            try:
-                tracks = tracker.process(convert.image_to_array(image), convert.stamp_seconds(image.header))
-                presses.append(_press(name, convert.image_to_array(image), tracks, contacts))
-            except BadFrame as error:
-                self.left_out.append(f'{name}: {error}')
-        return presses
-
-    def _paired(self, bag: Path) -> Iterator[tuple]:
-        """(name, image, contacts) of each stamp that has both."""
-        with BagReader(bag) as reader:
-            prefix = find_prefix(reader.topics, self._namespace)
-            if f'{prefix}ground_truth/contacts' not in reader.topics:
-                raise BadCalibration(f'{bag}: no {prefix}ground_truth/contacts: calibration needs to know where the sphere was')
-            waiting: dict[str, dict] = {}
-            topics = {prefix + name for name in ('image_raw', 'camera_info', 'ground_truth/contacts')}
-            for raw in Progress(reader.messages(topics), f'messages of {bag.name}'):
-                message = self._codec.decode(raw.data, raw.type_name)
-                if raw.topic.endswith('camera_info'):
-                    self._take_camera(message)
-                    continue
-                stamp = f'{message.header.stamp.sec}.{message.header.stamp.nanosec:09d}'
-                pair = waiting.setdefault(stamp, {})
-                pair[raw.topic.rsplit('/', 1)[1]] = message
-                if len(pair) == 2:
-                    yield f'{bag.name} at {stamp} s', pair['image_raw'], waiting.pop(stamp)['contacts'].contacts
-
-    def _take_camera(self, message) -> None:
-        matrices = convert.camera_matrices(message)
-        if matrices is None:
-            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
-        self.camera = self.sensor.camera(*matrices)
-
-
-def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
-    if len(contacts) > 1:
-        raise BadFrame(f'{len(contacts)} contacts; one sphere at a time is needed')
-    if not contacts:
-        return Press(image, tracks, name=name)
-    position, normal = contacts[0].position, contacts[0].normal
-    tip, axis = np.array([position.x, position.y, position.z]), np.array([normal.x, normal.y, normal.z])
-    if not np.isfinite(axis).all() or not np.isclose(np.linalg.norm(axis), 1, atol=1e-3):
-        axis = np.array([0.0, 0.0, 1.0])
-    return Press(image, tracks, tip, contacts[0].depth, axis, name)
-
-
-def chosen(presses: list[Press], most: int = _MOST_PRESSES) -> list[Press]:
-    """An even choice of untouched frames and of presses; frames of the first touch, where little is known, are left out."""
-    rest = [p for p in presses if not p.touching]
-    touching = [p for p in presses if p.touching and p.depth >= _TOUCHES]
-    return _evenly(rest, _MOST_REST) + _evenly(touching, most)
-
-
-def _evenly(items: list, most: int) -> list:
-    return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int))] if items else []
-
-
-def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str:
-    """The fit in words."""
-    model = found.model
-    shallow, deep = (1e3 * depth for depth in found.depth_range)
-    lines = [
-        f'{found.presses} presses, {found.dots} dots on a sphere of {found.sphere_radius * 1e3:.2f} mm radius',
-        f'range residual: {found.residual_rms * 1e3:.3f} mm RMS, {found.residual_bias * 1e3:+.3f} mm mean; '
-        f'at places left out of the fit {found.held_out_rms * 1e3:.3f} mm RMS',
-        f'absorption over red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
-        f'depth of a dent good to {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
-    ]
-    lines += [f'left out: {line}' for line in left_out + found.left_out]
-    return '\n'.join([*lines, f'written: {output}'])
-
-
-def calibrate(bags: list[Path], values: dict, output: Path, sphere_radius: float | None, namespace: str = '') -> str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the model."""
-    reader = PressReader(values, namespace)
-    presses = chosen([press for bag in bags for press in reader.read(bag)])
-    if reader.camera is None:
-        raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
-    cap = reader.sensor.cap
-    if sphere_radius is None:
-        print('fitting the radius of the sphere; --sphere-radius saves the time', file=sys.stderr, flush=True)
-        few = chosen(presses, most=_RADIUS_PRESSES)
-        sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
-    found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
-    height, width = presses[0].image.shape[:2]
-    write_touchpad(output, found, (width, height))
-    return report(found, reader.left_out, output)
+    Raises BadArgument for a type that there is none for, and for a sphere_radius (m) where none is fitted.
+    """
+    if sensor_type == 'touchpad':
+        return partial(calibrate_touchpad, sphere_radius=sphere_radius)
+    if sphere_radius is not None:
+        raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
+    if sensor_type in MARKER_SENSORS:
+        return calibrate_markers
+    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS])}')
 
 
 def main(args: list[str] | None = None) -> int:
     """The command calibrate; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)
-    parser.add_argument(
-        'bags', type=Path, nargs='+', metavar='BAG', help='rosbag2 recording with image_raw, camera_info, ground_truth/contacts'
-    )
+    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG',
+                        help='rosbag2 recording with images, camera_info, ground_truth/contacts; for forces ground_truth/wrench')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
-    parser.add_argument('--sphere-radius', type=float, help='m; without it the radius is fitted too')
+    parser.add_argument('--sphere-radius', type=float, help='m; touchpad: without it the radius is fitted too')
     parser.add_argument('--namespace', default='', help='of the sensor, where a recording holds several')
     given = parser.parse_args(args)
     try:
-        values = read_parameters(given.params, 'dot_tracker_node', DOT_PARAMETERS)
-        print(calibrate(given.bags, values, given.output, given.sphere_radius, given.namespace))
+        sensor_type = read_parameters(given.params, 'dot_tracker_node', _TYPE)['sensor_type']
+        print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace))
     except TactileError as error:
         print(f'calibrate: {error}', file=sys.stderr)
         return 1

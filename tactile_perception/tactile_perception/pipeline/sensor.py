@@ -30,17 +30,23 @@ class Touchpad:
     @classmethod
     def from_parameters(cls, values: Mapping) -> Touchpad:
         """The sensor of SENSOR_PARAMETERS' values. Raises BadArgument for what does not fit together."""
-        rotation, translation = (np.asarray(values[f'camera.{name}'], float) for name in ('rotation', 'translation'))
-        if rotation.shape != (3,) or translation.shape != (3,):
-            raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+        rotation, translation = camera_pose(values)
         cap = Cap(values['cap.curvature_radius'], values['cap.height']) if values['surface'] == 'cap' else None
         if cap is not None and min(values['rows'], values['columns']) < 3:
             raise BadArgument(
                 f'parameters rows and columns must be at least 3 with surface cap, not {values["rows"]} and {values["columns"]}'
             )
         material = MembraneMaterial(values['membrane.shear_stiffness'], values['membrane.rest_pressure'], values['cap.curvature_radius'])
-        return cls(values['rows'], values['columns'], cap, material, cv2.Rodrigues(rotation)[0], translation)
+        return cls(values['rows'], values['columns'], cap, material, rotation, translation)
 
     def camera(self, matrix: np.ndarray, distortion: np.ndarray) -> CameraModel:
         """The camera with K (3, 3) and distortion (5,) in its place in the sensor."""
         return CameraModel(matrix, distortion, self.rotation, self.translation)
+
+
+def camera_pose(values: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation (3, 3) and translation (3,) m of the camera, x_camera = rotation @ x_sensor + translation. Raises BadArgument."""
+    rotation, translation = (np.asarray(values[f'camera.{name}'], float) for name in ('rotation', 'translation'))
+    if rotation.shape != (3,) or translation.shape != (3,):
+        raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+    return cv2.Rodrigues(rotation)[0], translation

@@ -42,6 +42,15 @@ class MarkerSensor:
         """Height of the viewing plane in the sensor frame, m: the untouched sheet, or the top of the dome."""
         return 0.0 if self.is_sheet else self.height
 
+    def normal(self, place: np.ndarray) -> np.ndarray:
+        """(3,) unit normal, outwards, of the untouched surface over place (2,) m; over a dome's rim and beyond it that of the rim."""
+        if self.is_sheet:
+            return np.array([0.0, 0.0, 1.0])
+        curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
+        across = np.asarray(place, float) / curvature
+        across = across * min(1.0, self.rim_radius / curvature / max(np.hypot(*across), 1e-12))
+        return np.r_[across, np.sqrt(max(1 - across @ across, 0.0))]
+
     def grid(self) -> np.ndarray:
         """(rows * columns, 2) nominal untouched places of the markers over the sensor's x and y, m, in the order of their numbers."""
         row, column = np.divmod(np.arange(self.rows * self.columns), max(self.columns, 1))

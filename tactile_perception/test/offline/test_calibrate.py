@@ -14,6 +14,7 @@ from tactile_perception.calibration.touchpad_file import read_touchpad
 from tactile_perception.dots.dots import DotTracks
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline import calibrate as module
+from tactile_perception.offline.calibrate_touchpad import chosen
 from tactile_perception.offline.bags import BagReader, BagWriter
 from tactile_perception.pipeline.dot_places import DotPlaces
 from tactile_perception.pipeline.dot_stage import make_tracker
@@ -106,8 +107,8 @@ def test_an_even_choice_of_presses():
     image = np.zeros((2, 2, 3), np.uint8)
     rest = [Press(image, tracks) for _ in range(40)]
     touching = [Press(image, tracks, np.zeros(3), 1e-4 * k) for k in range(1, 400)]
-    kept = module.chosen(rest + touching, most=20)
+    kept = chosen(rest + touching, most=20)
     depths = [p.depth for p in kept if p.touching]
     assert len(kept) == 30 and min(depths) == pytest.approx(3e-4) and max(depths) == pytest.approx(399e-4)
     assert np.ptp(np.diff(depths)) < 3e-4
-    assert module.chosen([]) == []
+    assert chosen([]) == []

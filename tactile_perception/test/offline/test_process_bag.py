@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline import process_bag as module
-from tactile_perception.errors import BadRecording
 from tactile_perception.offline.bags import BagReader, BagWriter
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')
@@ -87,11 +86,3 @@ def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, cap
     assert module.main(given) == 1
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1 and lines[0].startswith('process_bag: ') and message in lines[0]
-
-
-def test_the_sensor_is_found_or_has_to_be_named():
-    image = 'sensor_msgs/msg/Image'
-    assert module.find_prefix({'/a/image_raw': image, '/a/dots': 'x'}, '') == '/a/'
-    assert module.find_prefix({'/a/image_raw': image, '/b/image_raw': image}, 'b') == '/b/'
-    with pytest.raises(BadRecording, match='--namespace'):
-        module.find_prefix({'/a/image_raw': image, '/b/image_raw': image}, '')

@@ -1,0 +1,64 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The calibration of a sheet or a dome: what each touch method was fitted to, how well it predicted held-out presses, and the wrench."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import BadCalibration
+from ..touch.judge import Score
+from .files import CalibrationFile, read_calibration, write_calibration
+
+UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px',
+         'residuals': 'm; normalised squared error 1'}
+WRENCH, STITCHING, METHODS = 'wrench', 'stitching', 'methods'
+_PLACE, _DEPTH = 'place_mean', 'depth_mean'
+
+
+@dataclass(frozen=True)
+class TouchCalibration:
+    """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
+    held-out presses best; file: the whole."""
+
+    methods: dict
+    wrench: dict | None
+    stitching: dict | None
+    best: str
+    file: CalibrationFile
+
+    def fitted(self, method: str) -> dict:
+        """The numbers of a method. Raises BadCalibration where it was not fitted."""
+        if method not in self.methods:
+            raise BadCalibration(f'the calibration holds no method {method}; it has {", ".join(self.methods)}; choose one of them')
+        return self.methods[method]
+
+
+def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], span: dict, left_out: list[str]) -> None:
+    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ...}) and how the methods did on held-out presses.
+
+    span: name -> [lowest, highest] of depth, x, y, m. Raises BadCalibration or OSError as write_calibration does.
+    """
+    residuals = {name: score.numbers() for name, score in scores.items()}
+    write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out))
+
+
+def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
+    """The calibration in a file. Raises BadCalibration where the file is bad (read_calibration) or holds no method."""
+    file = read_calibration(path, sensor)
+    methods = file.fitted.get(METHODS)
+    if not isinstance(methods, dict) or not methods:
+        raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
+    return TouchCalibration(methods, file.fitted.get(WRENCH), file.fitted.get(STITCHING), best_method(file.residuals, methods), file)
+
+
+def best_method(residuals: dict, methods) -> str:
+    """The method whose held-out errors of place and depth are least, each in proportion to the least of all methods."""
+    known = {name: (residuals[name][_PLACE], residuals[name][_DEPTH]) for name in methods
+             if isinstance(residuals.get(name), dict) and np.isfinite([residuals[name].get(k, np.nan) for k in (_PLACE, _DEPTH)]).all()}
+    if not known:
+        return next(iter(methods))
+    least = np.maximum(np.min(list(known.values()), axis=0), 1e-9)
+    return min(known, key=lambda name: float(np.sum(np.asarray(known[name]) / least)))

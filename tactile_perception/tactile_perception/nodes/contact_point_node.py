@@ -1,0 +1,35 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""contact_point_node: dots of a sheet or a dome -> contacts, contact_region, wrench."""
+from __future__ import annotations
+
+import sys
+
+from rclpy.qos import qos_profile_system_default
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import DotTracks
+
+from ..pipeline.marker_parameters import POINT_PARAMETERS
+from .stage_node import StageNode
+from .touch_stages import RESULTS, TouchMessages
+
+
+class ContactPointNode(StageNode):
+    """Tells where the sensor is touched, how deep, by how many, and how certain that is."""
+
+    def __init__(self):
+        super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS)
+        self.stage = TouchMessages(self.settings.values())
+
+    def on_message(self, message: DotTracks) -> dict[str, object]:
+        """The touches that the markers of one frame show."""
+        return self.stage.on_dots(message)
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process contact_point_node."""
+    sys.exit(run_node(ContactPointNode, args))
+
+
+if __name__ == '__main__':
+    main()

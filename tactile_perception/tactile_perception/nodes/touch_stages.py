@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stage of sheets and domes from message to message: what contact_point_node computes, process_bag computes by the same lines."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from geometry_msgs.msg import WrenchStamped
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks
+
+from ..calibration.touch_file import read_touch
+from ..errors import BadArgument, BadFrame
+from ..pipeline.marker_parameters import marker_sensor
+from ..pipeline.marker_views import view_maker
+from ..pipeline.sensor import camera_pose
+from ..pipeline.touch_stage import TouchStage
+from . import conversions as convert
+from .camera_side import CameraSide, Matrices
+
+RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped}
+
+
+class TouchMessages(CameraSide):
+    """dots -> contacts, contact_region, wrench; values: of POINT_PARAMETERS. Raises BadArgument without a calibration file."""
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        self.sensor = marker_sensor(values)
+        if not values['calibration']:
+            raise BadArgument(f'parameter calibration is empty: a {self.sensor.type} tells touches once it is calibrated; record presses '
+                              'at known places and run `ros2 run tactile_perception calibrate`')
+        self.calibration = read_touch(values['calibration'], self.sensor.type)
+
+    @property
+    def needs_places(self) -> bool:
+        """Always: markers are seen in a metric plane."""
+        return True
+
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """See CameraSide; none where the camera is not calibrated."""
+        make_view = view_maker(self.sensor, matrices, self.calibration.stitching, camera_pose(self.values))
+        return TouchStage(self.sensor, make_view, self.values, self.calibration) if make_view else None
+
+    def on_dots(self, message: DotTracks) -> dict[str, object]:
+        """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""
+        if self.stage is None:
+            raise BadFrame('no usable camera_info yet: the markers\' places need a calibrated camera')
+        stamp_s = self.stamp_of(message)
+        result = self.stage.process(convert.tracks_from_message(message), stamp_s)
+        header = message.header
+        return {
+            'contact_region': convert.region_to_message(result.region, header),
+            'contacts': convert.contacts_to_message(result.contacts, header),
+            'wrench': convert.wrench_to_message(result.wrench, header),
+        }

@@ -1,0 +1,56 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A sensor's nodes without a middleware: messages in, (topic, message) out."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
+
+from ..nodes.touch_stages import TouchMessages
+from ..nodes.touchpad_stages import ContactMessages, DotMessages
+from ..pipeline.marker_parameters import POINT_PARAMETERS
+from ..pipeline.parameter_file import read_parameters
+from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
+from ..touch.sensor import MARKER_SENSORS
+
+
+class ContactSide(Protocol):
+    """What follows the tracker: ContactMessages or TouchMessages."""
+
+    def on_camera_info(self, message) -> None:
+        """Take the camera."""
+
+    def on_dots(self, message) -> dict[str, object]:
+        """Topic -> message for one frame's dots."""
+
+
+class DotReplay:
+    """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D."""
+
+    def __init__(self, dots: DotMessages, contact: ContactSide | None):
+        self._dots, self._contact = dots, contact
+
+    def on_camera_info(self, message) -> None:
+        """As the nodes do."""
+        self._dots.on_camera_info(message)
+        if self._contact is not None:
+            self._contact.on_camera_info(message)
+
+    def on_image(self, message) -> Iterator[tuple[str, object]]:
+        """Every estimate for one image. Raises TactileError where a node would refuse it."""
+        dots = self._dots.on_image(message)
+        yield 'dots', dots
+        if self._contact is not None:
+            yield from self._contact.on_dots(dots).items()
+
+
+def make_replay(params: Path, calibration: Path | None = None) -> DotReplay:
+    """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError."""
+    own = {'calibration': str(calibration)} if calibration else {}
+    dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
+    if dots.values['sensor_type'] in MARKER_SENSORS:
+        return DotReplay(dots, TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own))
+    if dots.sensor.cap is None:
+        return DotReplay(dots, None)
+    return DotReplay(dots, ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own))

@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The view of the markers that a sensor's cameras give."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+from tactile_driver.stitching import Stitching, stitching_from_dict
+
+from ..camera import CameraModel
+from ..touch.sensor import MarkerSensor
+from ..touch.view import CameraView, MarkerView, StitchedView, camera_view
+
+
+def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,
+               pose: tuple[np.ndarray, np.ndarray]) -> Callable[[np.ndarray], MarkerView] | None:
+    """What makes a view of untouched markers' places (K, 2) px; None where the camera is not calibrated.
+
+    matrices: K (3, 3) and distortion (5,) of the camera; stitching: numbers of a calibration, of an image stitched from two; pose:
+    rotation (3, 3) and translation (3,) m of the camera, of a dome, whose markers do not tell it. Raises BadArgument for numbers that
+    are no stitching.
+    """
+    if stitching is not None:
+        view = stitched_view(stitching_from_dict(stitching, 'calibration: stitching'))
+        return lambda _uv: view
+    if matrices is None:
+        return None
+    if sensor.is_sheet:
+        return partial(_sheet_view, matrices, sensor)
+    view = CameraView(CameraModel(*matrices, *pose), sensor.plane_z)
+    return lambda _uv: view
+
+
+def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, rest_uv: np.ndarray) -> MarkerView:
+    return camera_view(*matrices, rest_uv, sensor)
+
+
+def stitched_view(stitching: Stitching) -> StitchedView:
+    """The view of a picture that was stitched so."""
+    return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.eyes)

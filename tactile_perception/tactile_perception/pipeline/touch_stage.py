@@ -1,0 +1,66 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the markers of one frame to touches, region and wrench: what contact_point_node and process_bag run."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..calibration.touch_file import TouchCalibration
+from ..contact.contacts import ContactEstimate
+from ..contact.region import ContactRegionEstimate
+from ..dots.dots import DotTracks
+from ..errors import BadFrame
+from ..touch.methods import make_method
+from ..touch.rest_markers import RestMarkers
+from ..touch.sensor import MarkerSensor
+from ..touch.touch_region import region_of
+from ..touch.touch_tracks import Touch, TouchTracker
+from ..touch.view import MarkerView
+from .marker_parameters import AUTO
+
+_NO_DOTS = np.zeros(0, bool)
+
+
+@dataclass(frozen=True)
+class TouchResult:
+    """region, contacts of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known."""
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    wrench: np.ndarray
+
+
+class TouchStage:
+    """Touches frame by frame.
+
+    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that
+    was not fitted.
+    """
+
+    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView], values: Mapping,
+                 calibration: TouchCalibration):
+        name = calibration.best if values['touch'] == AUTO else values['touch']
+        self._sensor, self._tip_radius = sensor, values['tip_radius']
+        self._method = make_method(name, calibration.fitted(name), sensor)
+        self._rest = RestMarkers(sensor.rows * sensor.columns, make_view)
+        self._tracker = TouchTracker(values['filter'])
+
+    def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
+        """The touches that the markers of one frame show. Raises BadFrame for markers of another grid or an earlier stamp."""
+        if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
+            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
+                           f'{self._sensor.rows} x {self._sensor.columns}')
+        field = self._rest.field(tracks)
+        touches = self._tracker.process(self._method.estimate(field), stamp_s)
+        wrench = np.full(6, np.nan)
+        force = -float(wrench[2]) if len(touches) == 1 else np.nan
+        contacts = [self._contact(touch, force) for touch in touches]
+        return TouchResult(region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius), contacts, wrench)
+
+    def _contact(self, touch: Touch, force: float) -> ContactEstimate:
+        found = touch.estimate
+        return ContactEstimate(touch.id, found.position, self._sensor.normal(found.position[:2]), found.depth, force, found.covariance,
+                               found.flags, _NO_DOTS)

@@ -1,0 +1,79 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How well a touch method tells presses that are known."""
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from .estimate import TouchEstimate, TouchMethod
+from .presses import Presses
+from .sensor import MarkerSensor
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors over presses: mean and 95th percentile of place (over x and y) and depth, m; squares: mean normalised squared error of
+    place and depth (1 where the stated covariance is honest); missed: presses not found; split: presses told as several; presses: in
+    all; false: touches told in untouched frames. NaN where no press was found."""
+
+    place_mean: float
+    place_95: float
+    depth_mean: float
+    depth_95: float
+    squares: float
+    missed: int
+    split: int
+    presses: int
+    false: int
+
+    def numbers(self) -> dict:
+        """Name -> value."""
+        return asdict(self)
+
+
+def judge(method: TouchMethod, presses: Presses) -> Score:
+    """The errors of a method on presses by one tip each; of several touches told, the one nearest to the tip counts."""
+    found = [method.estimate(field) for field in presses.fields]
+    return score(found, presses)
+
+
+def score(found: list[list[TouchEstimate]], presses: Presses) -> Score:
+    """The errors of the touches found, one list for each of the presses."""
+    rows, missed, split, false = [], 0, 0, 0
+    for touches, position, depth, touching in zip(found, presses.position, presses.depth, presses.touching):
+        if not touching:
+            false += len(touches)
+        elif not touches:
+            missed += 1
+        else:
+            split += len(touches) > 1
+            rows.append(_errors(min(touches, key=lambda t: np.hypot(*(t.position - position)[:2])), position, depth))
+    errors = np.array(rows).reshape(-1, 3)
+    if not len(errors):
+        return Score(*[float('nan')] * 5, missed, split, int(presses.touching.sum()), false)
+    (place, deep, squares), (place_95, deep_95, _) = errors.mean(0), np.percentile(errors, 95, axis=0)
+    return Score(float(place), float(place_95), float(deep), float(deep_95), float(squares), missed, split, int(presses.touching.sum()),
+                 false)
+
+
+def held_out_score(method: type, presses: Presses, sensor: MarkerSensor) -> Score:
+    """The errors of a method of TOUCH_METHODS on presses at places that it was not fitted to."""
+    found, held_all = [], []
+    for fitting, held in presses.held_out():
+        fitted = method.from_fitted(method.fit(fitting, sensor), sensor)
+        found += [fitted.estimate(field) for field in held.fields]
+        held_all.append(held)
+    together = Presses(tuple(f for held in held_all for f in held.fields),
+                       *(np.concatenate([getattr(held, name) for held in held_all])
+                         for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
+    return score(found, together)
+
+
+def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:
+    """Errors of place and depth, m, and the normalised squared error of the three together."""
+    off = (touch.position - position)[:2]
+    deep = touch.depth - depth
+    squares = off @ np.linalg.solve(touch.covariance[:2, :2], off) + (deep / touch.depth_sigma)**2
+    return float(np.hypot(*off)), abs(float(deep)), float(squares / 3)

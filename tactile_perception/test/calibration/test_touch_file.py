@@ -1,0 +1,46 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import pytest
+from tactile_perception.calibration.touch_file import best_method, read_touch, write_touch
+from tactile_perception.errors import BadCalibration
+from tactile_perception.touch.judge import Score
+
+NAN = float('nan')
+GOOD, BAD = Score(2e-4, 5e-4, 1e-4, 3e-4, 1.0, 0, 0, 9, 0), Score(2e-3, 5e-3, 9e-5, 3e-4, 1.0, 0, 0, 9, 0)
+SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / 'sheet.yaml'
+    write_touch(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}}, {'far': BAD, 'near': GOOD}, SPAN, ['x'])
+    return path
+
+
+def test_what_is_written_is_read(path):
+    found = read_touch(path, 'areal_single')
+    assert found.methods == {'far': {'a': 1.0}, 'near': {'a': [2.0]}}
+    assert found.fitted('far') == {'a': 1.0}
+    assert found.best == 'near'
+    assert found.wrench is None and found.stitching is None
+    assert found.file.residuals['near']['place_95'] == 5e-4
+
+
+def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
+    with pytest.raises(BadCalibration, match='no method paper; it has far, near'):
+        read_touch(path, 'areal_single').fitted('paper')
+
+
+def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
+    with pytest.raises(BadCalibration, match='for sensor type'):
+        read_touch(path, 'air_cushion')
+    write_touch(tmp_path / 'none.yaml', 'areal_single', {}, {}, SPAN, [])
+    with pytest.raises(BadCalibration, match='no touch method'):
+        read_touch(tmp_path / 'none.yaml', 'areal_single')
+
+
+def test_the_best_is_the_one_with_the_least_errors_in_proportion():
+    both = {'a': GOOD.numbers(), 'b': BAD.numbers()}
+    assert best_method(both, ['a', 'b']) == 'a'
+    assert best_method({'a': {'place_mean': NAN}, 'b': BAD.numbers()}, ['a', 'b']) == 'b'
+    assert best_method({}, ['only']) == 'only'

@@ -1,0 +1,62 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.touch.estimate import TouchEstimate
+from tactile_perception.touch.judge import held_out_score, score
+from tactile_perception.touch.presses import Presses
+
+
+def presses(places, depths):
+    count = len(places)
+    position = np.column_stack([places, -np.asarray(depths)])
+    unknown = np.full((count, 7), np.nan)
+    return Presses((None,) * count, position, np.asarray(depths, float), np.arange(count), unknown[:, :6], unknown[:, 6])
+
+
+def touch(x, y, depth, sigma=1e-4):
+    return TouchEstimate(np.array([x, y, -depth]), depth, sigma**2 * np.eye(3), sigma)
+
+
+def test_errors_misses_splits_and_false_touches_are_counted():
+    known = presses([[0.0, 0.0], [0.01, 0.0], [0.02, 0.0], [np.nan, np.nan]], [1e-3, 2e-3, 3e-3, 0.0])
+    found = [[touch(3e-4, 4e-4, 1.2e-3)], [touch(0.01, 0.0, 2e-3), touch(0.02, 0.0, 1e-3)], [], [touch(0.0, 0.0, 1e-3)]]
+    got = score(found, known)
+    assert got.place_mean == pytest.approx(0.25e-3)
+    assert got.place_95 == pytest.approx(0.95 * 0.5e-3)
+    assert got.depth_mean == pytest.approx(0.1e-3)
+    assert got.squares == pytest.approx((25 + 4) / 3 / 2)
+    assert (got.missed, got.split, got.presses, got.false) == (1, 1, 3, 1)
+
+
+def test_where_nothing_is_found_errors_are_not_known():
+    got = score([[]], presses([[0.0, 0.0]], [1e-3]))
+    assert np.isnan([got.place_mean, got.depth_95, got.squares]).all()
+    assert got.missed == 1
+
+
+class Remembers:
+    """Tells the mean of the places that it was fitted to."""
+
+    def __init__(self, mean):
+        self.mean = mean
+
+    @classmethod
+    def fit(cls, presses, sensor):
+        return {'mean': presses.position[presses.touching][:, :2].mean(0).tolist()}
+
+    @classmethod
+    def from_fitted(cls, fitted, sensor):
+        return cls(fitted['mean'])
+
+    def estimate(self, field):
+        return [touch(*self.mean, 1e-3)]
+
+
+def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
+    known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
+    got = held_out_score(Remembers, known, None)
+    # The mean of the other two places is so far from each.
+    expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
+    assert got.place_mean == pytest.approx(np.mean(expected))
+    assert got.presses == 3
