@@ -56,6 +56,8 @@ class Reference:
 
     def places(self, id: np.ndarray) -> np.ndarray:
         """(N, 2) rest places of dots id (N,), NaN where not known."""
+        if np.array_equal(id, self.id):
+            return self.uv.copy()
         at, known = self._index(id)
         return np.where(known[:, None], self.uv[at], np.nan)
 
@@ -97,20 +99,31 @@ class Reference:
         """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image), and how far (px)
         those few do that do most."""
         known = np.isfinite(duv[:, 0])
-        if not known.any():
+        if not known.all():
+            uv, duv, sigma = uv[known], duv[known], sigma[known]
+        count = len(uv)
+        if not count:
             return False, 0.0
-        uv, duv, sigma = uv[known], duv[known], sigma[known]
-        shared = float(np.median(np.hypot(duv[:, 0], duv[:, 1])))
-        if len(uv) < 8:
+        shared = float(np.sqrt(np.sort(np.einsum('ij,ij->i', duv, duv))[count // 2]))
+        if count < 8:
             return shared > DRIFTED, shared
-        basis = np.column_stack([np.ones(len(uv)), (uv - uv.mean(axis=0)) / max(np.ptp(uv), 1.0)])
-        kept = np.ones(len(uv), bool)
-        for _ in range(2):
-            weighted = basis[kept].T
-            off = duv - basis @ (np.linalg.pinv(weighted @ weighted.T, hermitian=True) @ (weighted @ duv[kept]))
-            off = np.hypot(off[:, 0], off[:, 1])
-            order = np.sort(off)
-            kept = off <= order[int(0.8 * len(off))]
-        size = float(order[int((1 - QUIET_SHARE) * (len(off) - 1))])
-        leaves = np.mean(off > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE
+        places = np.concatenate([uv.T, duv.T])
+        off = _off_affine(places, places)
+        order = np.sort(off)
+        off = _off_affine(places, places[:, off <= order[int(0.8 * count)]])
+        size = float(np.sort(off)[int((1 - QUIET_SHARE) * (count - 1))])
+        leaves = np.count_nonzero(off > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE * count
         return bool(leaves or shared > DRIFTED), max(size, shared)
+
+
+def _off_affine(places: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """(N,) px by which dots leave the common affine motion of those kept; both (4, ...): u, v and displacements along them, px."""
+    middle = kept.sum(axis=1, keepdims=True) / kept.shape[1]
+    kept = kept - middle
+    products = kept @ kept[:2].T
+    a, b, d = products[0, 0], products[0, 1], products[1, 1]
+    ridge = 1e-9 * (a + d) + 1e-9  # dots on one line say nothing of the motion's change across it
+    a, d = a + ridge, d + ridge
+    motion = products[2:] @ np.array([[d, -b], [-b, a]]) / (a * d - b * b)
+    off = places[2:] - middle[2:] - motion @ (places[:2] - middle[:2])
+    return np.sqrt(off[0] * off[0] + off[1] * off[1])

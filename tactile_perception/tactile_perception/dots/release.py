@@ -13,6 +13,7 @@ RELEASED = 0.15  # of the largest size of a touch: what is less may be its resid
 LARGEST = 1.0  # px: no residue is larger
 SETTLED_S = 3.0  # s for which it must have stayed still
 STILL = 0.1  # px that nearly all dots have moved less than, in that time
+NEARLY_ALL = 0.99
 NOISE = 7.0  # sigmas: two places of a dot that stays differ by less
 GROWN = 1.5  # times its size when it was taken for a residue: it is a touch again
 
@@ -32,7 +33,7 @@ class Release:
         """Whether displacements of this size (px) of dots id (N,) at uv (N, 2) px, good to sigma (N,) px, are what a touch
         has left."""
         self._largest = max(self._largest, size)
-        if not self._stayed(id, uv, max(STILL, NOISE * float(np.median(sigma)))):
+        if not self._stayed(id, uv, max(STILL, NOISE * float(np.sort(sigma)[len(sigma) // 2]))):
             self._since_s, self._id, self._uv, self._accepted = stamp_s, id.copy(), uv.copy(), np.nan
         if np.isfinite(self._accepted):
             return size <= GROWN * self._accepted
@@ -43,7 +44,11 @@ class Release:
 
     def _stayed(self, id, uv, limit) -> bool:
         """Whether the dots are where they were when they were last seen to have moved."""
-        _, now, then = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)
-        if len(now) < 0.9 * max(len(id), len(self._id)) or not len(now):
-            return False
-        return bool(np.percentile(np.hypot(*(uv[now] - self._uv[then]).T), 99) < limit)
+        now = then = slice(None)
+        if not np.array_equal(id, self._id):
+            _, now, then = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)
+            if len(now) < 0.9 * max(len(id), len(self._id)) or not len(now):
+                return False
+        moved = uv[now] - self._uv[then]
+        square = np.sort(np.einsum('ij,ij->i', moved, moved))
+        return bool(square[int(NEARLY_ALL * (len(square) - 1))] < limit * limit)
