@@ -6,7 +6,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..surface.membrane import Membrane, MembraneState
+from ..surface.membrane import Membrane
+from .dot_loads import DotLoads
 from .tool_face import heights_over_face
 
 _HALF = 0.5
@@ -14,7 +15,7 @@ _HALF = 0.5
 _EDGE_HEIGHT = 0.1
 
 
-def contact_score(membrane: Membrane, state: MembraneState) -> np.ndarray:
+def contact_score(membrane: Membrane, state: DotLoads) -> np.ndarray:
     """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over that further inside, less where the dot stands off the
     object's face.
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..surface.membrane import Membrane
 from ..surface.membrane_forces import MembraneMaterial
-from .force_balance import contact_score
+from .dot_loads import DotLoads, MembraneBalance
+from .force_balance import around, contact_score
 from .grid_surface import to_grid
 from .outline import label_score
 from .paper_region import PaperRegion
 from .states import DotStates
+
 
 
 @dataclass(frozen=True)
@@ -36,21 +37,31 @@ class MembraneMethod:
     """The membrane's own force balance, seen by a camera with its centre at origin (3,), m."""
 
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
-        self._rows, self._columns, self._material, self._origin = rows, columns, material, origin
-        self._membrane: Membrane | None = None
+        self._shape = rows, columns
+        self._balance = MembraneBalance(rows, columns, material, origin)
         self._states = DotStates(rows, columns, origin)
 
     def renew(self, rest_xyz: np.ndarray) -> None:
         """Take the dots' rest places (K, 3), m."""
-        self._membrane = self._membrane.with_rest(rest_xyz) if self._membrane else \
-            Membrane(rest_xyz, self._rows, self._columns, self._material)
+        self._balance.renew(rest_xyz)
 
     def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
         """The states of dots ids (N,) at xyz (N, 3), m."""
-        membrane = self._membrane.evaluate(xyz, ids, self._origin)
-        score = contact_score(self._membrane, membrane)
-        state = self._states.update(membrane, score)
-        return Judgement(state[ids], score[ids], membrane.force[ids], np.concatenate(membrane.wrench()))
+        moved, seen = self._balance.moves(ids, xyz)
+        if self._balance.quiet(moved):
+            self._states.rest(self._balance.membrane.rest + moved, seen)
+            return Judgement(np.zeros(len(ids), np.uint8), np.zeros(len(ids)), np.zeros((len(ids), 3)), np.zeros(6))
+        loads = self._balance.loads(moved, seen)
+        score = contact_score(self._balance.membrane, loads)
+        state = self._states.update(loads, score)
+        return Judgement(state[ids], score[ids], loads.force[ids], self._wrench(loads, score))
+
+    def _wrench(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
+        """(6,) from the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""
+        if not (score > 0.5).any():
+            return np.zeros(6)
+        loaded = (loads.load > 0.5).astype(float).reshape(self._shape)
+        return loads.wrench(np.minimum(around(loaded) + loaded, 1).ravel())
 
 
 class PaperMethod:

@@ -12,8 +12,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..surface.membrane import MembraneState
 from .carried_motion import DotMotions, across_rays, lengths, moved_to
+from .dot_loads import DotLoads
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
@@ -45,34 +45,39 @@ class DotStates:
         self.friction = np.nan
         self._slipping_share, self._gross, self._still_frames = 0.0, False, 0
 
-    def update(self, state: MembraneState, score: np.ndarray) -> np.ndarray:
+    def update(self, state: DotLoads, score: np.ndarray) -> np.ndarray:
         """States (K,) uint8 in this frame; score (K,): above 0.5 in contact."""
         touched = score > .5
         states = np.where(touched, STICKING, NON_CONTACT).astype(np.uint8)
-        if self._last is None or touched.sum() < _FEWEST:
-            self._between_contacts(state, touched)
+        if not touched.any():
+            self.rest(state.xyz, state.seen)
             return states
-        both = np.flatnonzero(touched & self._last_touched & state.seen & self._last.seen)
+        if self._last is None or np.count_nonzero(touched) < _FEWEST:
+            self._last, self._last_touched = (state.xyz, state.seen), touched
+            self._twist, self._gross, self._slipping_share = None, False, 0.0
+            return states
+        both = np.flatnonzero(touched & self._last_touched & state.seen & self._last[1])
         if len(both) >= _FEWEST:
             slips = self._judge(state, touched, both)
             states[both[slips]] = SLIPPING
             states[touched & ~self._last_touched] = SLIPPING if self._gross else STICKING
-        self._last, self._last_touched = state, touched
+        self._last, self._last_touched = (state.xyz, state.seen), touched
         return states
 
-    def _between_contacts(self, state, touched):
-        """Nothing to judge: forget the motion, and take the noise from how untouched dots seem to move."""
-        if self._last is not None and not touched.any() and not self._last_touched.any():
-            moved = lengths(across_rays(self._last.xyz, state.xyz, self.origin)[0])[state.seen & self._last.seen]
+    def rest(self, xyz: np.ndarray, seen: np.ndarray) -> None:
+        """A frame in which nothing carries a load: dots at xyz (K, 3) m, those seen (K,) bool. The motion is forgotten, and the noise
+        learnt from how untouched dots seem to move."""
+        if self._last is not None and not self._last_touched.any():
+            moved = lengths(across_rays(self._last[0], xyz, self.origin)[0])[seen & self._last[1]]
             # the calmest fifth of the dots (0.668 standard deviations in a plane): a touch too light to be found moves many dots already
             here = np.partition(moved, len(moved) // 5)[len(moved) // 5] / 0.668 if len(moved) else np.nan
             if here > 0:
                 self.noise += (_SLOW if here < self.noise else _SLOW / 4) * (here - self.noise)
-        self._last, self._last_touched = state, touched
+        self._last, self._last_touched = (xyz, seen), np.zeros(len(seen), bool)
         self._twist, self._gross, self._slipping_share = None, False, 0.0
 
     def _judge(self, state, touched, both):
-        motions = DotMotions(self._last.xyz[both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
+        motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
         held = None if self._twist is None else moved_to(self._twist, self._centre, motions.centre)
         if held is not None and not self._in_touch(motions, held):
             held = motions.kept_in_touch(held)
@@ -148,7 +153,8 @@ class DotStates:
         way = self._way(motions, held, state.normal[both])
         loads[:, 4] = 0
         loads[both, 4] = np.einsum('ij,ij->i', loads[both, 1:4], way)
-        near = cv2.boxFilter(loads.reshape(*self.shape, 5), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).reshape(-1, 5)[both]
+        near = cv2.boxFilter(loads.reshape(*self.shape, 5), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        near = near.reshape(-1, 5)[both]
         load = np.where(way.any(1), near[:, 4], lengths(near[:, 1:4]))
         return load / np.maximum(near[:, 0], 1e-9), near[:, 1:4]
 

@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from ..errors import BadArgument
 from .membrane_forces import MembraneForces, MembraneMaterial, dot
 from .membrane_grid import GridMesh
-from .membrane_load import expectation, judge, likelihood_gain
 from .membrane_step import MembraneFrame
 from .range_scale import RangeScale
 
@@ -25,10 +23,7 @@ from .range_scale import RangeScale
 _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
-_PRESSURE_ROUNDS = (.3, .15, .08, .06)
-_KNOWN, _CALM_LOAD = 3e-6, 0.25
-# Misfit allowed where unseen dots are placed; how loosely they are held to where their neighbours have them, and how far they go, m.
-_FILL_MISFIT, _FILL_HOLD, _FILL_STEP = 0.4, 1e-3, 4e-4
+_KNOWN = 3e-6
 
 
 @dataclass
@@ -38,7 +33,7 @@ class MembraneState:
     xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the
     outermost dots, which have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of
     the object; fluid_pressure: Pa; touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's
-    centre; carries: (K,) bool, dots that are likely touched and those beside them, on which a border's load spreads.
+    centre.
     """
 
     xyz: np.ndarray
@@ -50,20 +45,11 @@ class MembraneState:
     touched: np.ndarray
     seen: np.ndarray
     ranges: np.ndarray
-    carries: np.ndarray
 
     @property
     def load(self) -> np.ndarray:
         """(K,) pressure of the object over the fluid's: 0 free, 1 under a flat face."""
         return self.pressure / self.fluid_pressure
-
-    def wrench(self) -> tuple[np.ndarray, np.ndarray]:
-        """Force (3,) N and moment (3,) N m about the sensor's origin that the object exerts, from the dots that carry a load; 0 where none
-        carries half of the fluid's pressure."""
-        if not (self.load > .5).any():
-            return np.zeros(3), np.zeros(3)
-        carried = self.force * self.carries[:, None]
-        return carried.sum(0), np.cross(self.xyz, carried).sum(0)
 
 
 class Membrane:
@@ -150,83 +136,14 @@ class Membrane:
         squared[inner] /= (alone * squared[inner].sum(1))[:, None]
         return squared
 
-    def evaluate(self, xyz: np.ndarray, ids: np.ndarray, origin: np.ndarray | None = None) -> MembraneState:
-        """The loads from places xyz (N, 3), m, of the dots numbered ids (N,) as solve gave them: one evaluation, and the fluid's pressure
-        from it.
-
-        Dots left out are placed as their neighbours moved; with the camera's centre origin (3,), m, a step along their rays follows,
-        which the dots around them need for their own balance. Raises BadArgument for ids outside the grid.
-        """
-        ids = _checked_ids(ids, self.mesh.size)
-        finite = np.isfinite(xyz).all(1)
-        ids, xyz = ids[finite], np.asarray(xyz, float)[finite]
-        seen = np.zeros(self.mesh.size, bool)
-        seen[ids] = True
-        moved = np.zeros_like(self.rest)
-        moved[ids] = xyz - self.rest[ids]
-        places = np.ascontiguousarray((self.rest + self.mesh.fill(moved, seen)).T)
-        state = self._loads(places, seen)
-        if origin is None or not seen.any() or not self._misplaced(state):
-            return state
-        return self._loads(self._settled(state, origin), seen)
-
-    def _loads(self, places: np.ndarray, seen: np.ndarray) -> MembraneState:
-        """The loads at places (3, K), m, and the fluid's pressure from them."""
-        elastic, share = self.forces.evaluate(places, 0.0)
-        pressure, touched = self._fluid_pressure(elastic, share)
-        force = elastic + pressure * (share - self.forces.rest_residual)
-        return self._state(places, force, share, pressure, touched, seen, np.full(self.mesh.size, np.nan))
-
-    def _settled(self, state: MembraneState, origin: np.ndarray) -> np.ndarray:
-        """Places (3, K), m, with unseen dots moved along their rays by one step towards the balance of themselves and those around."""
-        places, holes = np.ascontiguousarray(state.xyz.T), np.flatnonzero(~state.seen)
-        away = places - np.asarray(origin)[:, None]
-        rays = away / np.sqrt(dot(away, away))
-        leftover, slopes, _, _, area = self.forces.along_rays(places, rays, state.fluid_pressure)
-        scale = 1 / (state.fluid_pressure * area)
-        around = np.unique(self.mesh.stencil[:, holes])
-        around = around[self.mesh.inner[around]]
-        slot, row = np.nonzero(~state.seen[self.mesh.stencil[:, around]])
-        matrix = np.zeros((len(around), len(holes)))
-        matrix[row, np.searchsorted(holes, self.mesh.stencil[slot, around[row]])] = (slopes * scale)[slot, around[row]]
-        weight, pull = expectation((leftover * scale)[around], state.touched[around], _FILL_MISFIT)
-        normal = matrix.T @ (weight[:, None] * matrix) + np.eye(len(holes)) / _FILL_HOLD**2
-        change = -np.linalg.solve(normal, matrix.T @ pull)
-        places[:, holes] += np.clip(change, -_FILL_STEP, _FILL_STEP) * rays[:, holes]
-        return places
-
-    def _misplaced(self, state: MembraneState) -> bool:
-        """Whether dots that were not seen, or those beside them, carry anything: where they do not, they are well placed."""
-        around = self.mesh.stencil[:, ~state.seen]
-        return bool((np.abs(state.load[around]) > _CALM_LOAD).any())
-
-    def _fluid_pressure(self, elastic: np.ndarray, share: np.ndarray) -> tuple[float, np.ndarray]:
-        """Pressure, Pa, that leaves nothing over on free dots, and the probability (K,) that a dot is not one.
-
-        elastic (3, K) N: forces without pressure; share (3, K) m^2: area vectors.
-        """
-        square, inner = dot(share, share), self.mesh.inner
-        carried = -dot(elastic, share)
-        push = square - dot(self.forces.rest_residual, share)
-        least = .1 * self.material.rest_pressure
-        pressure = max(float(np.median(carried[inner] / push[inner])), least)
-        touched = np.zeros(self.mesh.size)
-        for misfit in _PRESSURE_ROUNDS:
-            load = (pressure * push - carried) / (pressure * square)
-            touched = judge(self.mesh, likelihood_gain(load, misfit), touched)
-            weight = np.where(inner, (1 - touched) + 1e-9, 0.0)
-            pressure = max(float(weight @ (carried * push) / (weight @ push**2)), least)
-        return pressure, touched
-
     def _state(self, places, force, share, pressure, touched, seen, ranges) -> MembraneState:
         """The loads at places (3, K), m, from what is left over, force (3, K) N, on area vectors share (3, K) m^2."""
         area = np.sqrt(dot(share, share))
         normal = share / area
-        inner, shape = self.mesh.inner, (self.mesh.rows, self.mesh.columns)
-        carries = ndimage.binary_dilation((touched > .5).reshape(shape), np.ones((3, 3))).ravel()
+        inner = self.mesh.inner
         return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
                              pressure=np.where(inner, dot(force, normal) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
-                             seen=seen, ranges=ranges, carries=carries)
+                             seen=seen, ranges=ranges)
 
 
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:

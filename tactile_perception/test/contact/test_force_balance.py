@@ -1,32 +1,46 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tactile_perception.contact.dot_loads import MembraneBalance
 from tactile_perception.contact.force_balance import contact_score, load_share
 from tactile_perception.surface.cap import Cap
-from tactile_perception.surface.membrane import Membrane
+from tactile_perception.surface.membrane_forces import MembraneMaterial
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
 
 
-def _membrane():
+def _balance():
     y, x = np.meshgrid(np.linspace(-0.25, 0.25, 19), np.linspace(-0.25, 0.25, 19), indexing='ij')
     rays = np.stack([x, y, np.ones_like(x)], -1).reshape(-1, 3)
     rest = Cap().meet(ORIGIN, rays / np.linalg.norm(rays, axis=1, keepdims=True))
-    return Membrane(rest, 19, 19)
+    return _of(rest, 19)
+
+
+def _of(rest, side):
+    balance = MembraneBalance(side, side, MembraneMaterial(), ORIGIN)
+    balance.renew(rest)
+    return balance
+
+
+def _score(balance, xyz):
+    loads = balance.loads(*balance.moves(np.arange(len(xyz)), xyz))
+    return contact_score(balance.membrane, loads)
 
 
 def test_an_untouched_membrane_scores_nothing():
-    membrane = _membrane()
-    score = contact_score(membrane, membrane.evaluate(membrane.rest.astype(np.float32), np.arange(361)))
+    balance = _balance()
+    score = _score(balance, balance.membrane.rest.astype(np.float32))
     assert score.shape == (361,) and score.max() < 0.05
 
 
 def test_a_dent_is_scored_where_it_is():
-    membrane = _membrane()
-    distance = np.linalg.norm(membrane.rest[:, :2], axis=1)
-    dented = membrane.rest - np.outer(1.5e-3 * np.exp(-(distance / 3e-3)**2), [0, 0, 1])
-    score = contact_score(membrane, membrane.evaluate(dented, np.arange(361)))
+    balance = _balance()
+    distance = np.linalg.norm(balance.membrane.rest[:, :2], axis=1)
+    dented = balance.membrane.rest - np.outer(1.5e-3 * np.exp(-(distance / 3e-3)**2), [0, 0, 1])
+    score = _score(balance, dented)
     assert score[distance < 1.5e-3].min() > 0.5
     assert score[distance > 8e-3].max() < 0.5
 
@@ -34,10 +48,10 @@ def test_a_dent_is_scored_where_it_is():
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.95), ('tp_ring_press', 0.87), ('tp_disc_twist', 0.93)])
 def test_dots_of_a_recording_seen_without_error(recording, name, least):
     truth = recording(name)
-    membrane = Membrane(truth['dot_rest_xyz'], 23, 23)
+    balance = _of(truth['dot_rest_xyz'], 23)
     counts = np.zeros(3)
     for frame in range(len(truth['pressure'])):
-        found = contact_score(membrane, membrane.evaluate(truth['dot_xyz'][frame], np.arange(529))) > 0.5
+        found = _score(balance, truth['dot_xyz'][frame]) > 0.5
         touched = truth['dot_contact'][frame]
         judged = touched | (truth['dot_gap'][frame] > 50e-6)
         counts += [(found & touched).sum(), (found & ~touched & judged).sum(), (~found & touched).sum()]
@@ -62,7 +76,6 @@ def test_dots_beside_a_ridge_that_the_mesh_has_loaded_do_not_touch():
 
 
 def test_one_dot_alone_is_no_contact():
-    membrane = _membrane()
-    state = membrane.evaluate(membrane.rest, np.arange(361))
-    state.pressure = np.where(np.arange(361) == 180, 1.5 * state.fluid_pressure, 0.0)
-    assert not (contact_score(membrane, state) > 0.5).any()
+    balance = _balance()
+    loads = replace(balance.loads(*balance.moves(np.arange(361), balance.membrane.rest)), load=np.where(np.arange(361) == 180, 1.5, 0.0))
+    assert not (contact_score(balance.membrane, loads) > 0.5).any()

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from tactile_perception.contact.dot_loads import DotLoads, MembraneBalance
 from tactile_perception.contact.force_balance import contact_score
 from tactile_perception.contact.states import SLIPPING, STICKING, DotStates
-from tactile_perception.surface.membrane import Membrane, MembraneState
+from tactile_perception.surface.membrane_forces import MembraneMaterial
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
 SIDE = 13
@@ -29,14 +30,20 @@ class Face:
         force = np.outer(self.inside, [0, 0, -6e-3]) + np.outer(self.inside * 6e-3 * ratio, [1, 0, 0])
         force = force + self.rng.normal(size=force.shape) * [1e-3, 1e-3, 0]
         count = SIDE**2
-        return MembraneState(seen, force, np.tile([0, 0, 1.0], (count, 1)), np.full(count, 2e-6), 3000.0 * self.inside, 3000.0,
-                             self.score, np.ones(count, bool), np.full(count, np.nan), self.inside)
+        return DotLoads(seen, np.ones(count, bool), np.tile([0, 0, 1.0], (count, 1)), force, self.score)
 
 
 def test_nothing_touched_has_no_state():
     face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
     for _ in range(3):
         assert not states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2)).any()
+
+
+def test_the_noise_is_learnt_while_nothing_touches():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN, noise=10e-6)
+    for _ in range(40):
+        states.rest(face.state([0, 0, 0], 0.0).xyz, np.ones(SIDE**2, bool))
+    assert states.noise == pytest.approx(np.sqrt(2) * 1e-6, rel=0.3)
 
 
 def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
@@ -95,11 +102,12 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.92), ('tp_disc_twist', 0.92)])
 def test_states_of_a_recording_seen_without_error(recording, name, least):
     truth = recording(name)
-    membrane, states = Membrane(truth['dot_rest_xyz'], 23, 23), DotStates(23, 23, ORIGIN)
+    balance, states = MembraneBalance(23, 23, MembraneMaterial(), ORIGIN), DotStates(23, 23, ORIGIN)
+    balance.renew(truth['dot_rest_xyz'])
     counts = np.zeros((3, 3))
     for frame in range(len(truth['pressure'])):
-        state = membrane.evaluate(truth['dot_xyz'][frame], np.arange(529))
-        found = states.update(state, contact_score(membrane, state))
+        loads = balance.loads(*balance.moves(np.arange(529), truth['dot_xyz'][frame]))
+        found = states.update(loads, contact_score(balance.membrane, loads))
         slip = np.linalg.norm(truth['dot_slip'][frame], axis=1)
         real = truth['dot_state'][frame]
         judged = ((real > 0) & ((slip < 5e-6) | (slip > 30e-6))) | ((real == 0) & (truth['dot_gap'][frame] > 50e-6))
