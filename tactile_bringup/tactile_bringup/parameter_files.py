@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import Parameter, to_yaml
 from tactile_driver.simulation.scenes import open_scene
+from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
 from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS
+from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from .parameters import MARKERS_PARAMETERS
 
@@ -27,6 +29,12 @@ _MARKER_VIDEO = """# Any video of a regular grid of printed dots, without a mode
 # Copy it and set rows and columns to what the image shows in full, and polarity.
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
+_MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the copy, and give it as params:=FILE.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
+_MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of type {}.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
 # What the launch files set for each sensor anew is left out.
 _BY_LAUNCH = {'source', 'frame_id'}
 
@@ -36,19 +44,40 @@ def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> li
     return [p for p in table if p.name not in names]
 
 
-def parameter_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
-    """The text of a parameter file for a touchpad's nodes.
+def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], changed: Mapping[str, object],
+          left_out: tuple[str, ...] = ()) -> str:
+    """A parameter file of sections (node, table).
 
     about: comment on top; changed: name -> value other than the default; left_out: nodes, and what the names of parameters begin with, that
     are of no use here.
     """
+    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
+              for node, table in sections if not node.endswith(left_out)]
+    return _HEAD + about + '\n'.join(to_yaml(table, node) for node, table in tables)
+
+
+def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
+    """The text of a parameter file for a touchpad's nodes. See _text."""
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, SENSOR_PARAMETERS))]
-    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
-              for node, table in sections if not node.endswith(left_out)]
-    return _HEAD + about + '\n'.join(to_yaml(table, node) for node, table in tables)
+    return _text(about, sections, changed, left_out)
+
+
+def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> str:
+    """The text of a parameter file for the nodes of a sheet or an air cushion."""
+    sensor = MARKER_SENSORS[sensor_type]
+    size = min(sensor.pitch) / 4
+    values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
+              'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
+              'dome.height': sensor.height, 'surface': 'none', 'polarity': 'bright', 'detection': 'blobs', 'dot_size': size,
+              'normal_length': 8 * size, 'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
+    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS and p.name != 'pace']
+    sections = [('/**', MARKER_SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
+                ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
+                ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
+    return _text(about, sections, values)
 
 
 def simulated_specimen() -> dict[str, object]:
@@ -67,12 +96,27 @@ def simulated_specimen() -> dict[str, object]:
     }
 
 
+def simulated_markers(sensor_type: str) -> dict[str, object]:
+    """Name -> value of what a user would measure on the simulated sheet or cushion, and the scene that it shows."""
+    camera = open_scene(f'{sensor_type}_rest').camera
+    return {'scene': f'{sensor_type}_demo', 'camera.translation': [round(float(x), 7) for x in camera.translation],
+            'camera.rotation': [round(float(x), 6) for x in Rotation.from_matrix(camera.rotation).as_rotvec()]}
+
+
 def parameter_files() -> dict[str, str]:
     """File name -> text."""
+    files = {}
+    for sensor_type in ('areal_single', 'air_cushion'):
+        files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
+        files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
+    return files | _touchpad_files()
+
+
+def _touchpad_files() -> dict[str, str]:
     video = {'sensor_type': 'marker_video', 'rows': 7, 'columns': 10, 'surface': 'none'}
     surface_only = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
-    return {'touchpad.yaml': parameter_file(_TOUCHPAD, {}), 'touchpad_sim.yaml': parameter_file(_SIMULATED, simulated_specimen()),
-            'marker_video.yaml': parameter_file(_MARKER_VIDEO, video, surface_only)}
+    return {'touchpad.yaml': touchpad_file(_TOUCHPAD, {}), 'touchpad_sim.yaml': touchpad_file(_SIMULATED, simulated_specimen()),
+            'marker_video.yaml': touchpad_file(_MARKER_VIDEO, video, surface_only)}
 
 
 def main() -> int:

@@ -26,7 +26,8 @@ class ContactSide(Protocol):
 
 
 class DotReplay:
-    """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D."""
+    """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D,
+    or that is not calibrated where it has to be."""
 
     def __init__(self, dots: DotMessages, contact: ContactSide | None):
         self._dots, self._contact = dots, contact
@@ -49,8 +50,9 @@ def make_replay(params: Path, calibration: Path | None = None) -> DotReplay:
     """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError."""
     own = {'calibration': str(calibration)} if calibration else {}
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
-    if dots.values['sensor_type'] in MARKER_SENSORS:
+    markers = dots.values['sensor_type'] in MARKER_SENSORS
+    if markers and dots.values['calibration']:
         return DotReplay(dots, TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own))
-    if dots.sensor.cap is None:
+    if markers or dots.sensor.cap is None:
         return DotReplay(dots, None)
     return DotReplay(dots, ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own))

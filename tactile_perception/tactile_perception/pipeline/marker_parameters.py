@@ -21,7 +21,6 @@ MARKER_SENSOR_PARAMETERS = (
     _fixed('rows', int, 9, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
     _fixed('columns', int, 13, '', 'columns of the printed grid', 0, 250),
     _fixed('pitch', list[float], [0.0045, 0.0045], 'm', 'from marker to marker along x and y', 1e-5, 1.0),
-    _fixed('marker_radius', float, 0.0012, 'm', 'radius of a printed marker', 1e-6, 1.0),
     _fixed('sheet_size', list[float], [0.060, 0.045], 'm', 'of the clamped sheet along x and y; zeros for a dome', 0.0, 10.0),
     _fixed('dome.rim_radius', float, 0.0, 'm', 'radius of the rim of a dome; 0 for a sheet', 0.0, 10.0),
     _fixed('dome.height', float, 0.0, 'm', 'height of a dome over its rim; 0 for a sheet', 0.0, 10.0),
@@ -44,5 +43,5 @@ def marker_sensor(values: Mapping) -> MarkerSensor:
     for name, pair in pairs.items():
         if len(pair) != 2:
             raise BadArgument(f'parameter {name} must have two numbers, along x and y, not {len(pair)}')
-    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], pairs['pitch'], values['marker_radius'],
-                        pairs['sheet_size'], values['dome.rim_radius'], values['dome.height'])
+    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], pairs['pitch'], pairs['sheet_size'],
+                        values['dome.rim_radius'], values['dome.height'])

@@ -1,0 +1,51 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes of a marker sheet or an air cushion, from the arguments of its launch file."""
+from __future__ import annotations
+
+from pathlib import Path
+
+from launch import LaunchContext
+from launch.actions import LogInfo
+from tactile_driver.errors import TactileError
+from tactile_driver.nodes.parameters import Parameter
+from tactile_perception.pipeline.parameter_file import read_parameters
+
+from .sensor_launch import (LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
+                            with_parameter_file)
+
+RVIZ_TOPICS = ('image_raw', 'image_annotated', 'markers')
+# The whole table takes a second to import, and launch needs only this of it.
+_CALIBRATION = (Parameter('calibration', str, '', '', 'calibration file'),)
+
+
+def marker_actions(context: LaunchContext, sensor_type: str, driver: str = 'camera_node') -> list:
+    """The actions for the arguments in context; driver: the node that gives image_raw. Raises LaunchError."""
+    values = with_calibration(with_parameter_file(values_of(context, sensor_arguments(sensor_type)), sensor_type), sensor_type)
+    check(values)
+    frame_id = frame_of(values, sensor_type)
+    nodes = SensorNodes(values)
+    actions = [nodes.node('tactile_driver', driver, camera_parameters(values, frame_id)),
+               nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
+    if values['calibration'] or _calibration_of(values['params']):
+        actions.append(nodes.node('tactile_perception', 'contact_point_node', nodes.calibrated()))
+    else:
+        actions.append(LogInfo(msg='not calibrated (calibration:=FILE): markers are tracked, touches are not told; record presses at '
+                                   'known places and run `ros2 run tactile_perception calibrate`'))
+    actions.append(nodes.node('tactile_bringup', 'markers_node', {'frame_id': frame_id}))
+    return [*actions, *nodes.recorder(), *nodes.rviz(share('rviz', f'{sensor_type}.rviz'), frame_id, RVIZ_TOPICS)]
+
+
+def with_calibration(values: dict[str, str], sensor_type: str) -> dict[str, str]:
+    """values with the simulated specimen's calibration where it is simulated and the user gives none."""
+    own = share('calibration', f'{sensor_type}_sim.yaml')
+    simulated = values['source'] == 'sim' and not values['calibration'] and Path(own).is_file()
+    return {**values, 'calibration': own} if simulated else values
+
+
+def _calibration_of(params: str) -> str:
+    """The calibration file that a parameter file names. Raises LaunchError."""
+    try:
+        return read_parameters(params, 'contact_point_node', _CALIBRATION)['calibration']
+    except TactileError as error:
+        raise LaunchError(' '.join(str(error).split())) from error  # a parser's message has many lines
