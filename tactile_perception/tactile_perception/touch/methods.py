@@ -11,9 +11,11 @@ from collections.abc import Mapping
 
 from ..errors import BadArgument
 from .estimate import TouchMethod
+from .paper_cushion import PaperCushion
+from .paper_touch import PaperTouch
 from .sensor import MarkerSensor
 
-TOUCH_METHODS: dict[str, type] = {}
+TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion}
 
 
 def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
