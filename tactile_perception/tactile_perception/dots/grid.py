@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactile_perception.dots.anchor import anchor_lattice
+from tactile_perception.dots.complete import complete_grid
 from tactile_perception.dots.follow import follow
 from tactile_perception.dots.jumps import leave_out_jumps
 from tactile_perception.dots.lattice import find_lattice
@@ -94,5 +95,5 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
         inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
         id[member] = np.where(inside, row * shape[1] + column, -1)
         if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
-            id = leave_out_jumps(id, uv, shape)
+            id = complete_grid(leave_out_jumps(id, uv, shape), uv, shape)
     return GridNumbers(id, anchor.reason, lattice.pitch)

@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import os
 import sys
 from pathlib import Path
 
@@ -100,3 +101,19 @@ def test_wrong_arguments_are_named():
         number_grid(np.zeros((4, 3)), 23, 23)
     with pytest.raises(BadArgument, match='1 x 23'):
         number_grid(np.zeros((4, 2)), 1, 23)
+
+
+SIMULATED = Path(os.environ.get('TACTILE_RECORDINGS', '')) / 'simulated'
+
+
+@pytest.mark.skipif(not (SIMULATED / 'as_test').is_dir(), reason='TACTILE_RECORDINGS holds no simulated/as_test')
+@pytest.mark.parametrize('name, side, rows, columns, first', [
+    ('as_test', '', 9, 13, 0), ('as_calib_small', '', 9, 13, 0), ('ac_test', '', 17, 17, 18), ('ac_calib_small', '', 17, 17, 18),
+    ('ad_test', '_left', 11, 8, 0), ('ad_test', '_right', 11, 8, 6), ('ad_calib_small', '_right', 11, 8, 6)])
+def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(name, side, rows, columns, first):
+    """Of a dome's grid the corners are missing; each view of two cameras sees eight of fourteen columns."""
+    truth = np.load(SIMULATED / name / 'truth.npz')
+    number = truth['dot_rc'] - divmod(first, 17 if name.startswith('ac') else 14)
+    for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
+        numbers = number_grid(uv[seen].astype(float), rows, columns)
+        assert numbers.certain and np.array_equal(numbers.id, number[seen] @ [columns, 1])
