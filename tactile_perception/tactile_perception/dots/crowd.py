@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .pairs import near_pairs
+from .pairs import PairList, near_pairs
 from .shape import blurred_disc
 from .subpixel import Fit, LikelihoodFitter
 
@@ -19,6 +19,7 @@ _MET = 0.15  # of a dot's diameter: two fits that come so near to each other beg
 _GAP = 1.5  # px between the edges of dots that cannot be fitted at first without regard to each other
 _RUN_OFF = 1.5  # px from the patch's centre
 _ROUNDS = 5  # of fitting such dots in turns
+_SKIN = 3.0  # px that dots may move against each other before pairs are searched for anew
 _BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off their neighbours
 
 
@@ -36,11 +37,16 @@ class Separator:
 
     def __init__(self, look, fitter: LikelihoodFitter):
         self._look, self._fitter = look, fitter
+        self._reach = fitter.half + look.largest / 2 + 2 * look.blur
+        self._list = PairList(self._reach, _SKIN)
         self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
 
-    def pairs(self, places: np.ndarray) -> Pairs:
-        """Pairs of places (2, N) px that may be seen in each other's patches."""
-        i, j = near_pairs(*places, self._fitter.half + self._look.largest / 2 + 2 * self._look.blur)
+    def pairs(self, places: np.ndarray, stay: bool) -> Pairs:
+        """Pairs of places (2, N) px that may be seen in each other's patches; stay: the dots are those of the last call that said so."""
+        i, j = self._list.of(places) if stay else near_pairs(*places, self._reach)
+        if len(i):
+            near = np.flatnonzero(np.abs(places[:, i] - places[:, j]).max(0) < self._reach)
+            i, j = i[near], j[near]
         if not len(i):
             return Pairs(i, j, np.zeros(0))
         i, j = np.concatenate([i, j]), np.concatenate([j, i])
@@ -79,7 +85,7 @@ class Separator:
             self._take_turns(fit, compressed, places, diameter, centre, i[touching], j[touching])
         reach = self._fitter.half + fit.diameter[j] / 2 + look.blur
         # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
-        settled = (np.maximum(np.abs(fit.u), np.abs(fit.v)) < _RUN_OFF) & (fit.diameter < look.largest)
+        settled = (fit.away() < _RUN_OFF) & (fit.diameter < look.largest)
         settled[i[touching]] = True
         across, down = centre[:, i] - centre[:, j] - fit.values[:2, j]
         seen = np.flatnonzero(both & settled[j] & (np.abs(across) < reach) & (np.abs(down) < reach))

@@ -91,14 +91,14 @@ class LikelihoodDetector:
         centre = np.minimum(np.maximum(np.rint(places), 0), last).astype(np.int64)
         compressed = fitter.compress(fitter.patches(padded, *centre), look.ground)
         fit = fitter.fit(compressed, *(places - centre), diameter, 2)
-        off = np.abs(fit.values[:2]).max(0) > _OFF_CENTRE
+        off = fit.away() > _OFF_CENTRE
         any_off, some = off.any(), None
         if any_off:
             some = self._hopeful(fit, compressed, off)
             if not len(some):
                 return _NONE
             places, centre, diameter, compressed, fit = places[:, some], centre[:, some], diameter[some], compressed[some], fit.take(some)
-        pairs = self._separator.pairs(places)
+        pairs = self._separator.pairs(places, stay)
         if any_off:
             self._recentre(fit, compressed, padded, centre, pairs)
         single = self._separator.separate(fit, compressed, places, diameter, centre, pairs)
@@ -128,7 +128,7 @@ class LikelihoodDetector:
 
     def _recentre(self, fit, compressed, padded, centre, pairs):
         """Fit dots whose peak lay off their place once more, in place, from patches about where they were found."""
-        off = (np.abs(fit.values[:2]).max(0) > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
+        off = (fit.away() > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
         # of dots that touch, the fit may have gone over to the neighbour: crowd.py begins with these at their peaks again
         off[pairs.i[pairs.distance < self._look.typical + 2]] = False
         off = np.flatnonzero(off)
@@ -146,8 +146,9 @@ class LikelihoodDetector:
         contrast = fit.amplitude * self._sign
         good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest)
         good &= self._like_disc(contrast, np.sqrt(variance), good)
-        good &= np.abs(fit.values[:2]).max(0) < 1.4
-        good &= np.minimum(uv, last - uv).min(0) >= fit.diameter / 2 + (look.blur - 0.5)
+        good &= fit.away() < 1.4
+        inside = np.minimum(uv, last - uv)
+        good &= np.minimum(inside[0], inside[1]) >= fit.diameter / 2 + (look.blur - 0.5)
         small = fit.diameter < look.largest
         self._outgrown = bool((good & ~small).any())
         return good & small

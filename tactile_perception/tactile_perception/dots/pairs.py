@@ -21,6 +21,29 @@ def near_pairs(u: np.ndarray, v: np.ndarray, reach: float) -> tuple[np.ndarray, 
     return order.take(i), order.take(index - i * (width - 1) + 1)
 
 
+class PairList:
+    """Near pairs of places that move from frame to frame, found a skin further out so that they are searched for only now and then.
+
+    A neighbour list as L. Verlet's (Phys. Rev. 159, 98, 1967): as long as no two places moved against each other by more than the skin, no
+    pair outside the list can have come near.
+    """
+
+    def __init__(self, reach: float, skin: float):
+        """reach: of near_pairs(); skin: px."""
+        self._reach, self._skin = reach, skin
+        self._places = np.zeros((2, 0))
+
+    def of(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs (i, j) int64 of places (2, N) px, among them all that near_pairs() finds; quick where they are in the last order."""
+        if places.shape != self._places.shape or self._moved_apart(places):
+            self._places, self._pairs = places, near_pairs(*places, self._reach + self._skin)
+        return self._pairs
+
+    def _moved_apart(self, places):
+        moved = places - self._places
+        return max(np.ptp(moved[0]), np.ptp(moved[1])) > self._skin
+
+
 def _following(values, width):
     """(N, width) the values that follow each of values (N,), infinity after the last."""
     longer = np.full(len(values) + width + 1, np.inf, np.float32)

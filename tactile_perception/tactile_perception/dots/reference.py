@@ -125,5 +125,6 @@ def _off_affine(places: np.ndarray, kept: np.ndarray) -> np.ndarray:
     ridge = 1e-9 * (a + d) + 1e-9  # dots on one line say nothing of the motion's change across it
     a, d = a + ridge, d + ridge
     motion = products[2:] @ np.array([[d, -b], [-b, a]]) / (a * d - b * b)
-    off = places[2:] - middle[2:] - motion @ (places[:2] - middle[:2])
+    less = np.hstack([-motion, np.eye(2)])
+    off = less @ places - less @ middle
     return np.sqrt(off[0] * off[0] + off[1] * off[1])

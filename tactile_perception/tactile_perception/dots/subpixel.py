@@ -45,6 +45,10 @@ class Fit:
     amplitude = property(lambda self: self.values[3])
     ground = property(lambda self: self.values[4])
 
+    def away(self) -> np.ndarray:
+        """(N,) px from the patches' centres along the axis that is more."""
+        return np.maximum(np.abs(self.values[0]), np.abs(self.values[1]))
+
     def take(self, some: np.ndarray) -> Fit:
         """The fits of the dots `some` (indices)."""
         return Fit(self.values.take(some, axis=1), self.node.take(some))
