@@ -8,8 +8,10 @@ import numpy as np
 from ..camera import CameraModel
 from ..dots.dots import DotTracks
 from ..errors import BadArgument, BadFrame
-from ..surface.membrane import Membrane, MembraneState
-from ..surface.optics import WaterModel
+from ..surface.membrane import Membrane
+from ..surface.membrane_state import MembraneState
+from ..surface.optics import RestLight, WaterModel
+from ..surface.optics_colour import log_ratios
 from ..surface.range_scale import RangeScale
 from ..surface.optics_fit import fit_rest, follow_constants
 from .rest_places import RestPlaces
@@ -29,6 +31,7 @@ class DotPlaces:
         self._membrane: Membrane | None = None
         self._last: MembraneState | None = None
         self._scale: RangeScale | None = None
+        self._light: RestLight | None = None
         self._begun = False
 
     def renew(self) -> None:
@@ -43,22 +46,25 @@ class DotPlaces:
         """
         if image.ndim != 3:
             return np.full((len(tracks), 3), np.nan)
-        self._follow_reference(tracks)
+        moved = self._follow_reference(tracks)
         if not self._begun:
             self._begin(image, tracks)
-        known = np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
-        ranges, sigma = self._water.depths(image, tracks, self._camera)
-        rays = self._camera.rays(tracks.uv)
+        if moved or self._light is None:
+            self._light = self._water.at_rest(self._rest.xyz)
+        rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
+        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
-        return np.where(known[:, None], self._last.xyz[tracks.id], np.nan)
+        return np.where(np.isfinite(self._rest.xyz[tracks.id]), self._last.xyz[tracks.id], np.nan)
 
-    def _follow_reference(self, tracks: DotTracks) -> None:
+    def _follow_reference(self, tracks: DotTracks) -> bool:
+        """Whether the dots' untouched places are others than before."""
         if not self._rest.update(tracks):
-            return
+            return False
         try:
             self._membrane = self._membrane.with_rest(self._rest.xyz) if self._membrane else self._new_membrane()
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
+        return True
 
     def _new_membrane(self) -> Membrane:
         return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
@@ -67,5 +73,4 @@ class DotPlaces:
         """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
             follow_constants(self._calibrated, image, tracks.uv, self._camera)
-        self._scale = RangeScale(self._water.scale_sigma)
-        self._begun = True
+        self._scale, self._light, self._begun = RangeScale(self._water.scale_sigma), None, True

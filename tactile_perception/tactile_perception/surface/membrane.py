@@ -8,14 +8,13 @@ solved by reweighted Gauss-Newton steps in the dots' ranges, each one banded Cho
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..errors import BadArgument
 from .membrane_forces import MembraneForces, MembraneMaterial, dot
 from .membrane_grid import GridMesh
-from .membrane_step import MembraneFrame
+from .membrane_state import MembraneState
+from .membrane_step import MembraneFrame, Slopes
 from .range_scale import RangeScale
 
 # What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last
@@ -23,33 +22,8 @@ from .range_scale import RangeScale
 _COLD = (1.0, .7, .4, .25, .15, .2)
 #: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
+# m: standard deviation of a range that is as good as known.
 _KNOWN = 3e-6
-
-
-@dataclass
-class MembraneState:
-    """The membrane in one frame, all K dots of the grid in the order of their numbers (unseen ones as the membrane has them).
-
-    xyz: (K, 3) m, sensor frame; force: (K, 3) N, of the object on the sensor at each dot (its share of the surface; rubbish on the
-    outermost dots, which have no balance: they are set to 0); normal: (K, 3) outward; area: (K,) m^2; pressure: (K,) Pa, normal pressure of
-    the object; fluid_pressure: Pa; touched: (K,) probability that the dot carries a load; seen: (K,) bool; ranges: (K,) m from the camera's
-    centre.
-    """
-
-    xyz: np.ndarray
-    force: np.ndarray
-    normal: np.ndarray
-    area: np.ndarray
-    pressure: np.ndarray
-    fluid_pressure: float
-    touched: np.ndarray
-    seen: np.ndarray
-    ranges: np.ndarray
-
-    @property
-    def load(self) -> np.ndarray:
-        """(K,) pressure of the object over the fluid's: 0 free, 1 under a flat face."""
-        return self.pressure / self.fluid_pressure
 
 
 class Membrane:
@@ -73,6 +47,7 @@ class Membrane:
             raise BadArgument(f'membrane: only {known.sum()} of {self.mesh.size} dots have a rest place; take a new reference')
         self.rest = fill_rest(self.mesh, rest, known)
         self.forces = MembraneForces(self.mesh, self.rest, self.material)
+        self._slopes = Slopes(self.forces)
         self._response = None
         self.pitch = float(np.median(np.linalg.norm(np.diff(self.rest.reshape(rows, columns, 3), axis=1), axis=2)))
 
@@ -93,26 +68,27 @@ class Membrane:
         learnt. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
-        start, touched, pressure = (self.rest, None, self.material.rest_pressure) if previous is None else (
-            previous.xyz, previous.touched, previous.fluid_pressure)
-        rest = np.linalg.norm(self.rest - origin, axis=1)
+        start, touched, pressure = (self.rest.T, None, self.material.rest_pressure) if previous is None else (
+            previous.places, previous.touched, previous.fluid_pressure)
+        away = self.rest.T - origin[:, None]
+        rest = np.sqrt(dot(away, away))
         if scale is not None:
             ranges = scale.correct(ranges, rest[ids])
-        frame = MembraneFrame(self.forces, origin, rays, ranges, sigma, ids, start, touched, pressure)
+        frame = MembraneFrame(self.forces, self._slopes, origin, rays, ranges, sigma, ids, start, touched, pressure)
         frame.variance = self._load_variance(frame)
         schedule = steps or (_COLD if frame.cold else PACES[self.pace])
         for index, misfit in enumerate(schedule):
-            frame.step(misfit, refresh=frame.cold, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+        state = MembraneState(self.forces, frame.places, frame.ranges, frame.touched, frame.pressure, frame.seen)
         if scale is not None:
-            scale.learn(self.forces, frame, rest)
-        force, share = self.forces.evaluate(frame.places, frame.pressure)
-        return self._state(frame.places, force, share, frame.pressure, frame.touched, frame.seen, frame.ranges)
+            scale.learn(frame, state, rest)
+        return state
 
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
         """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges."""
         if self._response is None:
             self._response = self._squared_response(frame.rays)
-        return 1 / np.maximum(self._response @ frame.weight, 1e-3)
+        return 1 / np.maximum(self._response @ np.float32(frame.weight), np.float32(1e-3))
 
     def _squared_response(self, rays: np.ndarray) -> np.ndarray:
         """(K, K) m^2: information about the load on one dot (rows), in fluid pressures, that each dot's range (columns) gives at unit
@@ -134,16 +110,7 @@ class Membrane:
         posterior = np.einsum('ij,ji->i', rows, np.linalg.solve(np.eye(size) / _KNOWN**2 + rows.T @ rows / stiff**2, rows.T))
         alone = 1 / (1 / posterior - 1 / stiff**2) / _KNOWN**2
         squared[inner] /= (alone * squared[inner].sum(1))[:, None]
-        return squared
-
-    def _state(self, places, force, share, pressure, touched, seen, ranges) -> MembraneState:
-        """The loads at places (3, K), m, from what is left over, force (3, K) N, on area vectors share (3, K) m^2."""
-        area = np.sqrt(dot(share, share))
-        normal = share / area
-        inner = self.mesh.inner
-        return MembraneState(xyz=places.T.copy(), force=np.where(inner, -force, 0.0).T.copy(), normal=normal.T.copy(), area=area,
-                             pressure=np.where(inner, dot(force, normal) / area, 0.0), fluid_pressure=float(pressure), touched=touched,
-                             seen=seen, ranges=ranges)
+        return squared.astype(np.float32)
 
 
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:

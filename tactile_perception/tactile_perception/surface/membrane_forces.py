@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadArgument
+from .membrane_cells import MembraneCells
 from .membrane_grid import GridMesh
 
 
@@ -56,14 +57,14 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 class MembraneForces:
     """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component,
-    corner, triangle; (4, rows - 1, columns - 1) for the four triangles of each cell."""
+    corner, triangle."""
 
     def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):
         self.mesh, self.material = mesh, material
         self.area_share = 1 - material.rest_tension / material.shear_stiffness
         rest = np.ascontiguousarray(rest_xyz.T, float)
         self.laplacian = self._laplacian(rest)
-        self._springs = self._edge_springs()
+        self._cells = MembraneCells(mesh, self._edge_springs(), rest, material.shear_stiffness * self.area_share)
         self.rest_area = self._triangles(rest)[2]
         self.rest_residual = np.zeros_like(rest)
         self.rest_residual = self.evaluate(rest, material.rest_pressure)[0] / material.rest_pressure
@@ -82,10 +83,11 @@ class MembraneForces:
             pairs[j, j] += weight
         return self.material.shear_stiffness * self.mesh.to_pairs(pairs)
 
-    def _edge_springs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Weights, N/m, of the edges to the right, down, down and right, and (from the dot to the right) down and left."""
-        right, down, falling, rising = -self.laplacian.reshape(9, self.mesh.rows, self.mesh.columns)[[5, 7, 8, 6]]
-        return right[:, :-1], down[:-1], falling[:-1, :-1], rising[:-1, 1:]
+    def _edge_springs(self) -> np.ndarray:
+        """Weights (4, K), N/m, of the edges as MembraneCells takes them."""
+        rising = np.zeros(self.mesh.size)
+        rising[:-1] = self.laplacian[6, 1:]
+        return -np.stack([self.laplacian[5], self.laplacian[7], self.laplacian[8], rising])
 
     def _triangles(self, x: np.ndarray):
         """Edge opposite to each corner (3, 3, T), area vector (3, T), area (T,)."""
@@ -102,71 +104,34 @@ class MembraneForces:
 
         What is left over is carried by an object; the coarse mesh's own misfit at rest, which grows with the pressure, is taken off.
         """
-        grid = x.reshape(3, self.mesh.rows, self.mesh.columns)
-        right, down = grid[:, :, 1:] - grid[:, :, :-1], grid[:, 1:] - grid[:, :-1]
-        across = np.stack([right[:, :-1], right[:, 1:], right[:, :-1], right[:, 1:]], axis=1)
-        along = np.stack([down[:, :, :-1], down[:, :, 1:], down[:, :, 1:], down[:, :, :-1]], axis=1)
-        vector = cross(across, along)
-        share = self._area_vectors(vector)
-        area = np.sqrt(dot(vector, vector)) / 2
-        diagonals = grid[:, 1:, 1:] - grid[:, :-1, :-1], grid[:, 1:, :-1] - grid[:, :-1, 1:]
-        elastic = _pull((right, down, *diagonals), self._tensions(across, along, area), grid.shape)
-        return elastic + pressure * (share - self.rest_residual), share
-
-    def _area_vectors(self, vector: np.ndarray) -> np.ndarray:
-        """Each dot's share of the surface as a vector (3, K): a third of half of each triangle's; vector: twice the triangles'."""
-        grid = np.zeros((3, self.mesh.rows, self.mesh.columns))
-        vector = vector / 12
-        whole = vector.sum(1)
-        grid[:, :-1, :-1] += whole - vector[:, 1]  # each corner of a cell belongs to three of its four triangles
-        grid[:, :-1, 1:] += whole - vector[:, 3]
-        grid[:, 1:, :-1] += whole - vector[:, 2]
-        grid[:, 1:, 1:] += whole - vector[:, 0]
-        return grid.reshape(3, -1)
-
-    def _tensions(self, across: np.ndarray, along: np.ndarray, area: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Weights, N/m, as _edge_springs: those less what each triangle's pressure of area takes off by the cotangents opposite to them.
-
-        across, along: (3, 4, ...) the sides of the cells that each triangle has.
-        """
-        inside = dot(across, along)
-        inside[2:] *= -1  # the angle between these sides is the other one
-        rate = self._stiffening(area.reshape(-1)).reshape(area.shape) / (4 * area)
-        diagonal = rate * inside
-        beside_right, beside_down = rate * dot(along, along) - diagonal, rate * dot(across, across) - diagonal
-        right, down, falling, rising = (spring.copy() for spring in self._springs)
-        right[:-1] -= beside_right[0] + beside_right[2]
-        right[1:] -= beside_right[1] + beside_right[3]
-        down[:, :-1] -= beside_down[0] + beside_down[3]
-        down[:, 1:] -= beside_down[1] + beside_down[2]
-        falling -= diagonal[2] + diagonal[3]
-        rising -= diagonal[0] + diagonal[1]
-        return right, down, falling, rising
-
-    def leftover(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
-        """Outward normal part of evaluate (K,), N, and the dots' areas (K,), m^2."""
-        force, share = self.evaluate(x, pressure)
-        area = np.sqrt(dot(share, share))
-        return dot(force, share) / area, area
+        elastic, share = self._cells.evaluate(x)
+        pushed = share - self.rest_residual
+        pushed *= pressure
+        elastic += pushed
+        return elastic, share
 
     def _stiffening(self, area: np.ndarray) -> np.ndarray:
         shrunk = self.rest_area / area
         return self.material.shear_stiffness * self.area_share / 2 * (shrunk * shrunk * shrunk)
 
-    def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
-        """Normal balance at places x (3, K) and how it changes as each dot moves along its unit ray (3, K).
-
-        Returns leftover (K,) N (outward normal part of evaluate), its derivatives (9, K) N/m in stencil order (normals held), the
-        derivative by the pressure (K,) m^2, normals (3, K) and areas (K,) m^2.
-        """
+    def balance(self, x: np.ndarray, pressure: float):
+        """Normal balance at places x (3, K): leftover (K,) N (outward normal part of evaluate), its derivative by the pressure (K,) m^2,
+        normals (3, K) and areas (K,) m^2."""
         force, share = self.evaluate(x, pressure)
-        dot_area = np.sqrt(dot(share, share))
-        dot_normal = share / dot_area
-        leftover = dot(force, dot_normal)
-        pairs = self._pair_derivatives(x, dot_normal, rays, pressure)
-        springs = self.laplacian * dot(dot_normal[:, None], rays.take(self.mesh.stencil, axis=1))
-        by_pressure = dot(share - self.rest_residual, dot_normal)
-        return leftover, self.mesh.to_pairs(pairs) - springs, by_pressure, dot_normal, dot_area
+        area = np.sqrt(dot(share, share))
+        normal = share / area
+        return dot(force, normal), dot(share - self.rest_residual, normal), normal, area
+
+    def slopes(self, x: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
+        """How the leftover of balance at places x (3, K) changes as each dot moves along its unit ray (3, K): (9, K) N/m in stencil order,
+        normals (3, K) held."""
+        springs = self.laplacian * dot(normal[:, None], rays.take(self.mesh.stencil, axis=1))
+        return self.mesh.to_pairs(self._pair_derivatives(x, normal, rays, pressure)) - springs
+
+    def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
+        """Leftover, slopes (9, K), derivative by the pressure, normals and areas: balance and slopes at places x (3, K)."""
+        leftover, by_pressure, normal, area = self.balance(x, pressure)
+        return leftover, self.slopes(x, normal, rays, pressure), by_pressure, normal, area
 
     def _pair_derivatives(self, x, dot_normal, rays, pressure):
         """(3, 3, T): change of the normal force at corner k as corner j moves along its ray, of area stiffness and fluid pressure.
@@ -191,15 +156,3 @@ class MembraneForces:
             out[k, before] += half * dot(ray[:, before], tilt[:, k])
             out[k, after] -= half * dot(ray[:, after], tilt[:, k])
         return out
-
-
-def _pull(edges: tuple[np.ndarray, ...], tensions: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> np.ndarray:
-    """Forces (3, K) of edges (3, ...) m with weights tensions (...) N/m on the two dots at their ends, in the order of _edge_springs."""
-    force = np.zeros(shape)
-    ends = ((np.s_[:, :, :-1], np.s_[:, :, 1:]), (np.s_[:, :-1], np.s_[:, 1:]),
-            (np.s_[:, :-1, :-1], np.s_[:, 1:, 1:]), (np.s_[:, :-1, 1:], np.s_[:, 1:, :-1]))
-    for edge, tension, (start, end) in zip(edges, tensions, ends):
-        pull = tension * edge
-        force[start] += pull
-        force[end] -= pull
-    return force.reshape(3, -1)

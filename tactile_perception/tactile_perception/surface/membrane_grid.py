@@ -3,6 +3,7 @@
 """The grid of dots as a mesh: triangles, the nine-dot stencil and the band in which the normal equations live."""
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from ..errors import BadArgument
@@ -14,7 +15,8 @@ class GridMesh:
     """Topology of a rows x columns grid of dots, K = rows * columns, dot k = row * columns + column.
 
     triangles (3, T): each cell is cut along both diagonals, so each triangle counts half and no direction is preferred;
-    stencil (9, K): a dot and its neighbours, itself in slot 4 (outside the grid: itself again); inner (K,): dots with eight neighbours.
+    stencil (9, K): a dot and its neighbours, itself in slot 4 (outside the grid: itself again); around_index (8, K): the neighbours alone;
+    inner (K,): dots with eight neighbours.
     Raises BadArgument for less than 3 x 3 dots.
     """
 
@@ -26,6 +28,7 @@ class GridMesh:
         self.triangles = self._cut_cells()
         self.stencil, self.valid = self._stencil()
         self.inner = self.valid.all(0)
+        self.around_index = np.delete(self.stencil, 4, axis=0)
         self.bandwidth = 2 * columns + 2
         self._place_triangles()
         self._place_band()
@@ -79,6 +82,11 @@ class GridMesh:
         grid = np.zeros((self.rows + 2, self.columns + 2))
         grid[1:-1, 1:-1] = values.reshape(self.rows, self.columns)
         return ((grid[2:, 1:-1] + grid[:-2, 1:-1] + grid[1:-1, 2:] + grid[1:-1, :-2]) / 4).ravel()
+
+    def around(self, values: np.ndarray) -> np.ndarray:
+        """Sum (K,) of values (K,) over each dot and its eight neighbours; nothing outside the grid counts as 0."""
+        grid = values.reshape(self.rows, self.columns)
+        return cv2.boxFilter(grid, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
 
     def fill(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
         """values (K, n) with the entries that are not known (K,) as the mean of their neighbours (a soap film over the hole), in which

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import lapack
 
-from .membrane_forces import MembraneForces
+from .membrane_forces import MembraneForces, dot
 from .membrane_load import confirm, expectation, judge, likelihood_gain
 
 _LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
@@ -14,35 +14,57 @@ _LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
 _WEAK_HOLD = 1e-3
 # A range this many standard deviations off its neighbours', and off by this share of how far they went, has been spoiled.
 _STRAY_SIGMA, _STRAY_SHARE = 5.0, 0.7
-_NEIGHBOURS = [0, 1, 2, 3, 5, 6, 7, 8]
+# m: slopes serve until this share of the dots has gone that far from where they were found (glare sends single ones astray).
+_NEAR, _MANY = 3e-4, 0.02
+
+
+class Slopes:
+    """How the loads of a membrane change with the ranges: costly to find and slow to change, so kept from step to step and frame to
+    frame."""
+
+    def __init__(self, forces: MembraneForces):
+        self._forces = forces
+        self._places: np.ndarray | None = None
+        self._slopes: np.ndarray | None = None
+
+    def at(self, places: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
+        """(9, K) N/m as MembraneForces.slopes, for these or for close places (3, K)."""
+        if self._places is not None:
+            gone = places - self._places
+            if np.count_nonzero(dot(gone, gone) > _NEAR**2) <= _MANY * gone.shape[1]:
+                return self._slopes
+        self._places, self._slopes = places, self._forces.slopes(places, normal, rays, pressure)
+        return self._slopes
 
 
 class MembraneFrame:
     """Ranges (N,) m with weights 1/sigma^2 along unit rays (N, 3) from origin (3,) to the dots ids (N,), and where the solution starts.
 
-    forces: of the membrane; start: (K, 3) m, where the dots were; touched: (K,) their probabilities or None; pressure: Pa. variance (K,),
-    of the loads by errors of the ranges, is set by whoever knows it.
+    forces, slopes: of the membrane; start: (3, K) m, where the dots were; touched: (K,) their probabilities or None; pressure: Pa. variance
+    (K,), of the loads by errors of the ranges, is set by whoever knows it.
     """
 
-    def __init__(self, forces: MembraneForces, origin, rays, ranges, sigma, ids, start, touched, pressure):
-        self.mesh, self.forces = forces.mesh, forces
+    def __init__(self, forces: MembraneForces, slopes: Slopes, origin, rays, ranges, sigma, ids, start, touched, pressure):
+        self.mesh, self.forces, self._slopes = forces.mesh, forces, slopes
         size = self.mesh.size
         self.origin = np.asarray(origin, float)[:, None]
         self.seen = np.zeros(size, bool)
         self.seen[ids] = True
-        self.rays = self._all_rays(start, rays, ids)
+        away = start - self.origin
+        self.ranges = np.sqrt(dot(away, away))
+        self.rays = self._all_rays(away / self.ranges, rays, ids)
         self.measured, self.weight = np.zeros(size), np.zeros(size)
-        good = np.isfinite(ranges) & np.isfinite(sigma) & (np.asarray(sigma) > 0)
-        self.measured[ids[good]] = np.asarray(ranges)[good]
-        self.weight[ids[good]] = 1 / np.asarray(sigma)[good]**2
+        with np.errstate(divide='ignore', invalid='ignore'):
+            weight = 1 / np.square(sigma)
+        good = np.isfinite(ranges) & np.isfinite(weight)
+        self.measured[ids] = np.where(good, ranges, 0.0)
+        self.weight[ids] = np.where(good, weight, 0.0)
         self.pressure, self.misfit, self.variance = pressure, 1.0, np.zeros(size)
-        self._slopes, self._by_pressure, self._system = None, None, None
-        self._begin(start, touched)
+        self._system = None
+        self._begin(touched)
 
-    def _all_rays(self, start, rays, ids):
-        """Unit rays (3, K): measured ones, and for dots not seen their last direction moved as their neighbours moved."""
-        last = start.T - self.origin
-        last /= np.sqrt((last * last).sum(0))
+    def _all_rays(self, last, rays, ids):
+        """Unit rays (3, K): measured ones, and for dots not seen their last direction, last (3, K), moved as their neighbours moved."""
         if self.seen.all():
             full = np.empty_like(last)
             full[:, ids] = rays.T
@@ -50,62 +72,54 @@ class MembraneFrame:
         moved = np.zeros_like(last)
         moved[:, ids] = rays.T - last[:, ids]
         full = last + self.mesh.fill(moved.T, self.seen).T
-        return full / np.sqrt((full * full).sum(0))
+        return full / np.sqrt(dot(full, full))
 
-    def _begin(self, start, touched):
+    def _begin(self, touched):
         """Start from the last frame, moved as the ranges of each dot and its neighbours have changed in the mean.
 
         Where the surface has jumped (or there is no last frame) start from the measured ranges.
         """
-        last = start.T - self.origin
-        self.ranges = np.sqrt((last * last).sum(0))
-        self._leave_out_strays()
+        gone = np.where(self.weight > 0, self.measured - self.ranges, 0.0)
+        self._leave_out_strays(gone)
         has = self.weight > 0
-        moved = np.sort(np.abs(self.measured - self.ranges)[has])
-        self.cold = touched is None or (len(moved) > 3 and moved[-4] > 2 * _LARGEST_STEP)
-        self.touched = np.zeros(len(self.ranges)) if self.cold else touched
-        if self.cold:
-            self.ranges = np.where(has, self.measured, self.ranges)
-        else:
-            gone = (self.measured - self.ranges) * has
-            self.ranges = self.ranges + gone[self.mesh.stencil].sum(0) / np.maximum(has[self.mesh.stencil].sum(0), 1)
+        gone *= has
+        self.cold = touched is None or np.count_nonzero(np.abs(gone) > 2 * _LARGEST_STEP) > 3
+        self.touched = np.zeros(len(gone)) if self.cold else touched
+        self.ranges = self.ranges + (gone if self.cold else self.mesh.around(gone) / np.maximum(self.mesh.around(has.astype(float)), 1))
         self.anchor = self.ranges
 
-    def _leave_out_strays(self):
-        """Take the weight off ranges that went where at most one neighbour went: along an edge there are two, glare spoils one or two
-        dots."""
-        gone = np.where(self.weight > 0, self.measured - self.ranges, 0.0)
-        around = gone[self.mesh.stencil[_NEIGHBOURS]]
-        off = np.abs(gone - around)
-        second = np.argpartition(off, 1, axis=0)[1]
-        nearest, there = np.take_along_axis(off, second[None], 0)[0], np.take_along_axis(around, second[None], 0)[0]
-        stray = (nearest**2 * self.weight > _STRAY_SIGMA**2) & (nearest > _STRAY_SHARE * np.abs(there))
-        self.weight[stray] = 0
+    def _leave_out_strays(self, gone):
+        """Take the weight off ranges that went, by gone (K,) m, where at most one neighbour went: along an edge there are two, glare spoils
+        one or two dots."""
+        off = np.abs(gone - gone.take(self.mesh.around_index))
+        alone = np.flatnonzero((off > _STRAY_SIGMA / np.sqrt(np.maximum(self.weight, 1e-300))).sum(0) >= len(off) - 1)
+        if len(alone) == 0:
+            return
+        second = np.argsort(off[:, alone], axis=0)[1]
+        nearest, there = off[second, alone], gone[self.mesh.around_index[second, alone]]
+        self.weight[alone[nearest > _STRAY_SHARE * np.abs(there)]] = 0
 
     @property
     def places(self) -> np.ndarray:
         """(3, K) m."""
         return self.origin + self.ranges * self.rays
 
-    def step(self, misfit: float, refresh: bool, renew: bool, doubt: bool, final: bool):
+    def step(self, misfit: float, renew: bool, doubt: bool, final: bool):
         """One Gauss-Newton step with this misfit of free dots.
 
-        refresh: find the slopes anew (else those of the last step serve: the surface has hardly moved); renew: find the dots' probabilities
-        anew first; doubt: give less weight to ranges that do not fit; final: drop patches without proof.
+        renew: find the dots' probabilities anew first; doubt: give less weight to ranges that do not fit; final: drop patches without
+        proof.
         """
-        if refresh or self._slopes is None:
-            leftover, slopes, by_pressure, _, area = self.forces.along_rays(self.places, self.rays, self.pressure)
-            scale = 1 / (self.pressure * area)
-            self._slopes, self._by_pressure = slopes * scale, by_pressure * scale
-        else:
-            leftover, area = self.forces.leftover(self.places, self.pressure)
-            scale = 1 / (self.pressure * area)
-        load, slopes, by_pressure = leftover * scale, self._slopes, self._by_pressure
+        places = self.places
+        leftover, by_pressure, normal, area = self.forces.balance(places, self.pressure)
+        scale = 1 / (self.pressure * area)
+        load = leftover * scale
         if renew:
             self._judge(load, misfit, final)
         self.misfit = misfit
-        weight, pull = (np.where(self.mesh.inner, part, 0.0) for part in expectation(load, self.touched, misfit))
-        self._move(slopes, weight, pull, by_pressure, doubt)
+        weight, pull = (part * self.mesh.inner for part in expectation(load, self.touched, misfit))
+        slopes = self._slopes.at(places, normal, self.rays, self.pressure)
+        self._move(slopes * scale, weight, pull, by_pressure * scale, doubt)
 
     def _judge(self, load, misfit, final):
         """What the measurements alone say of each load: without the pull of the dot's own expectation in the last step."""
@@ -118,7 +132,7 @@ class MembraneFrame:
     def _move(self, slopes, weight, weighted_load, by_pressure, doubt):
         """Solve for the ranges and the pressure together: the banded part by Cholesky, the pressure as its border."""
         misfit = self.ranges - self.measured
-        trust = self.weight / (1 + (misfit**2) * self.weight / 16) if doubt else self.weight
+        trust = self.weight / (1 + misfit**2 * self.weight / 16) if doubt else self.weight
         hold = 1 / _WEAK_HOLD**2
         gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
         border = self.mesh.transpose(slopes, weight * by_pressure)
@@ -127,11 +141,11 @@ class MembraneFrame:
         factor, failed = lapack.dpbtrf(band, lower=1)
         if failed:
             return
-        solved = lapack.dpbtrs(factor, np.stack([gradient, border], axis=1), lower=1)[0]
-        stiffness = max((weight * by_pressure**2).sum() - border @ solved[:, 1], 1e-12)
-        change = -((weighted_load * by_pressure).sum() - border @ solved[:, 0]) / stiffness
-        change = float(np.clip(change, -_LARGEST_PRESSURE_STEP, _LARGEST_PRESSURE_STEP))
-        self.ranges = self.ranges + np.clip(-solved[:, 0] - change * solved[:, 1], -_LARGEST_STEP, _LARGEST_STEP)
+        solved = lapack.dpbtrs(factor, np.array([gradient, border]).T, lower=1)[0]
+        stiffness = max(float(weight @ by_pressure**2 - border @ solved[:, 1]), 1e-12)
+        change = -float(weighted_load @ by_pressure - border @ solved[:, 0]) / stiffness
+        change = min(max(change, -_LARGEST_PRESSURE_STEP), _LARGEST_PRESSURE_STEP)
+        self.ranges = self.ranges - np.minimum(np.maximum(solved[:, 0] + change * solved[:, 1], -_LARGEST_STEP), _LARGEST_STEP)
         self.pressure += change
         self._system = factor, trust, border, solved[:, 1], stiffness
 

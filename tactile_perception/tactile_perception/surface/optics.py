@@ -11,12 +11,27 @@ from ..camera import CameraModel
 from ..dots.dots import DotTracks
 from ..errors import BadArgument
 from .cap import Cap
+from .membrane_forces import dot
 from .optics_colour import POINTS, RING, RingColours, log_ratios
 from .optics_grid import bend, normals, smooth, to_grid
 from .optics_path import LightPath
 
 PATCHY = 2.5    # times the noise of ring points: blue that varies more around a ring than that is glare or an edge
 DISAGREE = 2.5  # standard deviations by which two ratios may disagree before their disagreement widens sigma
+
+
+@dataclass(frozen=True)
+class RestLight:
+    """Untouched dots: ranges (N,), m; normals (3, N); what LightPath.slants gives there (N,). Single precision."""
+
+    ranges: np.ndarray
+    normals: np.ndarray
+    slants: np.ndarray
+    changes: np.ndarray
+
+    def take(self, ids: np.ndarray) -> RestLight:
+        """Of those with these numbers (M,)."""
+        return RestLight(self.ranges[ids], self.normals.take(ids, axis=1), self.slants[ids], self.changes[ids])
 
 
 @dataclass(frozen=True)
@@ -50,56 +65,61 @@ class WaterModel:
         image: (H, W, 3) uint8 BGR; sigma leaves out what all dots share (scale_sigma, offset_sigma). Both are NaN where the colour cannot
         be read. Raises BadFrame for an image without colour.
         """
-        return self.solve(log_ratios(image, tracks.uv, self.ring), tracks, camera)
+        rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.rest_uv)))
+        return self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)
 
-    def solve(self, colours: RingColours, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
-        """As depths, from the colours (N,) around the dots."""
+    def at_rest(self, xyz: np.ndarray) -> RestLight:
+        """What is known of the light at untouched places xyz (N, 3), m."""
+        places = np.ascontiguousarray(xyz.T, np.float32)
+        away, normals = places - np.float32(self.path.centre)[:, None], places.copy()
+        normals[2] -= self.cap.centre_z
+        normals /= np.float32(self.cap.curvature_radius)
+        ranges = np.sqrt(dot(away, away))
+        return RestLight(ranges, normals, *self.path.slants(places, normals, away / ranges))
+
+    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,), what is known of them untouched.
+
+        Single precision inside: 2 nm of a range.
+        """
         length, sigma = self.path_lengths(colours)
-        rays, rest_rays = camera.rays(tracks.uv), camera.rays(tracks.rest_uv)
-        rest = self.cap.ranges(camera.centre, rest_rays)
-        rest_normals = (camera.centre + rest[:, None] * rest_rays - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius
-        first, _ = self._march(length, camera.centre, rays, rest, rest_normals)
-        facing = self._facing(first - rest, rest, rays, camera.centre, tracks, rest_normals)
-        second, slope = self._march(length, camera.centre, rays, first, facing)
-        shift = second - rest
-        return rest + shift - self._ring_bias(shift, tracks) - self.ring_offset, sigma / slope
+        length, rays, centre = np.float32(length), np.ascontiguousarray(rays.T, np.float32), np.float32(self.path.centre)[:, None]
+        first, _ = self._march(length, centre, rays, rest.ranges, (rest.slants, rest.changes))
+        facing, bend = self._even(first, rays, centre, tracks, rest)
+        second, slope = self._march(length, centre, rays, first, self.path.slants(centre + first * rays, facing, rays))
+        return second - bend * np.float32(RING**2 / 4) - self.ring_offset, sigma / slope
 
     def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, that explain both log ratios best, and their standard deviations, m: wider where glare shows.
 
         Glare makes the two ratios disagree, and blue uneven around the ring; so does a sharp edge of the surface.
         """
-        weight = np.linalg.inv(self.noise)
+        weight, (blue, green) = np.linalg.inv(self.noise), self.absorptions
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)
-        count, short = colours.count, self.constants - colours.ratios
-        length = short @ gain / information
-        rest = short - length[:, None] * self.absorptions
-        disagreement = np.sqrt(np.maximum(np.einsum('ni,ij,nj->n', rest, weight, rest) * count / POINTS, 0))
-        widen = np.maximum(1.0, disagreement / DISAGREE) ** 2
-        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
-        return length, np.sqrt(widen**2 * POINTS / np.maximum(count, 1) / information + patches)
+        short_blue, short_green = self.constants[:, None] - colours.ratios.T
+        length = (short_blue * gain[0] + short_green * gain[1]) / information
+        share = np.maximum(colours.count, 1) / POINTS
+        disagreement = np.square(short_blue * green - short_green * blue) * share * (np.linalg.det(weight) / information / DISAGREE**2)
+        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / blue**2
+        return length, np.sqrt(np.square(np.maximum(1.0, disagreement)) / (share * information) + patches)
 
-    def _march(self, length, centre, rays, start, facing) -> tuple[np.ndarray, np.ndarray]:
+    def _march(self, length, centre, rays, start, slants) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""
-        here, slope = self.path.lengths(centre + start[:, None] * rays, facing, rays)
+        here, slope = self.path.from_slants(centre[2] + start * rays[2], rays[2], *slants)
         return start + (length - here) / slope, slope
 
-    def _facing(self, shift, rest, rays, centre, tracks, rest_normals) -> np.ndarray:
-        """Normals (N, 3) of the present surface, from ranges smoothed over neighbours; those at rest where there is no grid."""
-        if tracks.rows < 3 or tracks.columns < 3:
-            return rest_normals
-        even = smooth(to_grid(shift, tracks.id, tracks.rows, tracks.columns)).ravel()[tracks.id]
-        places = centre + (rest + np.where(np.isfinite(even), even, 0))[:, None] * rays
-        grid = to_grid(places, tracks.id, tracks.rows, tracks.columns)
-        return normals(grid, to_grid(rest_normals, tracks.id, tracks.rows, tracks.columns)).reshape(-1, 3)[tracks.id]
+    def _even(self, ranges, rays, centre, tracks, rest) -> tuple[np.ndarray, np.ndarray]:
+        """The present surface's normals (3, N), and how the shift of the ranges since rest bends (N,), m per pitch squared.
 
-    def _ring_bias(self, shift: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """What a mean over a ring adds to the value in its centre, radius^2 / 4 times the Laplacian: of the shift since rest.
-
-        The shift is smoothed first: otherwise its noise, not its shape, would be bent.
+        The shift is smoothed over neighbours for both: otherwise its noise, not its shape, would show. Where there is no grid, the normals
+        are those at rest.
         """
         if tracks.rows < 3 or tracks.columns < 3:
-            return np.zeros_like(shift)
-        even = smooth(to_grid(shift, tracks.id, tracks.rows, tracks.columns))
-        return bend(even).ravel()[tracks.id] * (RING**2 / 4)
+            return rest.normals, np.zeros_like(ranges)
+        grid = tracks.id, tracks.rows, tracks.columns
+        even = smooth(to_grid(ranges - rest.ranges, *grid))
+        near = even.reshape(-1).take(tracks.id)
+        places = centre + (rest.ranges + np.where(np.isfinite(near), near, np.float32(0))) * rays
+        facing = normals(to_grid(places, *grid), to_grid(rest.normals, *grid)).reshape(3, -1).take(tracks.id, axis=1)
+        return facing, bend(even).ravel().take(tracks.id)

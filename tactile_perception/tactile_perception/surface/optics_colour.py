@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -17,7 +18,7 @@ INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ri
 GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
 SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
 RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
-HARMONIC = np.column_stack([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
+HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
 
@@ -39,21 +40,21 @@ def ring_radius(uv: np.ndarray) -> float:
     return RING * float(np.median(np.sqrt(square.min(1))))
 
 
-def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
-    """Sums of 3x3 pixels (N, POINTS, 3), float32, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
-    height, width = image.shape[:2]
+@lru_cache(maxsize=8)
+def _ring(radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and rows (9 * POINTS, 1), px from a dot, of the 3x3 pixels around each point of its ring."""
     angle = np.arange(POINTS) * (2 * np.pi / POINTS)
-    column = np.rint(uv[:, :1] + radius * np.cos(angle)).astype(np.int32)
-    row = np.rint(uv[:, 1:] + radius * np.sin(angle)).astype(np.int32)
-    inside = (column >= 1) & (column < width - 1) & (row >= 1) & (row < height - 1)
-    left, right = int(np.clip(column.min() - 1, 0, width - 1)), int(np.clip(column.max() + 2, 1, width))
-    top, bottom = int(np.clip(row.min() - 1, 0, height - 1)), int(np.clip(row.max() + 2, 1, height))
-    box = cv2.boxFilter(image[top:bottom, left:right], cv2.CV_16U, (3, 3), normalize=False)
-    index = np.where(inside, (row - top) * (right - left) + (column - left), 0)
-    sums = box.reshape(-1, 3).take(index, axis=0).astype(np.float32)
-    if not inside.all():
-        sums[~inside] = 0.0
-    return sums
+    column = radius * np.cos(angle) + np.tile([-1, 0, 1], 3)[:, None]
+    row = radius * np.sin(angle) + np.repeat([-1, 0, 1], 3)[:, None]
+    return np.float32(column.reshape(-1, 1)), np.float32(row.reshape(-1, 1))
+
+
+def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
+    """Sums of 3x3 pixels (POINTS, N, 3), uint16, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
+    column, row = _ring(radius)
+    u, v = np.ascontiguousarray(uv.T, np.float32)
+    pixels = cv2.remap(image, column + u, row + v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+    return np.add.reduce(pixels.reshape(9, -1), 0, np.uint16).reshape(POINTS, -1, 3)
 
 
 @dataclass
@@ -78,22 +79,24 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     if len(uv) == 0:
         return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
     sums = ring_sums(check_image(image), uv, radius)
-    blue = sums[..., 0]
-    level = np.partition(blue, 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4, None]
-    keep = (blue > INK * level) & (blue < GLARE * level) & (sums[..., 2] < SATURATED)
-    count = keep.sum(1)
-    mean = np.matmul(keep[:, None].astype(np.float32), sums)[:, 0] / np.maximum(count, 1)[:, None]
-    good = (count >= POINTS // 4) & (mean.min(1) > NOISE_FLOOR * 9)
-    logs = np.log(np.where(good[:, None], mean, np.nan), dtype=float)
-    return RingColours(logs[:, :2] - logs[:, 2:], count, _patchiness(sums, keep))
+    blue, green, red = (np.float32(sums[..., channel]) for channel in range(3))
+    level = np.partition(np.ascontiguousarray(blue.T), 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4]
+    keep = (blue > np.float32(INK) * level) & (blue < np.float32(GLARE) * level) & (red < np.float32(SATURATED))
+    count = keep.sum(0)
+    most = np.maximum(count, 1)
+    mean = np.stack([(channel * keep).sum(0) for channel in (blue, green, red)]) / most
+    good = (count >= POINTS // 4) & (mean.min(0) > NOISE_FLOOR * 9)
+    logs = np.log(np.where(good, mean, np.nan))
+    return RingColours((logs[:2] - logs[2]).T, count, _patchiness(blue / np.maximum(red, 1), keep, most))
 
 
-def _patchiness(sums: np.ndarray, keep: np.ndarray) -> np.ndarray:
-    """Relative variance (N,) of blue/red over ring points (N, POINTS, 3) without mean and first harmonic; points not kept count as even."""
-    ratio = sums[..., 0] / np.maximum(sums[..., 2], 1.0)
-    mean = (ratio * keep).sum(1, keepdims=True) / np.maximum(keep.sum(1, keepdims=True), 1)
-    uneven = np.where(keep, ratio / np.maximum(mean, 1e-6) - 1, 0.0)
-    return (uneven**2).sum(1) / POINTS - ((uneven @ HARMONIC) ** 2).sum(1) * 2 / POINTS**2
+def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Relative variance (N,) of blue/red (POINTS, N) around the ring without mean and first harmonic; points not kept count as even."""
+    uneven = ratio * keep
+    uneven /= np.maximum(uneven.sum(0) / count, np.float32(1e-6))
+    uneven -= keep
+    first = HARMONIC @ uneven
+    return np.einsum('pn,pn->n', uneven, uneven) / POINTS - np.einsum('pn,pn->n', first, first) * (2 / POINTS**2)
 
 
 def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

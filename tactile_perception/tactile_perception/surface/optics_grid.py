@@ -6,45 +6,50 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .membrane_forces import cross
+from .membrane_forces import cross, dot
 
 BINOMIAL = np.array([0.25, 0.5, 0.25])
 
 
 def to_grid(values: np.ndarray, ids: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Values (N, ...) of dots with numbers ids (N,) laid out as (rows, columns, ...); NaN where no dot was seen."""
-    grid = np.full((rows * columns,) + values.shape[1:], np.nan)
-    grid[ids] = values
-    return grid.reshape((rows, columns) + values.shape[1:])
+    """Values (..., N) of dots with numbers ids (N,) laid out as (..., rows, columns); NaN where no dot was seen."""
+    grid = np.full(values.shape[:-1] + (rows * columns,), np.nan, values.dtype)
+    grid[..., ids] = values
+    return grid.reshape(values.shape[:-1] + (rows, columns))
 
 
 def bend(grid: np.ndarray) -> np.ndarray:
     """Sum of the second differences along rows and columns, per pitch squared, of grid (rows, columns); 0 where a neighbour is missing."""
     out = np.zeros_like(grid)
-    out[1:-1, 1:-1] = grid[:-2, 1:-1] + grid[2:, 1:-1] + grid[1:-1, :-2] + grid[1:-1, 2:] - 4 * grid[1:-1, 1:-1]
-    return np.nan_to_num(out, nan=0.0)
+    inner = grid[:-2, 1:-1] + grid[2:, 1:-1]
+    inner += grid[1:-1, :-2]
+    inner += grid[1:-1, 2:]
+    inner -= 4 * grid[1:-1, 1:-1]
+    out[1:-1, 1:-1] = np.where(np.isfinite(inner), inner, 0)
+    return out
 
 
 def smooth(grid: np.ndarray) -> np.ndarray:
     """Binomial 3x3 mean of grid (rows, columns); neighbours that are missing do not count; NaN stays only where all nine are missing."""
     known = np.isfinite(grid)
-    both = np.dstack([np.where(known, grid, 0.0), known])
-    total, weight = np.moveaxis(cv2.sepFilter2D(both, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_CONSTANT), 2, 0)
-    return np.divide(total, weight, out=np.full_like(total, np.nan), where=weight > 0)
+    both = cv2.merge([np.where(known, grid, 0), known.astype(grid.dtype)])
+    both = cv2.sepFilter2D(both, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_CONSTANT)
+    weight = both[..., 1]
+    return np.where(weight > 0, both[..., 0] / np.maximum(weight, 1e-9), np.nan)
 
 
 def normals(places: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Unit normals (rows, columns, 3), z up, of a surface through places (rows, columns, 3); `otherwise` where neighbours are missing."""
-    first = np.ascontiguousarray(np.moveaxis(places, 2, 0))
-    out = cross(_differences(first, 2), _differences(first, 1))
-    out /= np.copysign(np.sqrt((out * out).sum(0)), out[2])
-    return np.where(np.isfinite(out).all(0)[..., None], np.moveaxis(out, 0, 2), otherwise)
+    """Unit normals (3, rows, columns), z up, of a surface through places (3, rows, columns); `otherwise` where neighbours are missing."""
+    out = cross(_differences(places, 2), _differences(places, 1))
+    out /= np.copysign(np.sqrt(dot(out, out)), out[2])
+    return np.where(np.isfinite(out[0]), out, otherwise)
 
 
 def _differences(places: np.ndarray, axis: int) -> np.ndarray:
     """Central differences along an axis of the grid, one-sided at its border."""
-    grid = np.moveaxis(places, axis, 0)
-    out = np.empty_like(grid)
-    out[1:-1] = grid[2:] - grid[:-2]
-    out[0], out[-1] = grid[1] - grid[0], grid[-1] - grid[-2]
-    return np.moveaxis(out, 0, axis)
+    out = np.empty_like(places)
+    grid, turned = (np.moveaxis(part, axis, 0) for part in (places, out))
+    np.subtract(grid[2:], grid[:-2], out=turned[1:-1])
+    np.subtract(grid[1], grid[0], out=turned[0])
+    np.subtract(grid[-1], grid[-2], out=turned[-1])
+    return out

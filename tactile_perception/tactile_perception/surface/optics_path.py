@@ -34,25 +34,48 @@ class LightPath:
         normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera's centre through the places (worked out
         where not given). The slope holds the lamps' weights still: good to 1 %.
         """
-        out = places - np.asarray(self.centre)
-        rays = out / np.sqrt((out**2).sum(1, keepdims=True)) if rays is None else rays
-        depth = places[:, 2] - self.window_z
-        slant, change = self._lamp_slant(places, normals, rays)
-        both = 1 / rays[:, 2] + slant
-        return depth * both, rays[:, 2] * both + depth * change
+        x = np.ascontiguousarray(places.T)
+        if rays is None:
+            out = x - np.asarray(self.centre)[:, None]
+            rays = (out / np.sqrt((out**2).sum(0))).T
+        along = np.ascontiguousarray(rays.T)
+        slant, change = self.slants(x, np.ascontiguousarray(normals.T), along)
+        return self.from_slants(x[2], along[2], slant, change)
 
-    def _lamp_slant(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean of 1 / cos(angle to the z axis) of arriving light, weighted by irradiance (inverse square, facing surface); its slope."""
-        angle = np.arange(LAMPS)[:, None] * (2 * np.pi / LAMPS)
-        (x, y, z), (nx, ny, nz), (rx, ry, rz) = (np.ascontiguousarray(vectors.T) for vectors in (places, normals, rays))
-        dx = x - (self.centre[0] + self.lamp_radius * np.cos(angle))
-        dy = y - (self.centre[1] + self.lamp_radius * np.sin(angle))
-        dz = z - self.lamp_z
-        square = dx * dx + dy * dy + dz * dz
+    def from_slants(self, z: np.ndarray, upwards: np.ndarray, slant: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As lengths, from heights z (N,), m, the rays' z components upwards (N,), and what slants gives for these places."""
+        depth, both = z - self.window_z, 1 / upwards + slant
+        return depth * both, upwards * both + depth * change
+
+    def slants(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (N,) of 1 / cos(angle to the z axis) of the light that arrives at places (3, N), m, with normals (3, N), weighted by
+        irradiance (inverse square, facing surface); its slope (N,), 1/m, along rays (3, N)."""
+        lamp_x, lamp_y = self._lamps(places.dtype)
+        dx, dy, dz = places[0] - lamp_x, places[1] - lamp_y, places[2] - places.dtype.type(self.lamp_z)
+        square = dx * dx
+        square += dy * dy
+        square += dz * dz
         distance = np.sqrt(square)
-        facing = (dx * nx + dy * ny + dz * nz) / distance
-        weight = (np.maximum(facing, 0.0) + max(self.ambient, 0.0) + 1e-6) / square
-        along = (dx * rx + dy * ry + dz * rz) / distance
+        weight = dx * normals[0]
+        weight += dy * normals[1]
+        weight += dz * normals[2]
+        weight /= distance
+        np.maximum(weight, 0, out=weight)
+        weight += max(self.ambient, 0.0) + 1e-6
+        weight /= square
+        dx *= rays[0]
+        dy *= rays[1]
+        dx += dy
+        dx += dz * rays[2]
+        dx /= distance
+        dx *= weight
+        distance *= weight
         total = weight.sum(0) * dz
-        slant = (weight * distance).sum(0) / total
-        return slant, (weight * along).sum(0) / total - slant * rz / dz
+        slant = distance.sum(0) / total
+        return slant, dx.sum(0) / total - slant * rays[2] / dz
+
+    def _lamps(self, dtype) -> tuple[np.ndarray, np.ndarray]:
+        """x and y (LAMPS, 1), m, of the lamps."""
+        angle = np.arange(LAMPS)[:, None] * (2 * np.pi / LAMPS)
+        x, y = self.centre[0] + self.lamp_radius * np.cos(angle), self.centre[1] + self.lamp_radius * np.sin(angle)
+        return x.astype(dtype), y.astype(dtype)

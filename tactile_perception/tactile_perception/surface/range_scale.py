@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .membrane_forces import MembraneForces
+from .membrane_forces import dot
+from .membrane_state import MembraneState
 from .membrane_step import MembraneFrame
 
 _EVERY = 3
@@ -38,17 +39,20 @@ class RangeScale:
         """Measured ranges (N,), m, with the factor on how far they are from those at rest (N,)."""
         return rest + (1 + self.value) * (ranges - rest)
 
-    def learn(self, forces: MembraneForces, frame: MembraneFrame, rest: np.ndarray):
-        """Take account of a solved frame; rest: (K,) m, ranges of all dots at rest."""
+    def learn(self, frame: MembraneFrame, state: MembraneState, rest: np.ndarray):
+        """Take account of a solved frame and what came of it; rest: (K,) m, ranges of all dots at rest."""
         if self._precision == np.inf:
             return
-        gone = np.where(frame.weight > 0, frame.measured - rest, 0.0)
         self._frames += 1
-        if self._frames % _EVERY or np.percentile(np.abs(gone), 98) < _FAR_ENOUGH:
+        if self._frames % _EVERY:
+            return
+        gone = np.where(frame.weight > 0, frame.measured - rest, 0.0)
+        if np.percentile(np.abs(gone), 98) < _FAR_ENOUGH:
             return
         moved, lifted = frame.answer(gone / (1 + self.value))
-        here = self._along_surface(forces, frame.places, frame.pressure)
-        there = self._along_surface(forces, frame.places + _TRIAL * moved * frame.rays, frame.pressure + _TRIAL * lifted)
+        here = _along_surface(*state.balance, state.fluid_pressure)
+        pressure = state.fluid_pressure + _TRIAL * lifted
+        there = _along_surface(*state.forces.evaluate(state.places + _TRIAL * moved * frame.rays, pressure), pressure)
         slope = (there - here) / _TRIAL
         calm = (frame.touched + frame.mesh.neighbour_mean(frame.touched) < .05) & frame.mesh.inner
         weight = calm / (1 + (here**2).sum(0) / (2 * _LEFT_OVER)**2)**2
@@ -57,13 +61,11 @@ class RangeScale:
         if information > 0:
             best = -(weight * slope * here).sum() / curvature
             self._precision = min(self._precision + information, 1 / _FINEST**2)
-            self.value = float(np.clip(self.value + information / self._precision * np.clip(best, -_LARGEST, _LARGEST), -_LARGEST,
-            _LARGEST))
+            change = information / self._precision * np.clip(best, -_LARGEST, _LARGEST)
+            self.value = float(np.clip(self.value + change, -_LARGEST, _LARGEST))
 
-    @staticmethod
-    def _along_surface(forces, places, pressure):
-        """What is left over along the surface (3, K), of the fluid's pressure."""
-        force, share = forces.evaluate(places, pressure)
-        area = np.sqrt((share * share).sum(0))
-        normal = share / area
-        return (force - (force * normal).sum(0) * normal) / (pressure * area)
+
+def _along_surface(force: np.ndarray, share: np.ndarray, pressure: float) -> np.ndarray:
+    """What is left over along the surface (3, K), of the fluid's pressure, of a balance: force (3, K), share (3, K)."""
+    square = dot(share, share)
+    return (force - (dot(force, share) / square) * share) / (pressure * np.sqrt(square))

@@ -5,7 +5,7 @@ import pytest
 from tactile_perception.surface.cap import Cap
 from tactile_perception.surface.membrane_forces import MembraneForces, MembraneMaterial
 from tactile_perception.surface.membrane_grid import GridMesh
-from tactile_perception.surface.membrane_step import MembraneFrame
+from tactile_perception.surface.membrane_step import MembraneFrame, Slopes
 
 ORIGIN, SIDE = np.array([0.0, 0.0, -0.04]), 11
 
@@ -22,7 +22,7 @@ def pad():
 def _frame(pad, ranges, sigma=20e-6, ids=None, touched=None):
     rest, rays, forces = pad
     ids = np.arange(SIDE**2) if ids is None else ids
-    return MembraneFrame(forces, ORIGIN, rays[ids], ranges[ids], np.full(len(ids), sigma), ids, rest, touched, 2000.0)
+    return MembraneFrame(forces, Slopes(forces), ORIGIN, rays[ids], ranges[ids], np.full(len(ids), sigma), ids, rest.T, touched, 2000.0)
 
 
 def test_a_step_from_a_bent_start_goes_to_the_measured_shape(pad):
@@ -30,7 +30,7 @@ def test_a_step_from_a_bent_start_goes_to_the_measured_shape(pad):
     frame = _frame(pad, ranges)
     frame.ranges = ranges + 50e-6 * np.cos(np.arange(SIDE**2))
     for _ in range(2):
-        frame.step(0.06, refresh=True, renew=False, doubt=True, final=False)
+        frame.step(0.06, renew=False, doubt=True, final=False)
     assert np.abs(frame.ranges - ranges).max() < 1e-6
     assert frame.pressure == pytest.approx(2000, rel=1e-3)
 
@@ -51,7 +51,7 @@ def test_dots_not_seen_move_as_their_neighbours(pad):
     turned = rays + [0.01, 0, 0]
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
     ranges = np.linalg.norm(rest - ORIGIN, axis=1)
-    frame = MembraneFrame(forces, ORIGIN, turned[ids], ranges[ids], np.full(len(ids), 1e-5), ids, rest, None, 2000.0)
+    frame = MembraneFrame(forces, Slopes(forces), ORIGIN, turned[ids], ranges[ids], np.full(len(ids), 1e-5), ids, rest.T, None, 2000.0)
     assert not frame.seen[[60, 61]].any() and frame.weight[60] == 0
     np.testing.assert_allclose(frame.rays[:, [60, 61]].T, turned[[60, 61]], atol=1e-4)
 
@@ -63,3 +63,14 @@ def test_a_jump_of_the_surface_starts_from_the_measured_ranges(pad):
     jumped = _frame(pad, ranges - 2e-3, touched=free)
     assert jumped.cold
     np.testing.assert_allclose(jumped.ranges, ranges - 2e-3)
+
+
+def test_slopes_are_kept_until_many_dots_have_gone_far(pad):
+    rest, rays, forces = pad
+    slopes, x, along = Slopes(forces), np.ascontiguousarray(rest.T), np.ascontiguousarray(rays.T)
+    normal = forces.balance(x, 2000.0)[2]
+    first = slopes.at(x, normal, along, 2000.0)
+    spoiled = x.copy()
+    spoiled[:, 60] -= 1e-3
+    assert slopes.at(x - 1e-4 * along, normal, along, 2000.0) is first and slopes.at(spoiled, normal, along, 2000.0) is first
+    assert slopes.at(x - 5e-4 * along, normal, along, 2000.0) is not first

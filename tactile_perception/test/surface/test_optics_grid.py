@@ -30,10 +30,10 @@ def test_smoothing_keeps_a_plane_and_fills_a_gap():
 
 def test_normals_of_a_sphere_and_where_neighbours_are_missing():
     y, x = np.mgrid[-4:5, -4:5] * 1e-3
-    places = np.stack([x, y, np.sqrt(0.02**2 - x**2 - y**2)], -1)
+    places = np.stack([x, y, np.sqrt(0.02**2 - x**2 - y**2)])
     true = places / 0.02
-    places[4, 4] = np.nan
+    places[:, 4, 4] = np.nan
     otherwise = np.full_like(true, 7.0)
     found = normals(places, otherwise)
-    assert found[2, 2] == pytest.approx(true[2, 2], abs=1e-3)
-    assert found[4, 3] == pytest.approx(otherwise[4, 3])
+    assert found[:, 2, 2] == pytest.approx(true[:, 2, 2], abs=1e-3)
+    assert found[:, 4, 3] == pytest.approx(otherwise[:, 4, 3])
