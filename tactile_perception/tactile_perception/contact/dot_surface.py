@@ -3,6 +3,8 @@
 """The present surface through the dots, smooth between them and a little beyond the last ones."""
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ..errors import BadArgument
@@ -16,6 +18,35 @@ def cubic_weights(t: np.ndarray) -> np.ndarray:
     square = t * t
     cube = square * t
     return np.array([2 * square - cube - t, 2 - 5 * square + 3 * cube, t + 4 * square - 3 * cube, cube - square]) * 0.5
+
+
+@lru_cache(maxsize=256)
+def between(nodes: int, refine: int) -> np.ndarray:
+    """((nodes - 1) * refine + 1, nodes): weights of the nodes at places refine a node, by cubic convolution."""
+    place = np.arange((nodes - 1) * refine + 1) / refine
+    start = np.minimum(place.astype(int), nodes - 2)
+    matrix = np.zeros((len(place), nodes))
+    for step, weight in zip(range(-1, 3), cubic_weights(place - start)):
+        np.add.at(matrix, (np.arange(len(place)), np.clip(start + step, 0, nodes - 1)), weight)
+    return matrix
+
+
+def refined(values: np.ndarray, refine: int) -> np.ndarray:
+    """values (rows, columns, C) between their nodes, refine steps a node, by cubic convolution (Keys 1981)."""
+    rows, columns, channels = values.shape
+    tall = (between(rows, refine) @ values.reshape(rows, -1)).reshape(-1, columns, channels)
+    return between(columns, refine) @ tall
+
+
+def along_lines(fine: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Values (M, C) of fine (rows, columns, C) at places (M, 2) of (row, column) that lie on the lines between its nodes."""
+    low = places.astype(int)
+    rest = places - low
+    first = low[:, 0] * fine.shape[1] + low[:, 1]
+    second = first + (rest[:, 0] > 0) * fine.shape[1] + (rest[:, 1] > 0)
+    flat = fine.reshape(-1, fine.shape[2])
+    here = flat.take(first, axis=0)
+    return here + rest.sum(axis=1)[:, None] * (flat.take(second, axis=0) - here)
 
 
 def extended(values: np.ndarray) -> np.ndarray:
@@ -66,6 +97,10 @@ class DotSurface:
     def points(self, places: np.ndarray) -> np.ndarray:
         """Points (M, 3), m, at places (M, 2) of (row, column), up to a pitch off the grid."""
         return values_at(self.wide, places)
+
+    def fine(self, row: int, column: int, shape: tuple[int, int], refine: int) -> np.ndarray:
+        """Points (.., .., 3), m, refine a pitch, of shape rows and columns of nodes from (row, column) on, up to BEYOND off the grid."""
+        return refined(self.wide[row + BEYOND:row + BEYOND + shape[0], column + BEYOND:column + BEYOND + shape[1]], refine)
 
     def below(self, xy: np.ndarray) -> np.ndarray:
         """The surface's point (3,), m, at xy (2,), m, seen along z: Newton steps from the nearest dot."""

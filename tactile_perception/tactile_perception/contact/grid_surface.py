@@ -17,11 +17,16 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
     Raises BadArgument for ids that are off the grid or come twice.
     """
     ids = np.asarray(ids)
-    if len(ids) and (ids.min() < 0 or ids.max() >= rows * columns or len(np.unique(ids)) != len(ids)):
+    seen = np.zeros(rows * columns, bool)
+    if len(ids) and 0 <= ids.min() and ids.max() < rows * columns:
+        seen[ids] = True
+    if np.count_nonzero(seen) != len(ids):
         raise BadArgument(f'dot ids must be different numbers from 0 to {rows * columns - 1} ({rows} rows x {columns} columns)')
     values = np.asarray(values, float)
-    grid = np.full((rows * columns, *values.shape[1:]), np.nan)
+    grid = np.empty((rows * columns, *values.shape[1:]))
     grid[ids] = values
+    if len(ids) < len(seen):
+        grid[~seen] = np.nan
     return grid.reshape(rows, columns, *values.shape[1:])
 
 

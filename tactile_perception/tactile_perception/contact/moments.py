@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dot_surface import BEYOND, DotSurface, values_at
+from .dot_surface import BEYOND, DotSurface, along_lines, refined
 from .grid_surface import cross
-from .outline import Outline
+from .outline import REFINE, Outline
 
 # Channels of the integrand, per unit of area in (row, column).
 _AREA, _VECTOR, _FIRST, _SECOND = 0, slice(1, 4), slice(4, 7), slice(7, 10)
@@ -51,25 +51,32 @@ class Moments:
 class MomentField:
     """The integrands over one frame's surface, once for all its regions: the part of it that the outlines, at least one, take.
 
-    pitch: mean distance of neighbouring dots, m.
+    refine: as of the outlines. pitch: mean distance of neighbouring dots, m.
     """
 
-    def __init__(self, surface: DotSurface, outlines: list[Outline]):
+    def __init__(self, surface: DotSurface, outlines: list[Outline], refine: int = REFINE):
         places = np.concatenate([outline.grid_points for outline in outlines])
-        corner, wide = [], surface.wide
-        for axis, (least, most) in enumerate(zip(places.min(axis=0), places.max(axis=0))):
-            start = min(max(int(least), 0), surface.shape[axis] - 2)
-            wide = np.take(wide, range(start, min(int(most) + 2, surface.shape[axis]) + 2 * BEYOND), axis)
-            corner.append(start)
-        self._corner = np.array(corner)
-        vector = cross(_slope(wide, 1), _slope(wide, 0))
-        density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))[..., None]
+        self._refine = refine
+        # with a node more on each side where there is one, for the cubic between the outermost
+        first = np.maximum(np.floor(places.min(axis=0)).astype(int) - 1, 1 - BEYOND)
+        last = np.minimum(np.ceil(places.max(axis=0)).astype(int) + 1, np.array(surface.shape) + BEYOND - 2)
+        self._corner = first
+        (top, left), (bottom, right) = first + BEYOND - 1, last + BEYOND + 2
+        wide = surface.wide[top:bottom, left:right]
+        vector = 0.25 * cross(wide[1:-1, 2:] - wide[1:-1, :-2], wide[2:, 1:-1] - wide[:-2, 1:-1])
+        density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))
         self.pitch = float(np.sqrt(density.mean()))
-        x, y = wide[..., :1], wide[..., 1:2]
-        channels = np.concatenate([np.ones_like(x), vector / np.maximum(density, 1e-30), wide, x * x, x * y, y * y], axis=2) * density
+        channels = np.empty((*density.shape, 10))
+        place = wide[1:-1, 1:-1]
+        channels[..., _AREA] = density
+        channels[..., _VECTOR] = vector
+        channels[..., _FIRST] = place * density[..., None]
+        channels[..., 7:9] = channels[..., 4:5] * place[..., :2]
+        channels[..., 9] = channels[..., 5] * place[..., 1]
         # Integrated along the columns once; a contour integral over the rows then gives the double integral.
-        half = 0.5 * (channels[:, 1:] + channels[:, :-1])
-        self._along = np.concatenate([np.zeros_like(half[:, :1]), np.cumsum(half, axis=1)], axis=1)
+        along = np.zeros_like(channels)
+        np.cumsum(0.5 * (channels[:, 1:] + channels[:, :-1]), axis=1, out=along[:, 1:])
+        self._along = refined(along, refine)
 
     def of(self, outline: Outline) -> Moments:
         """Moments of one region, its holes taken off."""
@@ -77,14 +84,8 @@ class MomentField:
         return Moments(float(total[_AREA]), total[_VECTOR], total[_FIRST], total[_SECOND])
 
     def _around(self, loop: np.ndarray) -> np.ndarray:
-        after = np.concatenate([loop[1:], loop[:1]])
-        return (after[:, 0] - loop[:, 0]) @ values_at(self._along, 0.5 * (loop + after) - self._corner)
-
-
-def _slope(wide: np.ndarray, axis: int) -> np.ndarray:
-    """Central differences of wide (rows, columns, C) along axis, one-sided at its ends."""
-    line = wide.swapaxes(axis, 0)
-    slope = np.empty_like(line)
-    slope[1:-1] = 0.5 * (line[2:] - line[:-2])
-    slope[0], slope[-1] = line[1] - line[0], line[-1] - line[-2]
-    return slope.swapaxes(0, axis)
+        """Contour integral (C,) over the rows, by the trapezoidal rule between vertices."""
+        row = loop[:, 0]
+        step = np.empty_like(row)
+        step[1:-1], step[0], step[-1] = row[2:] - row[:-2], row[1] - row[-1], row[0] - row[-2]
+        return 0.5 * step @ along_lines(self._along, (loop - self._corner) * self._refine)

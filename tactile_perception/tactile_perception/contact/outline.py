@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from ..errors import BadArgument
-from .dot_surface import DotSurface, cubic_weights
+from .dot_surface import DotSurface, along_lines, refined
 from .grid_surface import fill_unseen
 
+REFINE = 2  # steps a pitch in which an outline is drawn
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
 # Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom right, 8 bottom left): edge it comes from, edge it goes
 # to, so that outlines turn from +column to +row. Cells with two diagonal corners (5, 10) have two: those of the pair of codes given,
@@ -20,6 +20,8 @@ _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
 _FROM = np.array([0, _TOP, _RIGHT, _RIGHT, _BOTTOM, 0, _BOTTOM, _BOTTOM, _LEFT, _TOP, 0, _RIGHT, _LEFT, _TOP, _LEFT, 0])
 _TO = np.array([0, _LEFT, _TOP, _LEFT, _RIGHT, 0, _TOP, _LEFT, _BOTTOM, _BOTTOM, 0, _BOTTOM, _RIGHT, _RIGHT, _TOP, 0])
 _SADDLES = {5: ((1, 4), (13, 7)), 10: ((2, 8), (14, 11))}
+_SADDLE = np.isin(np.arange(16), (5, 10))
+_CROSSED = (np.arange(16) > 0) & (np.arange(16) < 15)
 # A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
 _LABEL_SPREAD = np.array([0.107, 0.786, 0.107])
 
@@ -49,7 +51,7 @@ def label_score(contact: np.ndarray) -> np.ndarray:
     return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
 
 
-def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = 2, ceiling: float = 1.0) -> list[Outline]:
+def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE, ceiling: float = 1.0) -> list[Outline]:
     """Regions where score (rows, columns) is above level, with their outlines on the surface, largest first.
 
     NaN marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the
@@ -62,36 +64,23 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
     if not (score > level).any():
         return []
     field, row, column = _cropped(np.clip(fill_unseen(score), 0, ceiling), level)
-    loops = [loop / refine + (row, column) for loop in contour(_refined(field, refine), level)]
-    loops = [loop for loop in loops if len(loop) >= 3]
-    return _grouped(loops, surface.points(np.concatenate(loops))) if loops else []
+    loops = [loop for loop in contour(refined(field[..., None], refine)[..., 0], level) if len(loop) >= 3]
+    if not loops:
+        return []
+    places = along_lines(surface.fine(row, column, field.shape, refine), np.concatenate(loops))
+    return _grouped([loop / refine + (row, column) for loop in loops], places)
 
 
 def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
-    """field around its part above level with a border of 0 three nodes off, and its first row and column; off the grid nothing touches."""
+    """field around its part above level with a border of 0 two nodes off, and its first row and column; off the grid nothing touches."""
     above = field > level
     rows, columns = np.flatnonzero(above.any(1)), np.flatnonzero(above.any(0))
-    row, column = int(rows[0]) - 3, int(columns[0]) - 3
-    part = np.zeros((int(rows[-1]) + 4 - row, int(columns[-1]) + 4 - column))
+    row, column = int(rows[0]) - 2, int(columns[0]) - 2
+    part = np.zeros((int(rows[-1]) + 3 - row, int(columns[-1]) + 3 - column))
     top, left = max(row + 1, 0), max(column + 1, 0)
     known = field[top:row + part.shape[0] - 1, left:column + part.shape[1] - 1]
     part[top - row:top - row + known.shape[0], left - column:left - column + known.shape[1]] = known
     return part, row, column
-
-
-def _refined(field: np.ndarray, refine: int) -> np.ndarray:
-    """field between its nodes, refine steps a node, by cubic convolution (Keys 1981), along rows and columns."""
-    return _between(field.shape[0], refine) @ field @ _between(field.shape[1], refine).T
-
-
-@lru_cache(maxsize=64)
-def _between(nodes: int, refine: int) -> np.ndarray:
-    place = np.arange((nodes - 1) * refine + 1) / refine
-    start = np.minimum(place.astype(int), nodes - 2)
-    matrix = np.zeros((len(place), nodes))
-    for step, weight in zip(range(-1, 3), cubic_weights(place - start)):
-        np.add.at(matrix, (np.arange(len(place)), np.clip(start + step, 0, nodes - 1)), weight)
-    return matrix
 
 
 def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
@@ -100,27 +89,32 @@ def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
     Linear between nodes; around what is above, loops turn from +column to +row, around holes the other way (marching squares,
     diagonal cells settled by their mean).
     """
+    width = field.shape[1]
     above = (field > level).view(np.uint8)
-    code = above[:-1, :-1] + 2 * above[:-1, 1:] + 4 * above[1:, 1:] + 8 * above[1:, :-1]
-    row, column = np.nonzero((code > 0) & (code < 15))
-    code = code[row, column]
-    saddle = (code == 5) | (code == 10)
-    if saddle.any():
-        row, column, code = _settled(field, level, row, column, code, saddle)
-    node = row * field.shape[1] + column
-    edges = np.stack([2 * node, 2 * node + 3, 2 * (node + field.shape[1]), 2 * node + 1])  # top, right, bottom, left
-    each = np.arange(len(node))
-    follows = dict(zip(edges[_FROM[code], each].tolist(), edges[_TO[code], each].tolist()))
-    return [_crossings(np.array(loop), field, level) for loop in _cycles(follows)]
+    code = np.zeros(field.shape, np.uint8)
+    code[:-1, :-1] = above[:-1, :-1] + 2 * above[:-1, 1:] + 4 * above[1:, 1:] + 8 * above[1:, :-1]
+    code = code.ravel()
+    node = np.flatnonzero(_CROSSED[code])
+    code = code[node]
+    if _SADDLE[code].any():
+        node, code = _settled(field, level, node, code)
+    start, end = 2 * node + _edge(_FROM[code], width), 2 * node + _edge(_TO[code], width)
+    return [_crossings(np.array(loop), field, level) for loop in _cycles(dict(zip(start.tolist(), end.tolist())))]
 
 
-def _settled(field, level, row, column, code, saddle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """row, column, code of all cells with each of the diagonal ones as the two segments that its mean asks for."""
-    more = []
+def _edge(side: np.ndarray, width: int) -> np.ndarray:
+    """Number of a cell's side (M,) beyond twice the number of its top left node, in a field that many nodes wide; see _cycles."""
+    return np.array([0, 3, 2 * width, 1])[side]
+
+
+def _settled(field, level, node, code) -> tuple[np.ndarray, np.ndarray]:
+    """node and code of all cells with each of the diagonal ones as the two segments that its mean asks for."""
+    more, saddle = [], _SADDLE[code]
     for k in np.flatnonzero(saddle):
-        middle = field[row[k]:row[k] + 2, column[k]:column[k] + 2].mean() > level
-        more += [(row[k], column[k], part) for part in _SADDLES[int(code[k])][int(middle)]]
-    return tuple(np.concatenate([old[~saddle], new]) for old, new in zip((row, column, code), np.array(more).T))
+        row, column = divmod(int(node[k]), field.shape[1])
+        middle = field[row:row + 2, column:column + 2].mean() > level
+        more += [(node[k], part) for part in _SADDLES[int(code[k])][int(middle)]]
+    return tuple(np.concatenate([old[~saddle], new]) for old, new in zip((node, code), np.array(more).T))
 
 
 def _cycles(follows: dict[int, int]) -> list[list[int]]:
@@ -138,11 +132,14 @@ def _cycles(follows: dict[int, int]) -> list[list[int]]:
 
 def _crossings(edges: np.ndarray, field: np.ndarray, level: float) -> np.ndarray:
     """(M, 2) row and column where field crosses level on each edge."""
-    node, downward = np.divmod(edges, 2)
-    row, column = np.divmod(node, field.shape[1])
-    here, there = field[row, column], field[row + downward, column + 1 - downward]
-    share = (level - here) / (there - here)
-    return np.stack([row + share * downward, column + share * (1 - downward)], axis=1)
+    node, downward = edges >> 1, edges & 1
+    flat, width = field.ravel(), field.shape[1]
+    here = flat[node]
+    share = (level - here) / (flat[node + np.where(downward, width, 1)] - here)
+    places = np.empty((len(edges), 2))
+    places[:, 0] = node // width + share * downward
+    places[:, 1] = node % width + share * (1 - downward)
+    return places
 
 
 def signed_area(loop: np.ndarray) -> float:
@@ -153,6 +150,8 @@ def signed_area(loop: np.ndarray) -> float:
 
 def _grouped(loops: list[np.ndarray], points: np.ndarray) -> list[Outline]:
     """Outlines with the holes that lie in them, largest first."""
+    if len(loops) == 1:
+        return [Outline(points, [], loops[0], [])]
     ends = np.cumsum([len(loop) for loop in loops])
     places = [points[end - len(loop):end] for loop, end in zip(loops, ends)]
     area = np.array([-signed_area(loop) for loop in loops])  # (row, column) turns the other way than (x, y)

@@ -108,7 +108,8 @@ def find_regions(dots: ContactDots) -> list[Region]:
     if not outlines:
         return []
     moments = MomentField(surface, outlines)
-    regions = [Region(outline, moments.of(outline), _within(outline, dots), moments.pitch, surface) for outline in outlines]
+    members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
+    regions = [Region(outline, moments.of(outline), inside, moments.pitch, surface) for outline, inside in zip(outlines, members)]
     return [region for region in regions if region.moments.area > 0]
 
 
