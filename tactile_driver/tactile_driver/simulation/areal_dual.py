@@ -39,7 +39,7 @@ def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera
 def areal_dual(seed: int) -> Specimen:
     """A sheet with two cameras. seed: of what was built a bit off, and of the noise."""
     rng = np.random.default_rng([seed, 12])
-    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 55.0 * (1 + rng.normal(0, 0.03)), 3.5e-4, 89)
+    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 70.0 * (1 + rng.normal(0, 0.03)), 1.25, 3.5e-4, 97)
     cameras = _cameras(rng)
     pattern = markers(sheet, 11, 14, (0.0094, 0.0082), 0.0021, rng)
     lights = _LAMPS, replace(_LAMPS, exposure=_LAMPS.exposure * _EXPOSURE * (1 + rng.normal(0, 0.03)))

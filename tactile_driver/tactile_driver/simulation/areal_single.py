@@ -22,7 +22,7 @@ _LAMPS = Lamps(((-0.046, 0.010, -0.040), (0.048, -0.016, -0.044)), (330.0, 150.0
 def areal_single(seed: int, width: int = 640) -> Specimen:
     """A sheet with one camera. seed: of what was built a bit off, and of the noise; width: of the picture, px."""
     rng = np.random.default_rng([seed, 11])
-    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 38.0 * (1 + rng.normal(0, 0.03)), 1.5e-4, 65)
+    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
     camera = built_camera(rng, 508.0, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0585),
                           (640, 480), width)
     imaging = Imaging(blur=1.0, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=3.0, stop=0.1)

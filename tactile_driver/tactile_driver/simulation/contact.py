@@ -63,6 +63,7 @@ class FrictionalContact:
             self.reset()
             return self.state
         self._choose_near(gap)
+        self._slack = self.skin.slack_at(self.state.shape)
         anchor = now.to_sensor(before.to_tool(inner_shape[self._near]))
         places = inner_shape + self._moved
         for _ in range(_LINEARISATIONS):
@@ -100,11 +101,11 @@ class FrictionalContact:
         gap, normal = tool.distance_and_normal(pose.to_tool(places[near]))
         normal = normal @ pose.turn.T
         offset = gap - np.einsum('ij,ij->i', normal, places[near])
-        self._alternate(skin.slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
+        self._alternate(self._slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
         force = np.zeros_like(push)
         force[near] = -self._coupling * self._held
         pressure = free_pressure - float((lift * force).sum()) / rise
-        return skin.settle(pressure * push + force), pressure
+        return self._slack + skin.give(pressure * push + force), pressure
 
     def _alternate(self, free, lift, rise, normal, offset, anchor):
         """Find held (k, 3), m, for nodes that would be at free (k, 3) without contact; -coupling * held is the force on them.

@@ -16,6 +16,8 @@ from .skin import Skin
 _CELL = 4
 #: px: where the camera sees which point of the skin changes more slowly still.
 _WIDE_CELL = 8
+#: cells of the skin along each side, about: light is worked out on no finer grid.
+_SKIN_CELLS = 48
 _INVERSE_STEPS = 5
 _PIXEL_VARIANCE = 1 / 12
 #: a smooth step 3 t^2 - 2 t^3 that reaches this many deviations to each side has the variance of the blur.
@@ -61,7 +63,7 @@ class Renderer:
         uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
         noise; None for a picture without noise.
         """
-        light, spots = self._cell_light(shape.astype(np.float32))
+        light, spots = self._cell_light(shape[::self._every, ::self._every].astype(np.float32))
         cover = self._cover(uv, spread, radius)
         cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
         cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
@@ -82,24 +84,26 @@ class Renderer:
 
     def _set_up_cells(self):
         """For the resting skin: which grid place of the skin each wide cell sees, and how that moves with the picture."""
-        camera, n = self.camera, self.skin.nodes
+        camera = self.camera
+        self._every = max((self.skin.nodes - 1) // _SKIN_CELLS, 1)
+        self._last = (self.skin.nodes - 1) // self._every
         columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
         hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
         square = np.clip(self.skin.square_of(hit).reshape(self._goal.shape), -1, 1)
-        self._rest_place = ((square + 1) * (n - 1) / 2).astype(np.float32)
+        self._rest_place = ((square + 1) * self._last / 2).astype(np.float32)
         self._steer_down, self._steer_across = np.gradient(self._rest_place, _WIDE_CELL, axis=(0, 1))
         columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
         self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
+        """Diffuse light (h, w, 3), grey levels, of the cells, from the nodes that count; and the mirror spots."""
         seen = self.camera.project(shape).astype(np.float32)
         place = self._rest_place
         for _ in range(_INVERSE_STEPS):
             off = self._goal - _look_up(seen, place)
             place = place + off[..., :1] * self._steer_across + off[..., 1:] * self._steer_down
-            np.clip(place, 0, self.skin.nodes - 1, out=place)
+            np.clip(place, 0, self._last, out=place)
         normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
         light, spots = self._illumination.look(shape, normals, seen)

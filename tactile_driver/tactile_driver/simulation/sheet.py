@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A soft rectangular sheet, stretched flat over a frame, with open air behind it.
 
-As for the touchpad's skin, a rubber stretched to a multiple of its natural size has an energy quadratic in the places of its points:
-T/2 |F|^2 per area; the sheet's thickness adds D/2 |Laplacian|^2, which rounds the bell off. On a rectangular grid both are diagonal in
-products of sines.
+A neo-Hookean, incompressible rubber of stiffness T, stretched alike in all directions to s times its natural size, has the energy
+T/2 (|F|^2 + s^-6 / J^2) per area, F and J its further change of shape and area; the sheet's thickness adds D/2 |Laplacian|^2, which rounds
+the bell off. On a rectangular grid the quadratic terms are diagonal in products of sines; what the term with J does, which draws the
+material towards where the sheet is pressed, is small and taken from the step before.
 """
 from __future__ import annotations
 
@@ -12,17 +13,18 @@ from typing import Callable
 
 import numpy as np
 
-from .skin import Skin
+from .skin import Skin, cross
 
 #: m: from so far off, the nearest point of any tool is its lowest.
 _FAR = 1000.0
 
 
 class Sheet(Skin):
-    """width (along x), height (along y): m; tension T: N/m; bending D: N m; nodes: along each side."""
+    """width (along x), height (along y): m; tension T: N/m; stretch s: from 1.2; bending D: N m; nodes: along each side."""
 
-    def __init__(self, width: float, height: float, tension: float, bending: float, nodes: int):
+    def __init__(self, width: float, height: float, tension: float, stretch: float, bending: float, nodes: int):
         self.width, self.height = width, height
+        self._push_apart = tension * stretch**-6
         steps = np.linspace(-1, 1, nodes)
         self._half = np.array([width / 2, height / 2])
         super().__init__(self.surface(np.stack(np.meshgrid(steps, steps), axis=-1)), tension)
@@ -34,6 +36,7 @@ class Sheet(Skin):
         curve = 2 - 2 * np.cos(np.pi * wave / (nodes - 1))
         waves = curve[:, None] / dy**2 + curve / dx**2
         self._give = 1 / (dx * dy * waves * (tension + bending * waves))
+        self._cell = dx * dy
         self._still = np.zeros_like(self.slack)
 
     def surface(self, square: np.ndarray) -> np.ndarray:
@@ -61,10 +64,28 @@ class Sheet(Skin):
         """
         return _FAR - float(distance(np.array([[0, 0, -_FAR]]) @ turn)[0])
 
+    def slack_at(self, shape: np.ndarray) -> np.ndarray:
+        """As Skin.slack_at, with what the rubber's thinning does in the shape (n, n, 3), m."""
+        return self.slack + self.give(self.push_apart(shape)[self.inner])
+
+    def push_apart(self, shape: np.ndarray) -> np.ndarray:
+        """Forces (n*n, 3), N, of the energy's term with J on all nodes, from the areas of the cells of the shape (n, n, 3), m."""
+        up, down = shape[1:, 1:] - shape[:-1, :-1], shape[1:, :-1] - shape[:-1, 1:]
+        area = 0.5 * cross(up, down)
+        size = np.sqrt(np.einsum('...i,...i->...', area, area))[..., None]
+        weight = 0.5 * self._push_apart * (self._cell / size)**3 * area / size
+        along_up, along_down = cross(down, weight), cross(weight, up)
+        force = np.zeros_like(shape)
+        force[1:, 1:] += along_up
+        force[:-1, :-1] -= along_up
+        force[1:, :-1] += along_down
+        force[:-1, 1:] -= along_down
+        return force.reshape(-1, 3)
+
     def give(self, forces: np.ndarray) -> np.ndarray:
         """Displacements (m, 3), m, of the inner nodes under forces (m, 3), N."""
         sines, count = self._sines, self.nodes - 2
-        field = forces.reshape(count, count, 3).transpose(2, 0, 1)
+        field = np.ascontiguousarray(forces.reshape(count, count, 3).transpose(2, 0, 1))
         return (sines @ (sines @ field @ sines * self._give) @ sines).transpose(1, 2, 0).reshape(-1, 3)
 
     def compliance_among(self, near: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ class Skin:
     """n x n nodes, the border held.
 
     Attributes: nodes n; rest (n, n, 3), m; inner (n*n,) bool, nodes that are free to move; spacing m, between nodes, in the mean;
-    tension N/m; pressure Pa, of what is enclosed, at rest; slack (m, 3) m, where the inner nodes would stand without any force.
+    tension N/m; pressure Pa, of what is enclosed, at rest; slack (m, 3) m, where the inner nodes would stand without any force, near rest.
     A skin also has: surface and square_of, between material places (..., 2) in [-1, 1]^2 and the rest shape; seen_at_rest, of rays;
     rim, its border as a line; touching_height, of a tool; give, compliance_among and fluid, of forces.
     """
@@ -47,9 +47,9 @@ class Skin:
         height = xyz[:-1, :-1, 2] + xyz[1:, 1:, 2] + xyz[1:, :-1, 2] + xyz[:-1, 1:, 2]
         return float((cells[..., 2] * height).sum() / 8)
 
-    def settle(self, forces: np.ndarray) -> np.ndarray:
-        """Inner nodes' places (m, 3), m, in balance with forces (m, 3), N, on them."""
-        return self.slack + self.give(forces)
+    def slack_at(self, shape: np.ndarray) -> np.ndarray:
+        """Where the inner nodes would stand (m, 3), m, without any force, by what the rubber does in the shape (n, n, 3), m."""
+        return self.slack
 
     def with_rim(self, places: np.ndarray) -> np.ndarray:
         """Shape (n, n, 3), m, of inner nodes' places (m, 3), m."""
