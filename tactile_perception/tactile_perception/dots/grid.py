@@ -74,7 +74,7 @@ def _number(uv, shape, previous, image_size) -> GridNumbers:
     if previous is not None and len(uv) and len(previous.id):
         id = follow(uv, previous.uv, previous.id, shape, previous.pitch)
         if id is not None:
-            return GridNumbers(id, '', previous.pitch)
+            return GridNumbers(complete_grid(id, uv, shape), '', previous.pitch)
     return _number_anew(uv, shape, previous, image_size)
 
 

@@ -114,6 +114,9 @@ def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(nam
     """Of a dome's grid the corners are missing; each view of two cameras sees eight of fourteen columns."""
     truth = np.load(SIMULATED / name / 'truth.npz')
     number = truth['dot_rc'] - divmod(first, 17 if name.startswith('ac') else 14)
+    previous = None
     for uv, seen in zip(truth['uv' + side], truth['visible' + side]):
-        numbers = number_grid(uv[seen].astype(float), rows, columns)
-        assert numbers.certain and np.array_equal(numbers.id, number[seen] @ [columns, 1])
+        numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
+        assert numbers.certain and np.array_equal(numbers.id, id)
+        assert np.array_equal(number_grid(uv[seen].astype(float), rows, columns, previous).id, id)
+        previous = Numbered(uv[seen], id, numbers.pitch)
