@@ -13,7 +13,7 @@ from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import Parameter, to_yaml
 from tactile_driver.simulation.scenes import open_scene
 from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS
+from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from .parameters import MARKERS_PARAMETERS
@@ -59,7 +59,7 @@ def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], chang
 def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
     """The text of a parameter file for a touchpad's nodes. See _text."""
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
-                ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS)),
+                ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS + SHEET_PARAMETERS)),
                 ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, SENSOR_PARAMETERS))]
     return _text(about, sections, changed, left_out)
@@ -71,9 +71,9 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
     size = min(sensor.pitch) / 4
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
               'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
-              'dome.height': sensor.height, 'surface': 'none', 'polarity': 'bright', 'detection': 'blobs', 'dot_size': size,
-              'normal_length': 8 * size, 'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
-    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS and p.name != 'pace']
+              'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'none', 'polarity': 'bright', 'detection': 'blobs',
+              'dot_size': size, 'normal_length': 8 * size, 'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
+    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
     sections = [('/**', MARKER_SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]

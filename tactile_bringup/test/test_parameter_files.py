@@ -6,8 +6,10 @@ import pytest
 import yaml
 from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import defaults
+from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
+from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS
+from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from tactile_bringup.parameter_files import parameter_files
 from tactile_bringup.parameters import MARKERS_PARAMETERS
@@ -33,10 +35,21 @@ def test_the_touchpad_file_holds_every_parameter_with_its_default(node):
     content = yaml.safe_load((FOLDER / 'touchpad.yaml').read_text())
     named = set(content['/**']['ros__parameters']) | set(content[f'/**/{node}']['ros__parameters'])
     table = NODES[node]
-    assert {p.name for p in table} - BY_LAUNCH <= named
+    of_others = {p.name for p in SHEET_PARAMETERS}
+    assert {p.name for p in table} - BY_LAUNCH - of_others <= named
     assert read_parameters(FOLDER / 'touchpad.yaml', node, table) == defaults(table)
 
 
 def test_the_video_file_is_a_grid_without_a_surface():
     values = read_parameters(FOLDER / 'marker_video.yaml', 'dot_tracker_node', DOT_PARAMETERS)
     assert (values['rows'], values['columns'], values['surface'], values['polarity']) == (7, 10, 'none', 'dark')
+
+
+@pytest.mark.parametrize('name', ['areal_single', 'air_cushion'])
+def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
+    dots = read_parameters(FOLDER / f'{name}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    point = read_parameters(FOLDER / f'{name}_sim.yaml', 'contact_point_node', POINT_PARAMETERS)
+    assert dots['sensor_type'] == point['sensor_type'] == name
+    assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
+    assert marker_sensor(point) == MARKER_SENSORS[name]
+    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'none')

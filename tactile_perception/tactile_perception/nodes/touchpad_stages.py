@@ -10,12 +10,16 @@ from sensor_msgs.msg import Image
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ..calibration.files import read_calibration
+from ..calibration.touch_file import read_touch
 from ..calibration.touchpad_file import read_touchpad
 from ..camera import CameraModel
 from ..errors import BadFrame
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
+from ..pipeline.marker_parameters import sheet_sensor
+from ..pipeline.marker_views import view_maker
 from ..pipeline.sensor import Touchpad
+from ..pipeline.sheet_places import SheetPlaces
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
 
@@ -41,10 +45,24 @@ class _TouchpadSide(CameraSide):
 
 
 class DotMessages(_TouchpadSide):
-    """image_raw -> dots; values: of DOT_PARAMETERS."""
+    """image_raw -> dots of any sensor that has them; values: of DOT_PARAMETERS."""
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        self._sheet = sheet_sensor(values) if values['surface'] == 'sheet' else None
+        calibrated = self._sheet is not None and values['calibration']
+        self._stitching = read_touch(values['calibration'], values['sensor_type']).stitching if calibrated else None
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether dots are to have places in 3D."""
+        return super().needs_places or self._sheet is not None
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
         """See CameraSide; without a camera dots have no places in 3D."""
+        if self._sheet is not None:
+            make_view = view_maker(self._sheet, matrices, self._stitching)
+            return DotStage(self.sensor, None, self.values, places=SheetPlaces(self._sheet, make_view) if make_view else None)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water)

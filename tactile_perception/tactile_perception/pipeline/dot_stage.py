@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
@@ -22,12 +23,25 @@ def make_tracker(sensor: Touchpad, values: Mapping) -> DotTracker:
     return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], values['numbering'], reference=reference)
 
 
-class DotStage:
-    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that dots have no places in 3D."""
+class Places(Protocol):
+    """What places dots in 3D: DotPlaces or SheetPlaces."""
 
-    def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None):
-        self._tracker = make_tracker(sensor, values)
-        self._places = DotPlaces(sensor, camera, values['pace'], water) if sensor.cap is not None and camera is not None else None
+    def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Places (N, 3), m, sensor frame, of tracks in an image; NaN where not known. Raises BadFrame."""
+
+    def renew(self) -> None:
+        """A new reference is taken."""
+
+
+class DotStage:
+    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that a touchpad's dots have no places
+    in 3D; places: what places the dots of another sensor."""
+
+    def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
+                 places: Places | None = None):
+        self._tracker, self._places = make_tracker(sensor, values), places
+        if sensor.cap is not None and camera is not None:
+            self._places = DotPlaces(sensor, camera, values['pace'], water)
 
     @property
     def suspicion(self) -> str:

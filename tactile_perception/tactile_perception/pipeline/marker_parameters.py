@@ -11,6 +11,7 @@ from tactile_driver.nodes.parameters import Parameter
 from ..errors import BadArgument
 from ..touch.methods import TOUCH_METHODS
 from ..touch.sensor import MARKER_SENSORS, MarkerSensor
+from .parameters import SHEET_PARAMETERS
 
 AUTO = 'auto'
 _fixed = partial(Parameter, read_only=True)
@@ -20,8 +21,7 @@ MARKER_SENSOR_PARAMETERS = (
            choices=tuple(MARKER_SENSORS)),
     _fixed('rows', int, 9, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
     _fixed('columns', int, 13, '', 'columns of the printed grid', 0, 250),
-    _fixed('pitch', list[float], [0.0045, 0.0045], 'm', 'from marker to marker along x and y', 1e-5, 1.0),
-    _fixed('sheet_size', list[float], [0.060, 0.045], 'm', 'of the clamped sheet along x and y; zeros for a dome', 0.0, 10.0),
+    *SHEET_PARAMETERS,
     _fixed('dome.rim_radius', float, 0.0, 'm', 'radius of the rim of a dome; 0 for a sheet', 0.0, 10.0),
     _fixed('dome.height', float, 0.0, 'm', 'height of a dome over its rim; 0 for a sheet', 0.0, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'dome: rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -39,9 +39,19 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
     """The sensor that values (of MARKER_SENSOR_PARAMETERS) describe. Raises BadArgument for what does not fit together."""
+    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values),
+                        rim_radius=values['dome.rim_radius'], height=values['dome.height'])
+
+
+def sheet_sensor(values: Mapping) -> MarkerSensor:
+    """The sheet that values (of DOT_PARAMETERS) describe. Raises BadArgument for what does not fit together."""
+    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values))
+
+
+def _pairs(values: Mapping) -> list[tuple[float, float]]:
+    """Pitch and sheet size."""
     pairs = {name: tuple(values[name]) for name in ('pitch', 'sheet_size')}
     for name, pair in pairs.items():
         if len(pair) != 2:
             raise BadArgument(f'parameter {name} must have two numbers, along x and y, not {len(pair)}')
-    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], pairs['pitch'], pairs['sheet_size'],
-                        values['dome.rim_radius'], values['dome.height'])
+    return list(pairs.values())

@@ -15,11 +15,11 @@ from ..touch.view import CameraView, MarkerView, StitchedView, camera_view
 
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,
-               pose: tuple[np.ndarray, np.ndarray]) -> Callable[[np.ndarray], MarkerView] | None:
+               pose: tuple[np.ndarray, np.ndarray] | None = None) -> Callable[[np.ndarray], MarkerView] | None:
     """What makes a view of untouched markers' places (K, 2) px; None where the camera is not calibrated.
 
     matrices: K (3, 3) and distortion (5,) of the camera; stitching: numbers of a calibration, of an image stitched from two; pose:
-    rotation (3, 3) and translation (3,) m of the camera, of a dome, whose markers do not tell it. Raises BadArgument for numbers that
+    rotation (3, 3) and translation (3,) m of the camera; a dome's markers do not tell it. Raises BadArgument for numbers that
     are no stitching.
     """
     if stitching is not None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the touchpad's perception: what the sensor is, how dots are found, how contact is told.
+"""The parameters of the touchpad's perception, and of the tracker of all dots: what the sensor is, how dots are found, how contact is told.
 
 Nodes and tools read these tables. All are fixed at start: a change of the sensor is a new start.
 """
@@ -21,7 +21,8 @@ SENSOR_PARAMETERS = (
     _fixed('sensor_type', str, 'touchpad', '', 'kind of sensor; a calibration file has to be for the same'),
     _fixed('rows', int, 23, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
     _fixed('columns', int, 23, '', 'columns of the printed grid', 0, 250),
-    _fixed('surface', str, 'cap', '', 'rest shape that places dots in 3D: spherical cap, or none (image only)', choices=('cap', 'none')),
+    _fixed('surface', str, 'cap', '', 'rest shape that places dots in 3D: spherical cap, flat sheet, or none (image only)',
+           choices=('cap', 'sheet', 'none')),
     _fixed('cap.curvature_radius', float, 0.020, 'm', 'cap: radius of the sphere', 1e-4, 10.0),
     _fixed('cap.height', float, 0.013, 'm', 'cap: height over the rim', 1e-4, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -31,7 +32,12 @@ SENSOR_PARAMETERS = (
     _fixed('calibration', str, '', '', 'calibration file from calibrate; empty: the known rest shape alone'),
 )
 
-DOT_PARAMETERS = SENSOR_PARAMETERS + (
+SHEET_PARAMETERS = (
+    _fixed('pitch', list[float], [0.0045, 0.0045], 'm', 'from marker to marker along x and y', 1e-5, 1.0),
+    _fixed('sheet_size', list[float], [0.060, 0.045], 'm', 'of the clamped sheet along x and y; zeros for a dome', 0.0, 10.0),
+)
+
+DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the ground', choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'method that finds dots', choices=tuple(METHODS)),
     _fixed('numbering', str, 'lattice', '', 'method that numbers dots on a grid', choices=tuple(NUMBERING)),
