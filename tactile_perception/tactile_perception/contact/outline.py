@@ -51,7 +51,8 @@ def label_score(contact: np.ndarray) -> np.ndarray:
     return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
 
 
-def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE, ceiling: float = 1.0) -> list[Outline]:
+def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE,
+                    ceiling: float = 1.0) -> list[Outline]:
     """Regions where score (rows, columns) is above level, with their outlines on the surface, largest first.
 
     NaN marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the

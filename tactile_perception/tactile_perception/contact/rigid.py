@@ -17,6 +17,7 @@ _TUKEY = 4.685  # 95 % efficiency on normal errors
 _STARTS = 24  # neighbourhoods of _PATCH points from which a robust fit may start
 _PATCH = 9
 _NEAR = 2.0  # standard deviations a coordinate, within which a point agrees with a motion
+_SETTLED = 1e-2  # change of the weights, of the largest, at which a robust fit ends
 _AGREED = 0.8  # share of points that agree, from which on a fit to all is a good start
 
 
@@ -24,19 +25,25 @@ _AGREED = 0.8  # share of points that agree, from which on a fit to all is a goo
 class RigidFit:
     """q = rotation @ p + translation.
 
-    rotation: (3, 3); translation: (3,) m; residuals: (N, 3) m, q less its prediction; weights: (N,) as used in the last step;
-    covariance: (6, 6) of (small rotation vector, rad, applied after rotation about the sensor's origin; translation, m).
+    rotation: (3, 3); translation: (3,) m; points: (N, 3) m, q; residuals: (N, 3) m, q less its prediction; weights: (N,) as used in the
+    last step; known: whether these are 1 / variance, m^-2.
     """
 
     rotation: np.ndarray
     translation: np.ndarray
+    points: np.ndarray
     residuals: np.ndarray
     weights: np.ndarray
-    covariance: np.ndarray
+    known: bool
 
     def apply(self, points: np.ndarray) -> np.ndarray:
         """Points (N, 3) carried along by the motion."""
         return points @ self.rotation.T + self.translation
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(6, 6) of (small rotation vector, rad, applied after rotation about the sensor's origin; translation, m)."""
+        return _covariance(self.points - self.residuals, self.residuals, self.weights, self.known)
 
     @property
     def rotation_vector(self) -> np.ndarray:
@@ -75,8 +82,7 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
     """
     p, q, w = _checked(p, q, weights)
     rotation, translation = _solve(p, q, w)
-    residuals = q - p @ rotation.T - translation
-    return RigidFit(rotation, translation, residuals, w, _covariance(q - residuals, residuals, w, weights is not None))
+    return RigidFit(rotation, translation, q, q - p @ rotation.T - translation, w, weights is not None)
 
 
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
@@ -95,11 +101,11 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     for _ in range(steps):
         scaled = _scaled((rotation, translation), p, q, base)
         previous, weights = weights, base * np.maximum(1 - scaled / (3 * _TUKEY**2), 0)**2
-        rotation, translation = _solve(p, q, weights)
-        if np.allclose(weights, previous, rtol=1e-4, atol=1e-4 * base.max()):
+        if np.abs(weights - previous).max() < _SETTLED * weights.max():
             break
-    residuals = q - p @ rotation.T - translation
-    return RigidFit(rotation, translation, residuals, weights, _covariance(q - residuals, residuals, weights, True))
+        rotation, translation = _kabsch(p, q, weights)[:2]
+    rotation, translation = _solve(p, q, weights)
+    return RigidFit(rotation, translation, q, q - p @ rotation.T - translation, weights, True)
 
 
 def _checked(p, q, weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -115,14 +121,21 @@ def _checked(p, q, weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if np.count_nonzero(w) < 3:
         raise DegenerateFit('too_few', f'a rigid motion needs 3 points of positive weight, got {np.count_nonzero(w)}')
-    total = w.sum()
-    p_mean, q_mean = w @ p / total, w @ q / total
-    p_off, q_off = p - p_mean, q - q_mean
-    u, s, vt = np.linalg.svd((w[:, None] * q_off).T @ p_off / total)
-    sign = np.linalg.det(u) * np.linalg.det(vt)
-    _check_rank(p_off, q_off, w / total, s, sign)
-    rotation = (u * [1, 1, np.sign(sign)]) @ vt
-    return rotation, q_mean - rotation @ p_mean
+    rotation, translation, s, sign = _kabsch(p, q, w)
+    share = w / w.sum()
+    _check_rank(p - share @ p, q - share @ q, share, s, sign)
+    return rotation, translation
+
+
+def _kabsch(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rotation (..., 3, 3), translation (..., 3), singular values (..., 3) and their sign of p, q (..., N, 3) with weights w (..., N)."""
+    w = (w / np.maximum(w.sum(axis=-1, keepdims=True), 1e-300))[..., None, :]
+    p_mean, q_mean = (w @ p)[..., 0, :], (w @ q)[..., 0, :]
+    u, s, vt = np.linalg.svd((w * (q - q_mean[..., None, :]).swapaxes(-1, -2)) @ p)
+    sign = np.sign(np.linalg.det(u @ vt))
+    u[..., 2] *= sign[..., None]
+    rotation = u @ vt
+    return rotation, q_mean - (rotation @ p_mean[..., None])[..., 0], s, sign
 
 
 def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, s: np.ndarray, sign: float) -> None:
@@ -156,24 +169,21 @@ def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known
 
 def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The fit to all points where most agree with it; else of the fits to neighbourhoods the one with the least truncated loss."""
-    answer = _solve(p, q, base)
+    answer = _kabsch(p, q, base)[:2]
     if len(p) <= _PATCH or np.mean(_scaled(answer, p, q, base) < 3 * _NEAR**2) > _AGREED:
         return answer
-    best = np.inf
-    for chosen in _neighbourhoods(p):
-        try:
-            start = _solve(p[chosen], q[chosen], base[chosen])
-        except DegenerateFit:
-            continue
-        loss = np.minimum(_scaled(start, p, q, base), 3 * _NEAR**2).sum()
-        if loss < best:
-            best, answer = loss, start
-    return answer
+    chosen = _neighbourhoods(p)
+    rotation, translation = _kabsch(p[chosen], q[chosen], base[chosen])[:2]
+    left = q - p @ rotation.swapaxes(1, 2) - translation[:, None]
+    loss = np.minimum(np.einsum('tni,tni->tn', left, left) * base, 3 * _NEAR**2).sum(axis=1)
+    best = int(np.argmin(loss))
+    return rotation[best], translation[best]
 
 
 def _scaled(motion: tuple[np.ndarray, np.ndarray], p: np.ndarray, q: np.ndarray, base: np.ndarray) -> np.ndarray:
     """(N,) squared residuals over the variance of a coordinate."""
-    return np.sum((q - p @ motion[0].T - motion[1])**2, axis=1) * base
+    left = q - p @ motion[0].T - motion[1]
+    return np.einsum('ij,ij->i', left, left) * base
 
 
 def _neighbourhoods(p: np.ndarray) -> np.ndarray:
