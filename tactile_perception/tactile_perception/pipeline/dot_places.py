@@ -54,7 +54,9 @@ class DotPlaces:
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
-        return np.where(np.isfinite(self._rest.xyz[tracks.id]), self._last.xyz[tracks.id], np.nan)
+        xyz = self._last.xyz[tracks.id]
+        xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan
+        return xyz
 
     def _follow_reference(self, tracks: DotTracks) -> bool:
         """Whether the dots' untouched places are others than before."""

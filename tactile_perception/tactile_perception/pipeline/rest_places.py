@@ -23,9 +23,11 @@ class RestPlaces:
     def update(self, tracks: DotTracks) -> bool:
         """Take the untouched places of the dots in tracks; whether any has moved or is new."""
         rest = tracks.rest_uv
+        if (np.abs(rest - self.uv[tracks.id]) <= _MOVED).all():  # NaN is not
+            return False
         known = np.isfinite(rest).all(axis=1)
         ids, rest = tracks.id[known], rest[known]
-        if (np.abs(rest - self.uv[ids]) <= _MOVED).all():  # NaN is not
+        if (np.abs(rest - self.uv[ids]) <= _MOVED).all():
             return False
         self.uv[ids] = rest
         self.xyz[ids] = self._cap.meet(self._camera.centre, self._camera.rays(rest))

@@ -70,8 +70,7 @@ class Membrane:
         ids = _checked_ids(ids, self.mesh.size)
         start, touched, pressure = (self.rest.T, None, self.material.rest_pressure) if previous is None else (
             previous.places, previous.touched, previous.fluid_pressure)
-        away = self.rest.T - origin[:, None]
-        rest = np.sqrt(dot(away, away))
+        rest = np.sqrt(np.square(self.rest - origin).sum(1)) if scale is not None else None
         if scale is not None:
             ranges = scale.correct(ranges, rest[ids])
         frame = MembraneFrame(self.forces, self._slopes, origin, rays, ranges, sigma, ids, start, touched, pressure)

@@ -4,8 +4,8 @@
 alike."""
 from __future__ import annotations
 
+import cv2
 import numpy as np
-from scipy import ndimage
 
 from .membrane_grid import GridMesh
 
@@ -16,7 +16,6 @@ _COUPLING = 4.0
 # Log likelihood ratio below which a patch may be noise (once in some 10^7 dots), and the most that one dot can add: a patch takes three
 # dots.
 _EVIDENCE, _LARGEST_VOICE = 18.0, 7.5
-_EIGHT = np.ones((3, 3))
 
 
 def likelihood_gain(load: np.ndarray, misfit: float, variance: np.ndarray | float = 0.0) -> np.ndarray:
@@ -43,8 +42,11 @@ def judge(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
 
 def confirm(mesh: GridMesh, gain: np.ndarray, touched: np.ndarray) -> np.ndarray:
     """touched (K,) without the patches of touched dots whose gains (K,) together are no proof; one spoiled range alone is none."""
-    patch, count = ndimage.label((touched > .5).reshape(mesh.rows, mesh.columns), _EIGHT)
-    if count == 0:
+    held = touched > .5
+    if not held.any():
         return np.zeros_like(touched)
-    proof = np.bincount(patch.ravel(), np.minimum(gain, _LARGEST_VOICE), count + 1) > _EVIDENCE
-    return np.where(proof[patch.ravel()] | (patch.ravel() == 0), touched, 0.0)
+    count, patch = cv2.connectedComponents(held.reshape(mesh.rows, mesh.columns).astype(np.uint8), connectivity=8)
+    patch = patch.ravel()
+    proof = np.bincount(patch, np.minimum(gain, _LARGEST_VOICE), count) > _EVIDENCE
+    proof[0] = True
+    return np.where(proof.take(patch), touched, 0.0)

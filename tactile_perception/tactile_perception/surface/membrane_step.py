@@ -92,7 +92,8 @@ class MembraneFrame:
         """Take the weight off ranges that went, by gone (K,) m, where at most one neighbour went: along an edge there are two, glare spoils
         one or two dots."""
         off = np.abs(gone - gone.take(self.mesh.around_index))
-        alone = np.flatnonzero((off > _STRAY_SIGMA / np.sqrt(np.maximum(self.weight, 1e-300))).sum(0) >= len(off) - 1)
+        with np.errstate(divide='ignore'):
+            alone = np.flatnonzero(np.count_nonzero(off > _STRAY_SIGMA / np.sqrt(self.weight), axis=0) >= len(off) - 1)
         if len(alone) == 0:
             return
         second = np.argsort(off[:, alone], axis=0)[1]

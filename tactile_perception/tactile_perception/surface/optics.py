@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -94,15 +95,22 @@ class WaterModel:
 
         Glare makes the two ratios disagree, and blue uneven around the ring; so does a sharp edge of the surface.
         """
+        gain, apart, scale = self._explanation
+        short = self.constants[:, None] - colours.ratios.T
+        length = gain @ short
+        share = np.maximum(colours.count, 1) * (1 / POINTS)
+        widen = np.maximum(np.square(apart @ short) * share, 1.0)
+        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
+        return length, np.sqrt(np.square(widen) / (share * scale) + patches)
+
+    @cached_property
+    def _explanation(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Of two log ratios short of those at no water: the length (2,) that explains both best; in units of DISAGREE standard deviations
+        what it leaves over (2,) (of two numbers less one, one is left); the information about the length, 1/m^2."""
         weight, (blue, green) = np.linalg.inv(self.noise), self.absorptions
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)
-        short_blue, short_green = self.constants[:, None] - colours.ratios.T
-        length = (short_blue * gain[0] + short_green * gain[1]) / information
-        share = np.maximum(colours.count, 1) / POINTS
-        disagreement = np.square(short_blue * green - short_green * blue) * share * (np.linalg.det(weight) / information / DISAGREE**2)
-        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / blue**2
-        return length, np.sqrt(np.square(np.maximum(1.0, disagreement)) / (share * information) + patches)
+        return gain / information, np.array([green, -blue]) * np.sqrt(np.linalg.det(weight) / information) / DISAGREE, information
 
     def _march(self, length, centre, rays, start, slants) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -40,20 +39,21 @@ def ring_radius(uv: np.ndarray) -> float:
     return RING * float(np.median(np.sqrt(square.min(1))))
 
 
-@lru_cache(maxsize=8)
-def _ring(radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Columns and rows (9 * POINTS, 1), px from a dot, of the 3x3 pixels around each point of its ring."""
-    angle = np.arange(POINTS) * (2 * np.pi / POINTS)
-    column = radius * np.cos(angle) + np.tile([-1, 0, 1], 3)[:, None]
-    row = radius * np.sin(angle) + np.repeat([-1, 0, 1], 3)[:, None]
-    return np.float32(column.reshape(-1, 1)), np.float32(row.reshape(-1, 1))
+_ANGLE = np.arange(POINTS)[:, None] * (2 * np.pi / POINTS)
+_CIRCLE = np.float32(np.cos(_ANGLE)), np.float32(np.sin(_ANGLE))
+_BLOCK = (np.repeat([-1, 0, 1], 3) * 2**16 + np.tile([-1, 0, 1], 3)).astype(np.int32)[:, None, None]  # 3x3 pixels as rows and columns
+_FAR = 2.0**14  # px: places are brought inside of this, where half a word holds them; no image is that large
 
 
 def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
     """Sums of 3x3 pixels (POINTS, N, 3), uint16, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
-    column, row = _ring(radius)
-    u, v = np.ascontiguousarray(uv.T, np.float32)
-    pixels = cv2.remap(image, column + u, row + v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+    u, v = np.clip(uv.T, -_FAR, _FAR).astype(np.float32)
+    column = np.rint(u + np.float32(radius) * _CIRCLE[0]).astype(np.int32)
+    row = np.rint(v + np.float32(radius) * _CIRCLE[1]).astype(np.int32)
+    row *= 2**16  # column and row as the two half words that remap reads, the lower first
+    row += column
+    places = (_BLOCK + row).view(np.int16).reshape(9 * POINTS, -1, 2)
+    pixels = cv2.remap(image, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
     return np.add.reduce(pixels.reshape(9, -1), 0, np.uint16).reshape(POINTS, -1, 3)
 
 

@@ -32,6 +32,8 @@ def bend(grid: np.ndarray) -> np.ndarray:
 def smooth(grid: np.ndarray) -> np.ndarray:
     """Binomial 3x3 mean of grid (rows, columns); neighbours that are missing do not count; NaN stays only where all nine are missing."""
     known = np.isfinite(grid)
+    if known.all():
+        return cv2.sepFilter2D(grid, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_REPLICATE)
     both = cv2.merge([np.where(known, grid, 0), known.astype(grid.dtype)])
     both = cv2.sepFilter2D(both, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_CONSTANT)
     weight = both[..., 1]
@@ -39,17 +41,10 @@ def smooth(grid: np.ndarray) -> np.ndarray:
 
 
 def normals(places: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Unit normals (3, rows, columns), z up, of a surface through places (3, rows, columns); `otherwise` where neighbours are missing."""
-    out = cross(_differences(places, 2), _differences(places, 1))
-    out /= np.copysign(np.sqrt(dot(out, out)), out[2])
-    return np.where(np.isfinite(out[0]), out, otherwise)
-
-
-def _differences(places: np.ndarray, axis: int) -> np.ndarray:
-    """Central differences along an axis of the grid, one-sided at its border."""
-    out = np.empty_like(places)
-    grid, turned = (np.moveaxis(part, axis, 0) for part in (places, out))
-    np.subtract(grid[2:], grid[:-2], out=turned[1:-1])
-    np.subtract(grid[1], grid[0], out=turned[0])
-    np.subtract(grid[-1], grid[-2], out=turned[-1])
+    """Unit normals (3, rows, columns), z up, of a surface through places (3, rows, columns); `otherwise` at the border of the grid and
+    where neighbours are missing."""
+    found = cross(places[:, 1:-1, 2:] - places[:, 1:-1, :-2], places[:, 2:, 1:-1] - places[:, :-2, 1:-1])
+    found /= np.copysign(np.sqrt(dot(found, found)), found[2])
+    out = otherwise.copy()
+    np.copyto(out[:, 1:-1, 1:-1], found, where=np.isfinite(found[0]))
     return out
