@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import BadArgument
-from .membrane_forces import MembraneForces, MembraneMaterial, dot
+from .membrane_forces import MembraneForces, MembraneMaterial
 from .membrane_grid import GridMesh
 from .membrane_state import MembraneState
 from .membrane_step import MembraneFrame, Slopes
