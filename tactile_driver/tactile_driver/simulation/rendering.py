@@ -113,7 +113,8 @@ class Renderer:
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
         """Shares (height, width) of each channel's light that the housing and the dots leave, from the dots' cover (height, width)."""
         inks = np.broadcast_to(self.imaging.ink, 3).tolist()
-        passed = {ink: cv2.multiply(1 - np.float32(ink) * cover, self._inside) for ink in set(inks)}
+        cover = cv2.multiply(cover, self._inside)
+        passed = {ink: cv2.scaleAdd(cover, -ink, self._inside) for ink in set(inks)}
         return [passed[ink] for ink in inks]
 
     def _cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:

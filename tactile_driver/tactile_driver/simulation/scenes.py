@@ -42,17 +42,17 @@ def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int
     script = _script(name, rate)
     if width < 160 or width * 3 != height * 4 or width % 4 or height % 4:
         raise BadArgument(f'simulation: no picture of {width} x {height} px; give 640 x 480, 320 x 240 or another 4 : 3 in multiples of 4')
-    specimen = script.build(seed, width)
-    if len(specimen.cameras) != 1:
+    if name in AREAL_DUAL_SCENES:
         raise BadArgument(f'simulation: scene {name!r} is of a sensor with two cameras; dual_camera_node plays it')
+    specimen = script.build(seed, width)
     return Scene(specimen, *_play(script, specimen), rate, script.friction)
 
 
 def open_dual_scene(name: str = 'areal_dual_demo', rate: float = 30.0, seed: int = 0) -> TwoCameraScene:
     """The scene of that name, of a sensor with two cameras, at rate pairs/s in the cameras' own size; seed and errors as in open_scene."""
     script = _script(name, rate)
-    specimen = script.build(seed)
-    if len(specimen.cameras) != 2:
+    if name not in AREAL_DUAL_SCENES:
         two = ', '.join(sorted(AREAL_DUAL_SCENES))
         raise BadArgument(f'simulation: scene {name!r} is of a sensor with one camera; those with two are {two}')
+    specimen = script.build(seed)
     return TwoCameraScene(specimen, *_play(script, specimen), rate, script.friction)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.scenes import open_scene
+from tactile_driver.simulation.scenes import open_dual_scene, open_scene
 
 
 @pytest.fixture(scope='module')
@@ -63,3 +63,26 @@ def test_a_slow_camera_sees_the_same_presses():
         pair = slow.observe(k).truth, quick.observe(10 * k).truth
         depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
         assert depth == pytest.approx(other, abs=1e-6)
+
+
+def test_right_camera_sees_the_tool_a_little_later():
+    scene = open_dual_scene('areal_dual_press', rate=10.0)
+    scene.trigger_delay = 0.05
+    twice = open_dual_scene('areal_dual_press', rate=20.0)
+    for k in range(17, 22):
+        late = twice.right_dot_uv(2 * k + 1)
+        early = twice.right_dot_uv(2 * k)
+        off = np.linalg.norm(scene.right_dot_uv(k) - late, axis=1).max()
+        assert off < 0.15 + 0.3 * np.linalg.norm(early - late, axis=1).max()
+    moved = np.linalg.norm(scene.right_dot_uv(18) - scene.right_dot_uv(17), axis=1).max()
+    assert moved > 1.0
+
+
+def test_two_views_are_the_same_for_the_same_time_in_any_order():
+    scene, again = (open_dual_scene('areal_dual_press', rate=10.0, seed=1) for _ in range(2))
+    first = [scene.render(t) for t in (2.3, 0.0, 1.9)]
+    for t, pictures in zip((2.3, 1.9, 0.0), (first[0], first[2], first[1])):
+        left, right, truth = again.render(t)
+        np.testing.assert_array_equal(left, pictures[0])
+        np.testing.assert_array_equal(right, pictures[1])
+        np.testing.assert_array_equal(truth.dot_uv, pictures[2].dot_uv)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.scenes import SCENES, open_scene
+from tactile_driver.simulation.scenes import SCENES, open_dual_scene, open_scene
 from tactile_driver.simulation.specimen import UNTOUCHED
 from tactile_driver.simulation.truth import GROSS, INCIPIENT
 
@@ -71,3 +71,23 @@ def test_rest_never_moves():
     scene = open_scene('rest', width=320, height=240)
     assert scene.duration == pytest.approx(10)
     assert scene.observe(250) is scene.observe(0)
+
+
+def test_scenes_of_other_sensors_begin_with_their_type():
+    for sensor in ('areal_single', 'areal_dual', 'air_cushion'):
+        assert {f'{sensor}_{what}' for what in ('demo', 'rest', 'press', 'two', 'calibration', 'test')} <= set(SCENES)
+
+
+def test_one_camera_and_two_are_opened_each_by_its_function():
+    with pytest.raises(BadArgument, match='two cameras'):
+        open_scene('areal_dual_rest')
+    with pytest.raises(BadArgument, match='one camera; those with two are areal_dual_calibration'):
+        open_dual_scene('demo')
+    with pytest.raises(BadArgument, match='unknown'):
+        open_dual_scene('nowhere')
+
+
+@pytest.mark.parametrize('name', ['areal_single_rest', 'air_cushion_rest'])
+def test_half_size_is_the_same_view(name):
+    whole, half = (open_scene(name, width=width, height=width * 3 // 4).observe(0).truth.dot_uv for width in (640, 320))
+    np.testing.assert_allclose((half + 0.5) * 2, whole + 0.5, atol=1e-9)
