@@ -72,7 +72,8 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
               'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
               'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'none', 'polarity': 'bright', 'detection': 'blobs',
-              'dot_size': size, 'normal_length': 8 * size, 'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
+              'dot_size': size, 'dot_colour': 'depth' if sensor.is_sheet else 'state', 'normal_length': 8 * size,
+              'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
     sections = [('/**', MARKER_SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),

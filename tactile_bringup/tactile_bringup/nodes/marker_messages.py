@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from geometry_msgs.msg import Point, Vector3
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from visualization_msgs.msg import Marker, MarkerArray
@@ -16,6 +17,8 @@ from .. import colours, mesh
 from ..picture import states_of
 
 _LIFETIME = Duration(seconds=0.5).to_msg()
+_WITHIN_95 = 2.796  # standard deviations: three dimensions
+_THINNEST = 1e-5  # m: RViz warns of a scale of zero
 _LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
 
 
@@ -43,7 +46,7 @@ def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]
 class MarkerSet:
     """Makes the markers of each frame, and takes away those of the frame before that are no more.
 
-    sizes: dot_size (m), normal_length (m), force_scale (m/N), torque_scale (m/(N m)).
+    sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_scale (m/N), torque_scale (m/(N m)).
     """
 
     def __init__(self, sizes: Mapping):
@@ -90,10 +93,13 @@ class MarkerSet:
         return marker
 
     def _dots(self, dots: DotTracks, places: np.ndarray, region: ContactRegion) -> None:
-        state = states_of(np.asarray(dots.id, np.int64), np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
         known = np.isfinite(places).all(axis=1)
         size = self._sizes['dot_size']
         marker = self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points_of(places[known]))
+        if self._sizes['dot_colour'] == 'depth':
+            marker.colors = [_colour(rgb) for rgb in colours.of_depth(-places[known, 2] / self._sizes['full_depth']).tolist()]
+            return
+        state = states_of(np.asarray(dots.id, np.int64), np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
         marker.colors = [_STATES[max(s, 0)] for s in state[known].tolist()]
 
     def _region(self, region: ContactRegion, places: np.ndarray) -> None:
@@ -116,6 +122,19 @@ class MarkerSet:
         for contact in contacts.contacts:
             place, normal = _array([contact.position])[0], _array([contact.normal])[0]
             self._arrow('normals', contact.id, np.stack([place, place + self._sizes['normal_length'] * normal]), colours.CONTACT)
+            self._covariance(contact.id, place, np.asarray(contact.position_covariance).reshape(3, 3))
+
+    def _covariance(self, number: int, place: np.ndarray, covariance: np.ndarray) -> None:
+        """The ellipsoid in which the touch is with 95 %."""
+        if not (np.isfinite(covariance).all() and np.isfinite(place).all() and covariance.any()):
+            return
+        variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
+        axes[:, 0] *= np.sign(np.linalg.det(axes))
+        across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
+        marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
+        marker.pose.position = points_of(place[None])[0]
+        orientation = Rotation.from_matrix(axes).as_quat().tolist()
+        marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
 
     def _wrench(self, wrench, region: ContactRegion) -> None:
         """Force as it points, its tip where the region's centroid is; torque at the frame's origin, where it is given."""

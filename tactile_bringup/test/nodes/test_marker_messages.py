@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3, WrenchStamped  # noqa: E402
+from scipy.spatial.transform import Rotation  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from visualization_msgs.msg import Marker  # noqa: E402
@@ -13,7 +14,7 @@ from visualization_msgs.msg import Marker  # noqa: E402
 from tactile_bringup import colours  # noqa: E402
 from tactile_bringup.nodes.marker_messages import MarkerSet  # noqa: E402
 
-SIZES = {'dot_size': 6e-4, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4}
+SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4}
 HEADER = Header(frame_id='pad')
 NAN = float('nan')
 
@@ -52,6 +53,26 @@ def test_dots_have_the_colours_of_their_states_and_unknown_places_are_left_out()
     dots = by_name(MarkerSet(SIZES).frame(HEADER, touch()))['dots']
     assert len(dots.points) == len(dots.colors) == 2
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(colours.STATE_COLOURS[s]) for s in (1, 2)]
+
+
+def test_dots_may_have_the_colours_of_their_depths():
+    found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.001, 0.002], y=[0.0] * 3, z=[0.0, -0.005, -0.02])}
+    dots = by_name(MarkerSet({**SIZES, 'dot_colour': 'depth'}).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row) for row in colours.of_depth(np.array([0.0, 1.0, 1.0]))]
+    assert dots.colors[0] != dots.colors[1]
+
+
+def test_a_touch_shows_where_it_is_with_95_percent():
+    turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    covariance = turn @ np.diag([1e-8, 4e-8, 9e-8]) @ turn.T
+    contact = Contact(id=3, position=Point(z=0.012), normal=Vector3(z=1.0), position_covariance=covariance.ravel())
+    made = by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[contact])}))['covariances']
+    assert [made.scale.x, made.scale.y, made.scale.z] == pytest.approx([5.592e-4, 2 * 5.592e-4, 3 * 5.592e-4], rel=1e-3)
+    q = made.pose.orientation
+    axis = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()[:, 0]
+    assert abs(axis @ turn[:, 0]) == pytest.approx(1.0)
+    unknown = Contact(id=3, position_covariance=[NAN] * 9)
+    assert 'covariances' not in by_name(MarkerSet(SIZES).frame(HEADER, {'contacts': Contacts(contacts=[unknown])}))
 
 
 def test_the_fill_spares_the_hole():

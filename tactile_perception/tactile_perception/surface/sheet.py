@@ -61,7 +61,7 @@ class SheetSurface:
         """Places (K, 3), m, sensor frame, of markers; see depths. NaN for a marker that is not seen."""
         depth = self.depths(place, shift, eye)
         share = depth / -eye[:, 2]
-        return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(share), -depth, np.nan)])
+        return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(place[:, 0]), -depth, np.nan)])
 
 
 def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
