@@ -20,6 +20,8 @@ _FEWEST = 4  # dots: with fewer, what dots look like is measured anew
 _OFF_CENTRE = 0.9  # px from its patch's centre at which a dot is fitted in a new patch
 _MOST_GROWTH = 2.2  # times the typical diameter: dots are not looked for beyond
 _UNLIKE = 1.6  # times the contrast is left of a patch after the first fit: more than any neighbour leaves, so this is no dot
+_UNUSUAL = 2.5  # times the share of their contrast that is usually left of all dots: more is no dot
+_UNLIKEST = 0.3  # of a dot's contrast: more is left of no dot
 _NONE = Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
 
 
@@ -160,5 +162,5 @@ class LikelihoodDetector:
         like = rest < most
         if (good & ~like).any():
             usual = np.median(rest[good] / contrast[good])
-            like |= rest < contrast * min(1.7 * usual, 0.2)
+            like |= rest < contrast * min(_UNUSUAL * usual, _UNLIKEST)
         return like
