@@ -131,16 +131,16 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
 def _force(dots: ContactDots, region: Region) -> np.ndarray:
     """(3,) N: forces of the dots in the region and of their neighbours, where a border between dots leaves a part."""
     inside = np.zeros(dots.rows * dots.columns, np.uint8)
-    inside[np.asarray(dots.ids)[region.members]] = 1
-    near = cv2.dilate(inside.reshape(dots.rows, dots.columns), np.ones((3, 3), np.uint8)).ravel()
-    return dots.force[near[dots.ids] > 0].sum(axis=0)
+    inside[dots.ids[region.members]] = 1
+    near = cv2.boxFilter(inside.reshape(dots.rows, -1), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
+    return (near[dots.ids] > 0).astype(float) @ dots.force
 
 
 def _deepest_notch(loop: np.ndarray) -> float:
     """How far loop (M, 2) of (row, column) stands back from its convex hull at most, pitches."""
     scale = 64  # OpenCV measures defects of whole numbers, in 1/256
     points = np.round(loop * scale).astype(np.int32).reshape(-1, 1, 2)
-    points = points[np.any(points != np.roll(points, 1, axis=0), axis=(1, 2))]
+    points = points[np.abs(np.diff(points, axis=0, prepend=points[-1:])).sum(axis=(1, 2)) > 0]
     if len(points) < 4:
         return 0.0
     hull = np.sort(cv2.convexHull(points, returnPoints=False), axis=0)

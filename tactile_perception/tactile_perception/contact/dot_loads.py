@@ -54,6 +54,7 @@ class MembraneBalance:
 
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
         self.shape, self._material, self._origin = (rows, columns), material, np.asarray(origin, float)
+        self._slopes: np.ndarray | None = None
         self._linear: sparse.csr_matrix | None = None
         self.membrane: Membrane | None = None
 
@@ -61,6 +62,7 @@ class MembraneBalance:
         """Take the dots' rest places (K, 3), m; NaN: not known. Raises BadArgument where less than half are known."""
         self.membrane = self.membrane.with_rest(rest_xyz) if self.membrane else Membrane(rest_xyz, *self.shape, self._material)
         if self._linear is None:
+            self._slopes = self._slopes_at_rest()
             self._linear = self._linear_loads()
 
     def moves(self, ids: np.ndarray, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -84,27 +86,32 @@ class MembraneBalance:
     def loads(self, moved: np.ndarray, seen: np.ndarray) -> DotLoads:
         """The loads on dots that have moved (K, 3), m, from rest; where unseen ones may carry some, they go a step towards the balance."""
         places = np.ascontiguousarray((self.membrane.rest + moved).T)
-        found, pressure = self._evaluate(places, seen)
+        found = self._evaluate(places, seen)
         if seen.all() or not (np.abs(found.load[self.membrane.mesh.stencil[:, ~seen]]) > _CALM_LOAD).any():
             return found
-        return self._evaluate(self._settled(places, found, pressure), seen)[0]
+        return self._evaluate(self._settled(places, found), seen)
 
-    def _linear_loads(self) -> sparse.csr_matrix:
-        """(K, 3 K): each dot's load over the fluid's pressure by movements of the dots, m, to first order around rest."""
+    def _slopes_at_rest(self) -> np.ndarray:
+        """(9, K, 3) 1/m: how the load on each dot changes as a dot of its stencil moves, around rest; 0 on the outermost."""
         mesh, pressure = self.membrane.mesh, self._material.rest_pressure
-        rest, inner = np.ascontiguousarray(self.membrane.rest.T), np.flatnonzero(self.membrane.mesh.inner)
-        row, column, value = [], [], []
+        rest, found = np.ascontiguousarray(self.membrane.rest.T), np.empty((9, mesh.size, 3))
         for axis in range(3):
             along = np.repeat(np.eye(3)[:, [axis]], mesh.size, axis=1)
             _, slopes, _, _, area = self.membrane.forces.along_rays(rest, along, pressure)
-            row.append(np.tile(inner, 9))
-            column.append((3 * mesh.stencil[:, inner] + axis).ravel())
-            value.append((slopes[:, inner] / (pressure * area[inner])).ravel())
-        places = np.concatenate(row), np.concatenate(column)
-        return sparse.csr_matrix((np.concatenate(value), places), shape=(mesh.size, 3 * mesh.size))
+            found[..., axis] = np.where(mesh.inner, slopes / (pressure * area), 0.0)
+        return found
 
-    def _evaluate(self, places: np.ndarray, seen: np.ndarray) -> tuple[DotLoads, float]:
-        """The loads at places (3, K), m, and the fluid's pressure, Pa."""
+    def _linear_loads(self) -> sparse.csr_matrix:
+        """(K, 3 K): each dot's load over the fluid's pressure by movements of the dots, m, to first order around rest."""
+        mesh = self.membrane.mesh
+        row = np.broadcast_to(np.arange(mesh.size)[:, None], self._slopes.shape)
+        column = 3 * mesh.stencil[:, :, None] + np.arange(3)
+        matrix = sparse.csr_matrix((self._slopes.ravel(), (row.ravel(), column.ravel())), shape=(mesh.size, 3 * mesh.size))
+        matrix.eliminate_zeros()
+        return matrix
+
+    def _evaluate(self, places: np.ndarray, seen: np.ndarray) -> DotLoads:
+        """The loads at places (3, K), m, of which dots seen (K,) bool were measured."""
         forces, inner = self.membrane.forces, self.membrane.mesh.inner
         elastic, share = forces.evaluate(places, 0.0)
         square = dot(share, share)
@@ -113,7 +120,7 @@ class MembraneBalance:
         pressure = self._fluid_pressure((carried / push)[inner])
         load = np.where(inner, (pressure * push - carried) / (pressure * square), 0.0)
         force = np.where(inner, pressure * (forces.rest_residual - share) - elastic, 0.0)
-        return DotLoads(places.T.copy(), seen, (share / np.sqrt(square)).T.copy(), force.T.copy(), load), pressure
+        return DotLoads(places.T.copy(), seen, (share / np.sqrt(square)).T.copy(), force.T.copy(), load)
 
     def _fluid_pressure(self, wanted: np.ndarray) -> float:
         """Pressure, Pa, from what each inner dot would need to be free, wanted (N,): that of those which agree on it."""
@@ -125,22 +132,21 @@ class MembraneBalance:
             pressure = max(float(weight @ wanted / weight.sum()), least)
         return pressure
 
-    def _settled(self, places: np.ndarray, found: DotLoads, pressure: float) -> np.ndarray:
+    def _settled(self, places: np.ndarray, found: DotLoads) -> np.ndarray:
         """places (3, K), m, with unseen dots moved along their rays by one step towards the balance of themselves and those around."""
         mesh, holes = self.membrane.mesh, np.flatnonzero(~found.seen)
-        away = places - self._origin[:, None]
+        away = places[:, holes] - self._origin[:, None]
         rays = away / np.sqrt(dot(away, away))
-        leftover, slopes, _, _, area = self.membrane.forces.along_rays(places, rays, pressure)
-        scale = 1 / (pressure * area)
         around = np.unique(mesh.stencil[:, holes])
         around = around[mesh.inner[around]]
         slot, row = np.nonzero(~found.seen[mesh.stencil[:, around]])
+        hole = np.searchsorted(holes, mesh.stencil[slot, around[row]])
         matrix = np.zeros((len(around), len(holes)))
-        matrix[row, np.searchsorted(holes, mesh.stencil[slot, around[row]])] = (slopes * scale)[slot, around[row]]
+        matrix[row, hole] = np.einsum('nc,cn->n', self._slopes[slot, around[row]], rays[:, hole])
         touched = judge(mesh, likelihood_gain(found.load, _PRESSURE_ROUNDS[-1]), (found.load > .5).astype(float))
-        weight, pull = expectation((leftover * scale)[around], touched[around], _FILL_MISFIT)
+        weight, pull = expectation(found.load[around], touched[around], _FILL_MISFIT)
         normal = matrix.T @ (weight[:, None] * matrix) + np.eye(len(holes)) / _FILL_HOLD**2
         change = -np.linalg.solve(normal, matrix.T @ pull)
         places = places.copy()
-        places[:, holes] += np.clip(change, -_FILL_STEP, _FILL_STEP) * rays[:, holes]
+        places[:, holes] += np.clip(change, -_FILL_STEP, _FILL_STEP) * rays
         return places

@@ -8,9 +8,12 @@ from functools import lru_cache
 import numpy as np
 
 from ..errors import BadArgument
-from .grid_surface import fill_unseen
+from .grid_surface import cross, fill_unseen
 
 BEYOND = 2  # nodes added straight on at each side
+_NEWTON_STEPS, _SLOPE_STEP = 2, 0.01
+_SLOPE_STEPS = _SLOPE_STEP * np.array([[0, 0], [1, 0], [0, 1]])
+_AROUND = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:
@@ -103,19 +106,23 @@ class DotSurface:
         return refined(self.wide[row + BEYOND:row + BEYOND + shape[0], column + BEYOND:column + BEYOND + shape[1]], refine)
 
     def below(self, xy: np.ndarray) -> np.ndarray:
-        """The surface's point (3,), m, at xy (2,), m, seen along z: Newton steps from the nearest dot."""
-        nearest = np.argmin(np.sum((self.xyz[..., :2] - xy)**2, axis=2))
-        place = np.array(np.unravel_index(nearest, self.shape), float)
-        step = 0.01
-        for _ in range(3):
-            here, down, right = self.points(place + np.array([[0, 0], [step, 0], [0, step]]))[:, :2]
-            slopes = np.stack([down - here, right - here], axis=1) / step
-            place = place + np.clip(np.linalg.lstsq(slopes, xy - here, rcond=None)[0], -1, 1)
-        return self.points(place[None])[0]
+        """The surface's points (M, 3), m, at xy (M, 2), m, seen along z: Newton steps from the dot nearest to the first, which the
+        others are near."""
+        off = self.xyz[..., :2] - xy[0]
+        nearest = int(np.argmin(np.einsum('ijk,ijk->ij', off, off)))
+        places = np.tile(np.array(divmod(nearest, self.shape[1]), float), (len(xy), 1))
+        found = self.points((places + _SLOPE_STEPS[:, None]).reshape(-1, 2)).reshape(3, -1, 3)
+        (a, c), (b, d) = ((found[1:, :, :2] - found[0, :, :2]) / _SLOPE_STEP).transpose(0, 2, 1)
+        points = found[0]
+        for _ in range(_NEWTON_STEPS):  # the slopes hardly change on the way
+            short, long = (xy - points[:, :2]).T
+            places = places + np.clip(np.stack([d * short - b * long, a * long - c * short], axis=1) / (a * d - b * c)[:, None], -1, 1)
+            points = self.points(places)
+        return points
 
-    def normal_below(self, xy: np.ndarray, reach: float) -> np.ndarray:
-        """Unit normal (3,), out of the sensor, of the surface at xy (2,), m, as it slopes over reach, m, on each side."""
-        steps = reach * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
-        ahead, behind, right, left = (self.below(xy + step) for step in steps)
-        normal = np.cross(ahead - behind, right - left)
-        return normal / np.linalg.norm(normal)
+    def place_and_normal(self, xy: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """The surface's point (3,), m, at xy (2,), m, and its unit normal (3,), out of the sensor, as it slopes over reach, m, on each
+        side."""
+        place, ahead, behind, right, left = self.below(xy + reach * _AROUND)
+        normal = cross(ahead - behind, right - left)
+        return place, normal / np.sqrt(normal @ normal)

@@ -45,8 +45,8 @@ def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nd
         return centroid, covariance, region.moments.normal
     untold = np.eye(3)
     untold[:2, :2] -= told
-    place = region.surface.below(centroid[:2] + offset)
-    return place, untold @ covariance @ untold + doubt, region.surface.normal_below(place[:2], region.pitch)
+    place, slope = region.surface.place_and_normal(centroid[:2] + offset, region.pitch)
+    return place, untold @ covariance @ untold + doubt, slope
 
 
 def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

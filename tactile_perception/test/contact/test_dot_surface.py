@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.contact.dot_surface import DotSurface, cubic_weights
+from tactile_perception.contact.dot_surface import DotSurface, along_lines, cubic_weights
 from tactile_perception.errors import BadArgument
 
 
@@ -27,16 +27,27 @@ def test_reaches_half_a_pitch_beyond(pad):
 
 def test_below_finds_the_point_under_a_place(pad):
     surface = DotSurface(pad.rest.reshape(23, 23, 3))
-    point = surface.below(np.array([2.345e-3, -1.234e-3]))
-    np.testing.assert_allclose(point[:2], [2.345e-3, -1.234e-3], atol=1e-9)
-    assert point[2] == pytest.approx(pad.cap.heights(point[None, :2])[0], abs=1e-6)
+    xy = np.array([[2.345e-3, -1.234e-3], [3.4e-3, -2.1e-3]])
+    points = surface.below(xy)
+    np.testing.assert_allclose(points[:, :2], xy, atol=1e-9)
+    np.testing.assert_allclose(points[:, 2], pad.cap.heights(xy), atol=1e-6)
 
 
-def test_normal_below_is_the_caps(pad):
+def test_refined_surface_is_read_off_along_its_lines(pad):
     surface = DotSurface(pad.rest.reshape(23, 23, 3))
-    place = surface.below(np.array([3e-3, -2e-3]))
+    fine = surface.fine(3, 5, (8, 9), 2)
+    assert fine.shape == (15, 17, 3)
+    places = np.array([[2.0, 3.0], [4.0, 6.3], [7.6, 5.0], [14.0, 16.0]])
+    points = surface.points(places / 2 + [3, 5])
+    np.testing.assert_allclose(along_lines(fine, places[:3]), points[:3], atol=5e-6)
+    np.testing.assert_allclose(fine[14, 16], pad.rest.reshape(23, 23, 3)[10, 13])
+
+
+def test_place_and_normal_are_the_caps(pad):
+    surface = DotSurface(pad.rest.reshape(23, 23, 3))
+    place, normal = surface.place_and_normal(np.array([3e-3, -2e-3]), pad.pitch)
     true = (place - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius
-    np.testing.assert_allclose(surface.normal_below(place[:2], pad.pitch), true, atol=2e-3)
+    np.testing.assert_allclose(normal, true, atol=2e-3)
 
 
 def test_unseen_dots_are_continued(pad):
