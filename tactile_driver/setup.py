@@ -24,6 +24,7 @@ setup(
     entry_points={
         'console_scripts': [
             'camera_node = tactile_driver.nodes.start:camera_node',
+            'dual_camera_node = tactile_driver.nodes.start:dual_camera_node',
         ],
     },
 )

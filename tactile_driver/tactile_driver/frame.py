@@ -29,6 +29,30 @@ class Frame:
     encoding: str
     truth: object = None
 
+    @property
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """(width, height) px, by the view's name: a single one has none."""
+        return {'': self.image.shape[1::-1]}
+
+
+@dataclass(frozen=True)
+class PairFrame:
+    """One exposure of two cameras. left, right: their frames, None for the one that is missing; truth: as of a Frame."""
+
+    left: Frame | None
+    right: Frame | None
+    truth: object = None
+
+    @property
+    def stamp_ns(self) -> int:
+        """The left frame's stamp, ns; the right one's where that is missing."""
+        return (self.left or self.right).stamp_ns
+
+    @property
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """(width, height) px of what is there, by the view's name."""
+        return {name: frame.image.shape[1::-1] for name, frame in (('left', self.left), ('right', self.right)) if frame is not None}
+
 
 def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
     """A Frame of what OpenCV decoded: (H, W), (H, W, 3) BGR or (H, W, 4) BGRA, uint8. Raises BadFrame naming the place otherwise."""

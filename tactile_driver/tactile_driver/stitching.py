@@ -137,6 +137,5 @@ def load_stitching(path: str) -> Stitching:
         page = yaml.safe_load(Path(path).expanduser().read_text(encoding='utf-8'))
         found = page['fitted']['stitching']
     except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError) as error:
-        raise BadArgument(f'stitching_path: {path} holds no stitching ({error!r}); `ros2 run tactile_perception calibrate` finds it from '
-                          'an untouched pair') from error
+        raise BadArgument(f'stitching_path: {path} holds no stitching ({error!r}); calibrate finds it from an untouched pair') from error
     return stitching_from_dict(found, f'{path}: stitching')

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the diagnostics of camera_node say, from its state and its capture's. No ROS but the levels."""
+"""What the diagnostics of a camera's node say, from its state and its capture's. No ROS but the levels."""
 from __future__ import annotations
 
 import math
@@ -27,17 +27,21 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) 
               'serial': about.get('serial', ''), 'rate (Hz)': status.rate, 'nominal rate (Hz)': nominal if nominal > 0 else math.nan,
               'frames': status.received, 'dropped': status.dropped, 'corrupt': status.corrupt, 'age of newest frame (s)': status.age_s,
               'last error': status.error}
-    level, message = _judged(status, nominal, live)
+    if 'unpaired' in about:
+        values['unpaired'] = about['unpaired']
+    level, message = _judged(status, nominal, live, bool(about.get('idle')))
     if level == OK and remark:
         level, message = WARN, remark
     return Health(level, message, values)
 
 
-def _judged(status: CaptureStatus, nominal: float, live: bool) -> tuple[bytes, str]:
+def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool) -> tuple[bytes, str]:
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
     if status.state != 'running':
         return OK, {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}[status.state]
+    if idle:
+        return OK, 'nobody subscribes'
     if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
         return ERROR, f'no frame for {status.age_s:.1f} s; check the camera and its cable'
     if live and nominal > 0 and status.rate < _RATE_TOLERANCE * nominal:

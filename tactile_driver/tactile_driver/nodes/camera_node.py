@@ -3,145 +3,29 @@
 """camera_node: a camera, a recording or a simulated sensor on image_raw and camera_info, as a lifecycle node."""
 from __future__ import annotations
 
-import math
 import sys
-import time
 
-from rclpy.clock import Clock, ClockType
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-
-from ..errors import BadArgument, DeviceLost, TactileError
 from ..frame import load_calibration
-from ..sources.capture import Backoff
-from ..sources.device import DeviceSource
 from ..sources.registry import make_source
-from .camera_health import capture_health, unconfigured_health
 from .camera_parameters import CAMERA_PARAMETERS, LIVE, check_together
-from .diagnostics import Health, NodeDiagnostics, SayOnce
+from .driver_node import DriverNode
 from .image_stream import ImagePublishers, ImageStream
-from .parameter_server import NodeParameters
 from .run import run_node
 
-_SUPERVISION_S = 0.1
 
-
-class CameraNode(LifecycleNode):
-    """configure opens the source, activate publishes, deactivate holds, cleanup closes; with autostart it does the first two by itself."""
+class CameraNode(DriverNode):
+    """One camera."""
 
     def __init__(self):
-        super().__init__('camera_node')
-        self._stream: ImageStream | None = None
-        self._problem = ''
-        self._backoff = Backoff()
-        self._next_try = 0.0
-        self._say = SayOnce(self)
-        self._settings = NodeParameters(self, CAMERA_PARAMETERS, self._check_change, self._apply_change)
+        super().__init__('camera_node', CAMERA_PARAMETERS, LIVE, self._opened)
         self._outputs = ImagePublishers(self)
-        self._diagnostics = NodeDiagnostics(self, 'camera', 'none', self._examine)
-        # On a clock that runs also where simulated time stands still.
-        self._supervision = self.create_timer(_SUPERVISION_S, self._supervise, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open the source; FAILURE where it is missing or a parameter is wrong: the node stays unconfigured and says why."""
-        try:
-            self._stream = self._opened_stream()
-        except DeviceLost as error:
-            self._refuse(str(error), time.monotonic() + self._backoff.next())
-            return TransitionCallbackReturn.FAILURE
-        except TactileError as error:
-            self._refuse(str(error), math.inf)
-            return TransitionCallbackReturn.FAILURE
-        except Exception as error:  # rclpy would swallow it
-            self._refuse(f'configure failed: {error!r}', math.inf)
-            return TransitionCallbackReturn.ERROR
-        if self._problem:
-            self._say.forget(self._problem)
-        self._problem = ''
-        self._backoff.reset()
-        about = self._stream.source.describe()
-        self._diagnostics.set_hardware_id(str(about.get('serial') or about.get('by_id') or about.get('path') or about.get('device')))
-        return super().on_configure(state)
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Publish."""
-        result = super().on_activate(state)
-        self._stream.resume()
-        return result
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Hold."""
-        self._stream.pause()
-        return super().on_deactivate(state)
-
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Close the source."""
-        self._close()
-        return super().on_cleanup(state)
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Close the source for good."""
-        self._supervision.cancel()
-        self._close()
-        return super().on_shutdown(state)
-
-    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Back to unconfigured, with nothing left open."""
-        self._close()
-        return TransitionCallbackReturn.SUCCESS
-
-    def destroy_node(self) -> None:
-        """Close the source and end its threads first."""
-        self._close()
-        super().destroy_node()
-
-    def _opened_stream(self) -> ImageStream:
-        values = self._settings.values()
-        if self._settings.problems:
-            raise BadArgument('; '.join(self._settings.problems.values()) + '; set it right with ros2 param set, or start again')
+    def _opened(self, values: dict) -> ImageStream:
         check_together(values)
         calibration = load_calibration(values['camera_info_path']) if values['camera_info_path'] else None
-        source = make_source(values, self._now)
+        source = make_source(values, self.now_ns)
         source.open()
         return ImageStream(self, self._outputs, source, values, calibration or source.calibration())
-
-    def _now(self) -> int:
-        return self.get_clock().now().nanoseconds
-
-    def _close(self) -> None:
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.stop()
-
-    def _refuse(self, problem: str, next_try: float) -> None:
-        self._problem, self._next_try = problem, next_try
-        self._say.error(problem, problem)
-
-    def _supervise(self) -> None:
-        """Start by itself; again after a while where the device is missing, or when a parameter has changed."""
-        if not self._settings['autostart'] or self._stream is not None:
-            self._supervision.cancel()
-        elif time.monotonic() >= self._next_try:
-            self._next_try = math.inf
-            if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
-                self.trigger_activate()
-            self._diagnostics.update()
-
-    def _check_change(self, changes: dict) -> None:
-        fixed = sorted(n for n, value in changes.items() if n not in LIVE and value != self._settings[n])
-        if self._stream is not None and fixed:
-            raise BadArgument(f'parameter {fixed[0]} can be changed only while the node is unconfigured: deactivate and clean up first')
-
-    def _apply_change(self, changes: dict) -> None:
-        self._next_try = 0.0
-        stream = self._stream
-        if stream is not None and 'exposure' in changes and isinstance(stream.source, DeviceSource):
-            stream.source.set_exposure(changes['exposure'])
-
-    def _examine(self) -> Health:
-        stream = self._stream
-        if stream is None:
-            return unconfigured_health(self._problem, math.isfinite(self._next_try) and not self._supervision.is_canceled())
-        return capture_health(stream.status, stream.source.describe(), stream.source.live, stream.remark)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -74,3 +74,8 @@ def start_tool(module: str) -> None:
 def camera_node() -> None:
     """The process camera_node."""
     start_node('tactile_driver.nodes.camera_node')
+
+
+def dual_camera_node() -> None:
+    """The process dual_camera_node."""
+    start_node('tactile_driver.nodes.dual_camera_node')

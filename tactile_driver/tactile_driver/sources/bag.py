@@ -20,10 +20,11 @@ _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/Compresse
 
 
 def choose_topic(types: dict[str, str], wanted: str, path: str) -> str:
-    """The topic to play, of types (topic -> type name): the one wanted, or with '' the only one with images. Raises BadRecording, listing
-    them."""
+    """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one with
+    images. Raises BadRecording, listing them."""
     images = sorted(name for name, kind in types.items() if kind in (_IMAGE, _COMPRESSED))
     fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
+    fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
     if len(fitting) == 1:
         return fitting[0]
     listed = ', '.join(images) or 'none'

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from ..errors import BadFrame, DeviceLost, TactileError
-from ..frame import Frame
-from .protocol import EndOfSource, Source
+from ..frame import Frame, PairFrame
+from .protocol import EndOfSource, NothingYet, Source
 
 _IDLE_S = 0.02
 _RATE_WINDOW = 120
@@ -55,19 +55,21 @@ class Capture:
 
     source: opened by the caller, closed by stop; wanted: says whether anybody wants frames; report: called with each new message about a
     failure
-    or its end (level 'error' or 'info', text); backoff: waiting times for a lost device. Of a live source only the newest frame is kept.
+    or its end (level 'error' or 'info', text); backoff: waiting times for a lost device; changed: notified of each frame, to wait for
+    several captures at once; lost: why the source could not be opened yet, ''. Of a live source only the newest frame is kept.
     """
 
-    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None):
+    def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
+                 changed: threading.Condition | None = None, lost: str = ''):
         self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
-        self._slot: deque[Frame] = deque()
-        self._changed = threading.Condition()
+        self._slot: deque[Frame | PairFrame] = deque()
+        self._changed = changed or threading.Condition()
         self._stopped = threading.Event()
         self._active = threading.Event()
         self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
-        self._status = CaptureStatus('paused', 0, 0, 0, float('nan'), float('nan'), '')
+        self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, float('nan'), float('nan'), lost)
         self._overwritten = self._bad = 0
-        self._size, self._begun = None, False
+        self._sizes, self._begun = {}, False
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
         self._thread.start()
 
@@ -91,7 +93,12 @@ class Capture:
         self._thread.join(timeout=5.0)
         self._source.close()
 
-    def take(self, timeout: float) -> Frame | None:
+    @property
+    def ready(self) -> bool:
+        """Whether a frame can be taken at once."""
+        return bool(self._slot)
+
+    def take(self, timeout: float) -> Frame | PairFrame | None:
         """The next frame, or None after timeout s without one."""
         with self._changed:
             self._changed.wait_for(lambda: self._slot or self._stopped.is_set(), timeout)
@@ -137,6 +144,8 @@ class Capture:
             frame = self._source.read(self._active.is_set() and self._wanted())
             if frame is not None:
                 self._check_size(frame)
+        except NothingYet:
+            return
         except EndOfSource as end:
             self._set(state='ended')
             self._report('info', str(end))
@@ -156,13 +165,14 @@ class Capture:
             self._report('error', text)
         self._set(error=text, state=state or self._status.state)
 
-    def _check_size(self, frame: Frame) -> None:
-        size = frame.image.shape[1], frame.image.shape[0]
-        self._size = self._size or size
-        if size != self._size:
-            raise BadFrame(f'a frame of {size[0]} x {size[1]} px among frames of {self._size[0]} x {self._size[1]} px; it is skipped')
+    def _check_size(self, frame: Frame | PairFrame) -> None:
+        for view, size in frame.sizes.items():
+            first = self._sizes.setdefault(view, size)
+            if size != first:
+                name = f'{view} frame' if view else 'frame'
+                raise BadFrame(f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px; it is skipped')
 
-    def _arrived(self, frame: Frame | None) -> None:
+    def _arrived(self, frame: Frame | PairFrame | None) -> None:
         self._backoff.reset()
         with self._changed:
             self._arrivals.append(time.monotonic())
@@ -187,6 +197,6 @@ class Capture:
         except TactileError as error:
             self._failed(error, 'failed')
         else:
-            self._size = None
+            self._sizes = {}
             self._set(state='running')
             self._report('info', f'device is back: {self._source.describe()}')

@@ -35,6 +35,10 @@ class _Folder:
         self._at = -1
         self.lost = 0
 
+    @property
+    def number(self) -> int:
+        return self._at
+
     def grab(self) -> bool:
         self._at += 1
         return self._at < len(self._files)
@@ -59,6 +63,10 @@ class _Video:
         self._count = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
         self._at = 0
         self.lost = 0
+
+    @property
+    def number(self) -> int:
+        return self._at - 1
 
     def grab(self) -> bool:
         # A broken frame makes grab fail as the end does: the container's count tells the two apart.
@@ -100,6 +108,11 @@ class FileSource:
     def rate(self) -> float:
         """Frames a second of recorded time."""
         return self._asked_rate if self._asked_rate > 0 else self._reader.rate if self._reader else _FOLDER_RATE
+
+    @property
+    def number(self) -> int:
+        """Which frame of the file was read last, from 0; frames that cannot be decoded count."""
+        return self._reader.number
 
     def open(self) -> None:
         """Open the recording at its beginning. Raises BadRecording where there is none, or it is empty or unreadable."""

@@ -6,13 +6,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from ..frame import CameraCalibration, Frame
+from ..frame import CameraCalibration, Frame, PairFrame
 
 Clock = Callable[[], int]
 
 
 class EndOfSource(Exception):
     """The recording is over: no failure, nothing more will come."""
+
+
+class NothingYet(Exception):
+    """Nothing came for a moment: no failure, ask again."""
 
 
 class Source(Protocol):
@@ -31,10 +35,10 @@ class Source(Protocol):
     def open(self) -> None:
         """Get ready to read, from the start. Raises DeviceLost, BadRecording or BadArgument; may be called again after close."""
 
-    def read(self, wanted: bool = True) -> Frame | None:
-        """Wait for the next frame; None if it was not wanted (it is passed over, at less cost) or nothing came yet.
+    def read(self, wanted: bool = True) -> Frame | PairFrame | None:
+        """Wait for the next frame; None if it was not wanted (it is passed over, at less cost).
 
-        Raises EndOfSource at the end of a recording, DeviceLost, or BadFrame for a frame to skip.
+        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without one, or BadFrame for a frame to skip.
         """
 
     def close(self) -> None:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from ..errors import BadArgument
-from ..frame import CameraCalibration, Frame, pinhole_calibration
+from ..frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ..simulation import scenes
-from .pacing import EvenPace, stamp_of, wait_until
+from .pacing import NS, EvenPace, stamp_of, wait_until
 from .protocol import Clock
 
 _RATE = 30.0
@@ -41,11 +41,17 @@ class SimulatedSource:
 
     def open(self) -> None:
         """Set the scene up at its start. Raises BadArgument, listing the scenes, for an unknown one."""
-        self._scene = scenes.open_scene(self._name, self.rate, self._seed, *self._size)
+        self._scene = self._open_scene()
         self._pace = EvenPace(self.rate, skip=True)
         self._number = 0
 
-    def read(self, wanted: bool = True) -> Frame | None:
+    def _open_scene(self):
+        return scenes.open_scene(self._name, self.rate, self._seed, *self._size)
+
+    def _frame(self, rendered, stamp_ns: int) -> Frame | PairFrame:
+        return Frame(rendered.image, stamp_ns, 'bgr8', rendered.truth)
+
+    def read(self, wanted: bool = True) -> Frame | PairFrame | None:
         """The next frame, rendered ahead and handed over at the instant that it shows."""
         skipped = self._pace.skipped
         due = self._pace.next()
@@ -57,7 +63,7 @@ class SimulatedSource:
         rendered = self._scene.render(self._number / self.rate)
         self._number += 1
         wait_until(due)
-        return Frame(rendered.image, stamp_of(due, self._clock), 'bgr8', rendered.truth)
+        return self._frame(rendered, stamp_of(due, self._clock))
 
     def close(self) -> None:
         """Let the scene go."""
@@ -72,7 +78,30 @@ class SimulatedSource:
 
     def calibration(self) -> CameraCalibration | None:
         """The simulated camera's own."""
-        if self._scene is None:
-            return None
-        camera = self._scene.camera
-        return pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))
+        return None if self._scene is None else _calibration_of(self._scene.camera)
+
+
+class DualSimulatedSource(SimulatedSource):
+    """A scene of a simulated sensor with two cameras, of which the right one is triggered a little later. Parameters as of SimulatedSource,
+    without a size."""
+
+    remark = ''
+
+    def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
+        super().__init__(scene, rate, seed, (0, 0), clock)
+
+    def _open_scene(self):
+        return scenes.open_dual_scene(self._name, self.rate, self._seed)
+
+    def _frame(self, rendered, stamp_ns: int) -> PairFrame:
+        left, right, truth = rendered
+        later = stamp_ns + int(self._scene.trigger_delay * NS)
+        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, later, 'bgr8'), truth)
+
+    def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
+        """The simulated cameras' own."""
+        return (None, None) if self._scene is None else tuple(_calibration_of(camera) for camera in self._scene.cameras)
+
+
+def _calibration_of(camera) -> CameraCalibration:
+    return pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))

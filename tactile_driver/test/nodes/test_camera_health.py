@@ -44,3 +44,12 @@ def test_without_a_source():
     assert unconfigured_health('', False).level == OK
     missing = unconfigured_health('no such device', True)
     assert missing.level == ERROR and 'tried again' in missing.message and missing.values['last error'] == 'no such device'
+
+
+def test_pairs_without_mates_are_told():
+    assert capture_health(GOOD, {**ABOUT, 'unpaired': 3}, True, '').values['unpaired'] == 3
+
+
+def test_topics_that_nobody_wants_are_no_complaint():
+    health = capture_health(replace(GOOD, age_s=30.0, rate=0.0), {**ABOUT, 'idle': True}, True, '')
+    assert (health.level, health.message) == (OK, 'nobody subscribes')

@@ -1,13 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The node as a user runs it: a process of its own, watched over ROS."""
-import os
 import signal
-import subprocess
-import sys
 import time
+from functools import partial
 
-import cv2
 import numpy as np
 import pytest
 
@@ -16,131 +13,49 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
-from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
-from rcl_interfaces.msg import ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.node import Node  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data  # noqa: E402
+from lifecycle_msgs.srv import ChangeState  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_msgs.msg import ContactRegion  # noqa: E402
+from watching import (  # noqa: E402
+    ACTIVATE,
+    CLEANUP,
+    CONFIGURE,
+    DEACTIVATE,
+    DOMAIN,
+    ERROR,
+    SHUTDOWN_ACTIVE,
+    Watcher,
+    ended,
+    stamps,
+)
 
 from tactile_driver.errors import DeviceLost  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes import camera_node  # noqa: E402
+from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
 from tactile_driver.sources.capture import Backoff  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DOMAIN = str(100 + os.getpid() % 100)
-CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
-ERROR = b'\x02'
-
-
-class Watcher:
-    """A node that collects messages and calls the camera's services."""
-
-    def __init__(self):
-        self.context = Context()
-        rclpy.init(context=self.context, domain_id=int(DOMAIN))
-        self.node = Node('watcher', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-
-    def collect(self, kind, topic, qos=qos_profile_sensor_data):
-        messages = []
-        self.node.create_subscription(kind, topic, messages.append, qos)
-        return messages
-
-    def until(self, condition, seconds=20.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-        assert condition()
-
-    def spin(self, seconds):
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.02)
-
-    def call(self, kind, name, request):
-        client = self.node.create_client(kind, name)
-        assert client.wait_for_service(timeout_sec=20.0)
-        future = client.call_async(request)
-        self.until(future.done)
-        return future.result()
-
-    def state(self):
-        return self.call(GetState, '/camera_node/get_state', GetState.Request()).current_state.label
-
-    def change(self, transition):
-        request = ChangeState.Request()
-        request.transition.id = transition
-        return self.call(ChangeState, '/camera_node/change_state', request).success
-
-    def put(self, name, text):
-        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
-        request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=value)])
-        return self.call(SetParameters, '/camera_node/set_parameters', request).results[0]
-
-    def close(self):
-        self.executor.shutdown()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
 
 
 @pytest.fixture
 def watcher():
-    watcher = Watcher()
+    watcher = Watcher('camera_node')
     yield watcher
     watcher.close()
 
 
 @pytest.fixture
-def start():
-    """Starts the node with parameters; ends it at the end, which has to work cleanly."""
-    processes = []
-
-    def node(**parameters):
-        arguments = [x for name, value in parameters.items() for x in ('-p', f'{name}:={value}')]
-        process = subprocess.Popen([sys.executable, '-m', 'tactile_driver.nodes.camera_node', '--ros-args', *arguments], text=True,
-                                   stderr=subprocess.PIPE, env={**os.environ, 'ROS_DOMAIN_ID': DOMAIN}, start_new_session=True)
-        processes.append(process)
-        return process
-    yield node
-    for process in processes:
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+def camera(start):
+    """Starts the node with parameters."""
+    return partial(start, 'camera_node')
 
 
-def ended(process, which=signal.SIGINT):
-    """(exit code, what was logged) after a signal."""
-    process.send_signal(which)
-    log = process.communicate(timeout=20)[1]
-    return process.returncode, log
-
-
-@pytest.fixture
-def video(tmp_path):
-    path = tmp_path / 'pad.avi'
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
-    for k in range(100):
-        writer.write(np.full((48, 64, 3), 2 * k, np.uint8))
-    writer.release()
-    return path
-
-
-def stamps(messages):
-    return np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages])
-
-
-def test_a_video_is_a_camera(watcher, start, video):
+def test_a_video_is_a_camera(watcher, camera, video):
     images, infos = watcher.collect(Image, 'image_raw'), watcher.collect(CameraInfo, 'camera_info')
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    process = start(source='file', path=video, loop='true')
+    process = camera(source='file', path=video, loop='true')
     watcher.until(lambda: len(images) >= 60)
     first = images[0]
     assert (first.width, first.height, first.encoding, first.header.frame_id) == (64, 48, 'bgr8', 'touchpad')
@@ -155,19 +70,19 @@ def test_a_video_is_a_camera(watcher, start, video):
     assert ended(process) == (0, '')
 
 
-def test_as_fast_as_consumed_every_frame_arrives(watcher, start, video):
+def test_as_fast_as_consumed_every_frame_arrives(watcher, camera, video):
     images = watcher.collect(Image, 'image_raw', 200)
-    start(source='file', path=video, rate=0)
+    camera(source='file', path=video, rate=0)
     watcher.until(lambda: len(images) >= 99)
     watcher.spin(0.3)
     assert len(images) == 100
     assert np.all(np.diff(stamps(images)) == 20_000_000)
 
 
-def test_the_simulated_pad_comes_with_its_truth(watcher, start):
+def test_the_simulated_pad_comes_with_its_truth(watcher, camera):
     images, infos = watcher.collect(Image, 'image_raw'), watcher.collect(CameraInfo, 'camera_info')
     truths = watcher.collect(ContactRegion, 'ground_truth/contact_region')
-    process = start(scene='rest', rate=20, width=320, height=240)
+    process = camera(scene='rest', rate=20, width=320, height=240)
     watcher.until(lambda: len(images) >= 20 and len(truths) >= 20)
     assert (images[0].width, images[0].encoding) == (320, 'bgr8')
     assert len(set(stamps(images)) & set(stamps(truths))) >= 15
@@ -177,9 +92,9 @@ def test_the_simulated_pad_comes_with_its_truth(watcher, start):
     assert (code, log) == (0, '')
 
 
-def test_every_transition_there_and_back(watcher, start, video):
+def test_every_transition_there_and_back(watcher, camera, video):
     images = watcher.collect(Image, 'image_raw')
-    start(source='file', path=video, loop='true', autostart='false')
+    camera(source='file', path=video, loop='true', autostart='false')
     assert watcher.state() == 'unconfigured'
     for _ in range(2):
         assert watcher.change(CONFIGURE) and watcher.state() == 'inactive'
@@ -197,9 +112,9 @@ def test_every_transition_there_and_back(watcher, start, video):
     assert watcher.state() == 'finalized'
 
 
-def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, start, video):
+def test_a_missing_device_is_told_and_does_not_end_the_node(watcher, camera, video):
     reports = watcher.collect(DiagnosticArray, '/diagnostics', 10)
-    process = start(source='device', device='no-such-serial')
+    process = camera(source='device', device='no-such-serial')
     watcher.until(lambda: any(s.level == ERROR and 'no-such-serial' in s.message for m in reports for s in m.status))
     assert watcher.state() == 'unconfigured'
     images = watcher.collect(Image, 'image_raw')
@@ -241,35 +156,35 @@ class LateCamera:
 
 
 def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monkeypatch):
-    camera = LateCamera()
-    monkeypatch.setattr(camera_node, 'make_source', lambda *_: camera)
-    monkeypatch.setattr(camera_node, 'Backoff', lambda: Backoff(0.1, 0.2))
+    late = LateCamera()
+    monkeypatch.setattr(camera_node, 'make_source', lambda *_: late)
+    monkeypatch.setattr(driver_node, 'Backoff', lambda: Backoff(0.1, 0.2))
     images = watcher.collect(Image, 'image_raw')
     # Under a name of its own: rclpy lets the services of a lifecycle node live on after it, and they would take the next tests' requests.
     rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'], domain_id=int(DOMAIN))
     node = camera_node.CameraNode()
     try:
         end = time.monotonic() + 20
-        while (camera.opened < 5 or camera.frames < 60 or len(images) < 20) and time.monotonic() < end:
+        while (late.opened < 5 or late.frames < 60 or len(images) < 20) and time.monotonic() < end:
             rclpy.spin_once(node, timeout_sec=0.02)
             watcher.spin(0.01)
         health = node._examine()
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    assert camera.opened == 5 and len(images) >= 20
+    assert late.opened == 5 and len(images) >= 20
     assert health.values['state'] == 'running' and health.values['last error'] == 'no camera there'
 
 
-def test_it_starts_where_simulated_time_stands_still(watcher, start, video):
+def test_it_starts_where_simulated_time_stands_still(watcher, camera, video):
     images = watcher.collect(Image, 'image_raw')
-    start(source='file', path=video, loop='true', use_sim_time='true')
+    camera(source='file', path=video, loop='true', use_sim_time='true')
     watcher.until(lambda: len(images) > 5)
     assert not any(stamps(images))
 
 
-def test_nonsense_is_named_once_and_the_node_waits(watcher, start):
-    process = start(rate='abc', width=-5, source='nonsense')
+def test_nonsense_is_named_once_and_the_node_waits(watcher, camera):
+    process = camera(rate='abc', width=-5, source='nonsense')
     assert watcher.state() == 'unconfigured'
     watcher.spin(1.5)
     code, log = ended(process)
@@ -280,17 +195,17 @@ def test_nonsense_is_named_once_and_the_node_waits(watcher, start):
 
 @pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'source': 'bag', 'path': '/nowhere'},
                                         {'scene': 'nowhere'}, {'camera_info_path': '/nowhere.yaml'}])
-def test_what_is_missing_is_named(start, watcher, parameters):
-    process = start(**parameters)
+def test_what_is_missing_is_named(camera, watcher, parameters):
+    process = camera(**parameters)
     assert watcher.state() == 'unconfigured'
     watcher.spin(0.5)
     code, log = ended(process)
     assert code == 0 and log.count('[ERROR]') == 1 and 'nowhere' in log
 
 
-def test_diagnostics_tell_rate_drops_and_age(watcher, start, video):
+def test_diagnostics_tell_rate_drops_and_age(watcher, camera, video):
     reports, images = watcher.collect(DiagnosticArray, '/diagnostics', 10), watcher.collect(Image, 'image_raw')
-    start(source='file', path=video, loop='true')
+    camera(source='file', path=video, loop='true')
     watcher.until(lambda: images)
     watcher.spin(4.0)
     status = [s for m in reports for s in m.status if s.name == 'camera_node: camera'][-1]
@@ -301,8 +216,8 @@ def test_diagnostics_tell_rate_drops_and_age(watcher, start, video):
     assert status.hardware_id == str(video)
 
 
-def test_a_refused_transition_does_not_end_the_node(watcher, start, video):
-    process = start(source='file', path=video, loop='true')
+def test_a_refused_transition_does_not_end_the_node(watcher, camera, video):
+    process = camera(source='file', path=video, loop='true')
     watcher.until(lambda: watcher.state() == 'active')
     request = ChangeState.Request()
     request.transition.id = ACTIVATE

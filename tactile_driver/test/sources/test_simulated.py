@@ -7,7 +7,7 @@ import pytest
 
 from tactile_driver.errors import BadArgument
 from tactile_driver.sources import simulated
-from tactile_driver.sources.simulated import SimulatedSource
+from tactile_driver.sources.simulated import DualSimulatedSource, SimulatedSource
 
 
 class FakeScene:
@@ -100,3 +100,23 @@ def test_an_unknown_scene_and_no_rate():
         SimulatedSource('nix', 30.0, 0, (0, 0), time.time_ns).open()
     with pytest.raises(BadArgument, match='rate'):
         SimulatedSource('demo', 0.0, 0, (0, 0), time.time_ns)
+
+
+def test_two_cameras_are_a_pair_the_right_one_a_little_later(monkeypatch):
+    pictures = np.full((4, 6, 3), 1, np.uint8), np.full((4, 6, 3), 2, np.uint8)
+    fake = type('Two', (), {'trigger_delay': 0.0035, 'render': lambda self, t: (*pictures, f'truth {t}')})()
+    monkeypatch.setattr(simulated.scenes, 'open_dual_scene', lambda name, rate, seed: fake)
+    source = DualSimulatedSource('areal_dual_demo', 50.0, 0, time.time_ns)
+    assert source.calibrations() == (None, None)
+    source.open()
+    pair = source.read()
+    assert pair.right.stamp_ns - pair.left.stamp_ns == 3_500_000 and pair.truth == 'truth 0.0' and pair.stamp_ns == pair.left.stamp_ns
+    assert (pair.left.image == 1).all() and (pair.right.image == 2).all()
+
+
+def test_the_two_simulated_cameras_are_calibrated():
+    source = DualSimulatedSource('areal_dual_rest', 10.0, 3, time.time_ns)
+    source.open()
+    left, right = source.calibrations()
+    pair = source.read()
+    assert (left.width, left.height) == pair.left.image.shape[1::-1] and left.k != right.k and left.model == 'plumb_bob'

@@ -1,0 +1,76 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The messages of an image topic as a camera."""
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Image
+
+from ..errors import BadArgument
+from ..frame import CameraCalibration, Frame, frame_of_bytes
+from ..sources.pacing import NS
+from ..sources.protocol import NothingYet
+
+_MOMENT_S = 0.1
+_LONGEST_QUEUE = 4
+
+
+class TopicSource:
+    """topic: of sensor_msgs/Image, relative to node's namespace; subscribed to only while its frames are wanted."""
+
+    live, on_demand, corrupt = True, False, 0
+
+    def __init__(self, node: Node, topic: str):
+        if not topic:
+            raise BadArgument('topic: source topics needs the names of two image topics')
+        self.skipped = 0
+        self._node, self._topic = node, topic
+        self._image = None
+        self._queue: deque[Image] = deque()
+        self._arrived = threading.Condition()
+
+    def open(self) -> None:
+        """Nothing: it subscribes once its frames are wanted."""
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
+        self._subscribe(wanted)
+        with self._arrived:
+            if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
+                raise NothingYet
+            message = self._queue.popleft()
+        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec
+        size = message.height, message.width, message.step
+        return frame_of_bytes(message.data, size, message.encoding, stamp, f'the image of {self._topic} at {stamp} ns')
+
+    def _subscribe(self, wanted: bool) -> None:
+        if wanted and self._image is None:
+            self._image = self._node.create_subscription(Image, self._topic, self._take, qos_profile_sensor_data)
+        elif not wanted and self._image is not None:
+            self._node.destroy_subscription(self._image)
+            self._image = None
+            self._queue.clear()
+
+    def _take(self, message: Image) -> None:
+        with self._arrived:
+            self._queue.append(message)
+            if len(self._queue) > _LONGEST_QUEUE:
+                self._queue.popleft()
+                self.skipped += 1
+            self._arrived.notify_all()
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._subscribe(False)
+
+    def describe(self) -> dict:
+        """The topic, and whether it is not subscribed to at present."""
+        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None}
+
+    def calibration(self) -> CameraCalibration | None:
+        """None: camera_info is published by whoever publishes the images."""
+        return None

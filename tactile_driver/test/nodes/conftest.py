@@ -1,0 +1,38 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fixtures for the tests of nodes that run as processes of their own."""
+import signal
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+
+
+@pytest.fixture
+def start():
+    """Starts a node with parameters, start(name, **parameters); ends it at the end, which has to work cleanly."""
+    watching = pytest.importorskip('watching', reason='ROS is not sourced')
+    processes = []
+
+    def node(name, **parameters):
+        processes.append(watching.started(name, parameters))
+        return processes[-1]
+    yield node
+    for process in processes:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+
+
+@pytest.fixture
+def video(tmp_path):
+    path = tmp_path / 'pad.avi'
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*'MJPG'), 50.0, (64, 48))
+    for k in range(100):
+        writer.write(np.full((48, 64, 3), 2 * k, np.uint8))
+    writer.release()
+    return path

@@ -1,0 +1,82 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node that all cameras share, with a stream that is no camera's: what it refuses, retries and lets change."""
+import os
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
+from rclpy.parameter import Parameter as RosParameter  # noqa: E402
+
+from tactile_driver.errors import BadArgument, DeviceLost  # noqa: E402
+from tactile_driver.nodes.diagnostics import ERROR, OK  # noqa: E402
+from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
+from tactile_driver.nodes.parameters import Parameter  # noqa: E402
+from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
+
+pytestmark = pytest.mark.ros
+TABLE = (Parameter('autostart', bool, False, '', 'start by itself', read_only=True),
+         Parameter('exposure', float, 0.0, 's', 'live', 0.0, 1.0), Parameter('path', str, '', '', 'fixed'))
+
+
+class Stream:
+    """Notes what is asked of it."""
+
+    remark = ''
+    status = CaptureStatus('running', 1, 0, 0, 10.0, 0.01, '')
+
+    def __init__(self):
+        self.calls = []
+        self.source = type('Source', (), {'live': True, 'describe': staticmethod(lambda: {'serial': 'A1', 'rate': 10.0})})()
+
+    def __getattr__(self, name):
+        return lambda *arguments: self.calls.append((name, *arguments))
+
+
+@pytest.fixture
+def node():
+    """Makes the node; error: what opening its stream raises."""
+    rclpy.init(domain_id=100 + os.getpid() % 100)
+    made = []
+
+    def make(error=None):
+        stream = Stream()
+
+        def open_stream(values):
+            if error is not None:
+                raise error
+            return stream
+        made.append(DriverNode('driver', TABLE, frozenset({'exposure'}), open_stream))
+        return made[-1], stream
+    yield make
+    for each in made:
+        each.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_transitions_open_run_hold_and_close_the_stream(node):
+    driver, stream = node()
+    for change in (driver.trigger_configure, driver.trigger_activate, driver.trigger_deactivate, driver.trigger_cleanup):
+        assert change() == TransitionCallbackReturn.SUCCESS
+    assert [name for name, *_ in stream.calls] == ['resume', 'pause', 'stop']
+
+
+def test_only_live_parameters_change_while_it_runs(node):
+    driver, stream = node()
+    driver.trigger_configure()
+    refused, = driver.set_parameters([RosParameter('path', value='x')])
+    assert not refused.successful and 'deactivate and clean up' in refused.reason
+    assert driver.set_parameters([RosParameter('exposure', value=0.5)])[0].successful
+    assert ('change', {'exposure': 0.5}) in stream.calls
+    assert driver._examine().level == OK
+
+
+@pytest.mark.parametrize(('error', 'result'), [(DeviceLost('no camera'), 'FAILURE'), (BadArgument('bad path'), 'FAILURE'),
+                                               (RuntimeError('odd'), 'ERROR')])
+def test_what_cannot_be_opened_is_told(node, error, result):
+    driver, _ = node(error)
+    assert driver.trigger_configure() == getattr(TransitionCallbackReturn, result)
+    health = driver._examine()
+    assert health.level == ERROR and str(error) in health.message

@@ -1,0 +1,94 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A driver's node as a user runs it, a process of its own, watched over ROS: for the tests of this folder."""
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import rclpy
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+
+DOMAIN = str(100 + os.getpid() % 100)
+CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
+ERROR = b'\x02'
+
+
+class Watcher:
+    """A node that collects messages and calls the services of the driver of this name."""
+
+    def __init__(self, name):
+        self.name = name
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=int(DOMAIN))
+        self.node = Node('watcher', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def collect(self, kind, topic, qos=qos_profile_sensor_data):
+        messages = []
+        self.node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def until(self, condition, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+        assert condition()
+
+    def spin(self, seconds):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def call(self, kind, name, request):
+        client = self.node.create_client(kind, name)
+        assert client.wait_for_service(timeout_sec=20.0)
+        future = client.call_async(request)
+        self.until(future.done)
+        return future.result()
+
+    def state(self):
+        return self.call(GetState, f'/{self.name}/get_state', GetState.Request()).current_state.label
+
+    def change(self, transition):
+        request = ChangeState.Request()
+        request.transition.id = transition
+        return self.call(ChangeState, f'/{self.name}/change_state', request).success
+
+    def put(self, name, text):
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
+        request = SetParameters.Request(parameters=[ParameterMessage(name=name, value=value)])
+        return self.call(SetParameters, f'/{self.name}/set_parameters', request).results[0]
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+def started(name, parameters):
+    """The process of the node of this name with these parameters."""
+    arguments = [x for key, value in parameters.items() for x in ('-p', f'{key}:={value}')]
+    return subprocess.Popen([sys.executable, '-m', f'tactile_driver.nodes.{name}', '--ros-args', *arguments], text=True,
+                            stderr=subprocess.PIPE, env={**os.environ, 'ROS_DOMAIN_ID': DOMAIN}, start_new_session=True)
+
+
+def ended(process, which=signal.SIGINT):
+    """(exit code, what was logged) after a signal."""
+    process.send_signal(which)
+    log = process.communicate(timeout=20)[1]
+    return process.returncode, log
+
+
+def stamps(messages):
+    return np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages])
