@@ -25,7 +25,7 @@ _DOT_ON_TOOL = 0.0237
 
 @dataclass
 class Observation:
-    """One instant: the skin's shape (n, n, 3), m; the dots' paint in the picture, spread (K, 2, 2) px/m; truth."""
+    """One instant: the skin's shape as Skin.coarse has it, m; the dots' paint in the picture, spread (K, 2, 2) px/m; truth."""
 
     shape: np.ndarray
     spread: np.ndarray
@@ -45,7 +45,7 @@ class Observer:
         """The resting skin: one observation for all frames without contact."""
         places, uv, spread = self.pattern.seen(self.skin.rest, self.camera)
         truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure)
-        return Observation(self.skin.rest, spread, truth)
+        return Observation(self.skin.coarse(self.skin.rest), spread, truth)
 
     def observe(self, state: SkinState, tool: Tool, before: Pose, now: Pose) -> Observation:
         """The truth of a state under a tool that moved from the pose before (a frame ago) to the pose now."""
@@ -64,7 +64,7 @@ class Observer:
         truth.motion = _motion(before, now)
         truth.wrench = np.concatenate([state.force.sum(axis=0), np.cross(nodes, state.force).sum(axis=0)])
         truth.pressure = state.pressure
-        return Observation(state.shape.astype(np.float32), spread.astype(np.float32), truth)
+        return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
     def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
         """(K,) bool: the dot lies in the region and on the tool."""

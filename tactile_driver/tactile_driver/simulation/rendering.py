@@ -16,8 +16,6 @@ from .skin import Skin
 _CELL = 4
 #: px: where the camera sees which point of the skin changes more slowly still.
 _WIDE_CELL = 8
-#: cells of the skin along each side, about: light is worked out on no finer grid.
-_SKIN_CELLS = 48
 _INVERSE_STEPS = 5
 _PIXEL_VARIANCE = 1 / 12
 #: a smooth step 3 t^2 - 2 t^3 that reaches this many deviations to each side has the variance of the blur.
@@ -58,12 +56,12 @@ class Renderer:
         self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
 
     def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
-        """The picture (height, width, 3) uint8 BGR of the skin's shape (n, n, 3), m.
+        """The picture (height, width, 3) uint8 BGR of the skin's shape as Skin.coarse has it, m.
 
         uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
         noise; None for a picture without noise.
         """
-        light, spots = self._cell_light(shape[::self._every, ::self._every].astype(np.float32))
+        light, spots = self._cell_light(shape)
         cover = self._cover(uv, spread, radius)
         cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
         cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
@@ -85,8 +83,7 @@ class Renderer:
     def _set_up_cells(self):
         """For the resting skin: which grid place of the skin each wide cell sees, and how that moves with the picture."""
         camera = self.camera
-        self._every = max((self.skin.nodes - 1) // _SKIN_CELLS, 1)
-        self._last = (self.skin.nodes - 1) // self._every
+        self._last = len(self.skin.coarse(self.skin.rest)) - 1
         columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
         self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
         hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
@@ -97,7 +94,7 @@ class Renderer:
         self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Diffuse light (h, w, 3), grey levels, of the cells, from the nodes that count; and the mirror spots."""
+        """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
         seen = self.camera.project(shape).astype(np.float32)
         place = self._rest_place
         for _ in range(_INVERSE_STEPS):

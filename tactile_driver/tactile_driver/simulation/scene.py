@@ -21,7 +21,7 @@ _TOOL_SIZE = 7.1
 
 @dataclass
 class Glance:
-    """One instant in one camera: the skin's shape (n, n, 3), m; the dots' uv (K, 2) px and spread (K, 2, 2) px/m."""
+    """One instant in one camera: the skin's shape as Skin.coarse has it, m; the dots' uv (K, 2) px and spread (K, 2, 2) px/m."""
 
     shape: np.ndarray
     uv: np.ndarray
@@ -150,4 +150,4 @@ class TwoCameraScene(Scene):
         shape = self._contact.state.shape
         correct = None if motion is None else (lambda places: off_tool(places, motion.tool, motion.pose(self._followed)))
         _, uv, spread = self._pattern.seen(shape, self.cameras[1], correct)
-        return Glance(shape.astype(np.float32), uv, spread.astype(np.float32))
+        return Glance(self.membrane.coarse(shape), uv, spread.astype(np.float32))

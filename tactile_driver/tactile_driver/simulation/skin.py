@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+#: cells along each side, about: a skin is drawn from no finer grid.
+_DRAWN_CELLS = 48
+
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross products (..., 3); several times as fast as NumPy's on the few thousand vectors of a skin."""
@@ -50,6 +53,11 @@ class Skin:
     def slack_at(self, shape: np.ndarray) -> np.ndarray:
         """Where the inner nodes would stand (m, 3), m, without any force, by what the rubber does in the shape (n, n, 3), m."""
         return self.slack
+
+    def coarse(self, shape: np.ndarray) -> np.ndarray:
+        """Every so manieth node of the shape (n, n, 3), m, as float32: enough to draw it, since light changes slowly."""
+        every = max((self.nodes - 1) // _DRAWN_CELLS, 1)
+        return shape[::every, ::every].astype(np.float32)
 
     def with_rim(self, places: np.ndarray) -> np.ndarray:
         """Shape (n, n, 3), m, of inner nodes' places (m, 3), m."""

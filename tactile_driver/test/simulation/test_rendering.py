@@ -24,7 +24,7 @@ def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, in
     pattern = touchpad_dots(membrane, np.random.default_rng(0))
     _, uv, spread = pattern.seen(membrane.rest, camera)
     imaging = imaging if ink else replace(imaging, ink=0.0)
-    return Renderer(membrane, camera, lighting, imaging, 0).draw(membrane.rest, uv, spread, pattern.radius, number), uv
+    return Renderer(membrane, camera, lighting, imaging, 0).draw(membrane.coarse(membrane.rest), uv, spread, pattern.radius, number), uv
 
 
 def dark_centroids(picture, clean, uv, half):

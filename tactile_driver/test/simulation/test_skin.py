@@ -43,3 +43,14 @@ def test_volume_is_that_under_a_lifted_skin(skin):
     lifted = skin.rest + [0, 0, 1e-3]
     area = skin.area_vectors(skin.rest)[:, 2].sum()
     assert skin.volume_of(lifted) - skin.volume_of(skin.rest) == pytest.approx(1e-3 * area, rel=1e-9)
+
+
+def test_coarse_shape_of_a_fine_skin_spans_it():
+    fine = Sheet(0.06, 0.045, 40.0, 1.3, 1e-4, 97)
+    coarse = fine.coarse(fine.rest)
+    assert coarse.shape == (49, 49, 3) and coarse.dtype == np.float32
+    np.testing.assert_allclose(coarse[[0, -1], [0, -1]], fine.rest[[0, -1], [0, -1]])
+
+
+def test_coarse_shape_of_a_skin_of_few_nodes_is_the_skin(skin):
+    np.testing.assert_allclose(skin.coarse(skin.rest), skin.rest, atol=1e-8)
