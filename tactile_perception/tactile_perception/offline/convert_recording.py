@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""convert_recording: a touchpad's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter file
-beside it.
+"""convert_recording: a camera sensor's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter
+file beside it.
 """
 from __future__ import annotations
 
@@ -47,29 +47,65 @@ def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, o
     for index, stamp in enumerate(recording.stamps):
         stamp_ns = round((stamp + shift) * 1e9)
         header, truth = header_of(stamp_ns, frame_id), recording.truth(index)
-        yield stamp_ns, 'camera_info', camera_info_message(recording.camera, header)
-        yield stamp_ns, 'image_raw', image_to_message(Frame(recording.image(index), stamp_ns, 'bgr8'), '', header)
+        yield from _views(recording, index, shift, frame_id)
         yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
         yield stamp_ns, 'ground_truth/contact_region', region_message(truth, recording.interval, header)
         yield stamp_ns, 'ground_truth/slip', slip_message(truth, header)
         yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
 
 
+def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """camera_info and image of each view of a frame, under the view's own stamp."""
+    for number, view in enumerate(recording.views):
+        stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
+        header = header_of(stamp_ns, frame_id)
+        yield stamp_ns, prefix + 'camera_info', camera_info_message(view.camera, header)
+        yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(recording.image(index, number), stamp_ns, 'bgr8'), '', header)
+
+
 def sensor_parameters(sensor: dict) -> dict[str, object]:
     """Name -> value of the sensor's parameters that sensor.json tells."""
-    camera, info = sensor['cameras'][0], sensor['info']
-    rows, columns = (int(n) + 1 for n in np.max(sensor['dots']['row_col'], axis=0))
+    camera = sensor['cameras'][0]
+    rows, columns = (int(n) + 1 for n in np.ptp(sensor['dots']['row_col'], axis=0))
     rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
+    pose = {'camera.rotation': rotation.tolist(), 'camera.translation': [float(x) for x in camera['t_cam_from_sensor']]}
+    describe = _touchpad if sensor['sensor'] == 'touchpad' else _markers
+    return {'sensor_type': sensor['sensor'], 'rows': rows, 'columns': columns, **describe(sensor), **pose}
+
+
+def _touchpad(sensor: dict) -> dict[str, object]:
+    info = sensor['info']
     return {
-        'rows': rows,
-        'columns': columns,
         'cap.curvature_radius': float(info['curvature_radius']),
         'cap.height': float(info['cap_height']),
-        'camera.rotation': rotation.tolist(),
-        'camera.translation': [float(x) for x in camera['t_cam_from_sensor']],
         'membrane.shear_stiffness': float(info['shear_modulus_times_thickness']),
         'membrane.rest_pressure': float(info['rest_gauge_pressure']),
     }
+
+
+def _markers(sensor: dict) -> dict[str, object]:
+    """A sheet or a dome: bright markers, as the camera inside sees them."""
+    info, sheet = sensor['info'], 'size' in sensor['info']
+    size = [float(x) for x in info['size']] if sheet else [0.0, 0.0]
+    return {
+        'pitch': _pitch(sensor['dots']),
+        'sheet_size': size,
+        'dome.rim_radius': 0.0 if sheet else float(info['base_radius']),
+        'dome.height': 0.0 if sheet else float(info['dome_height']),
+        'surface': 'sheet' if sheet else 'none',
+        'polarity': 'bright',
+        'detection': 'blobs',
+    }
+
+
+def _pitch(dots: dict) -> list[float]:
+    """m, from dot to dot along rows and along columns, as nominally printed."""
+    places = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
+    pitch = []
+    for step in ((0, 1), (1, 0)):
+        nexts = ((place, places.get((rc[0] + step[0], rc[1] + step[1]))) for rc, place in places.items())
+        pitch.append(round(float(np.median([np.linalg.norm(after - place) for place, after in nexts if after is not None])), 7))
+    return pitch
 
 
 def main(args: list[str] | None = None) -> int:

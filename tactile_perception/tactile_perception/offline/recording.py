@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png, truth.npz (true places, states,
-loads).
+"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png (frames_left, frames_right with two
+cameras), truth.npz (true places, states, loads).
 """
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -20,26 +21,43 @@ from ..errors import BadRecording
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
 
+@dataclass(frozen=True)
+class RecordedView:
+    """What one camera recorded. name: '' of a single camera, 'left' or 'right'; camera: its entry of sensor.json; stamps: (T,) s; images:
+    their files."""
+
+    name: str
+    camera: dict
+    stamps: np.ndarray
+    images: list[Path]
+
+
 class Recording:
     """One folder, read lazily. Raises BadRecording where a file is missing or broken.
 
-    sensor: content of sensor.json; stamps: (T,) s; camera: the first camera's entry of sensor.json.
+    sensor: content of sensor.json; stamps: (T,) s; views: one, or left and right; camera: the first one's entry of sensor.json.
     """
 
     def __init__(self, folder: str | Path):
         self.folder = Path(folder)
         self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
         self._truth = self._read('truth.npz', _arrays)
-        self._images = sorted(p for p in self._file('frames').iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
         self.stamps = self._truth['timestamps']
-        self.camera = self.sensor['cameras'][0]
-        if len(self._images) != len(self.stamps):
-            raise BadRecording(
-                f'recording {self.folder}: {len(self._images)} images in frames/ but {len(self.stamps)} stamps in truth.npz'
-            )
+        cameras = self.sensor['cameras']
+        names = [''] if len(cameras) == 1 else [camera['name'] for camera in cameras]
+        self.views = [self._view(name, camera) for name, camera in zip(names, cameras)]
+        self.camera = cameras[0]
 
     def __len__(self) -> int:
         return len(self.stamps)
+
+    def _view(self, name: str, camera: dict) -> RecordedView:
+        folder = f'frames_{name}' if name else 'frames'
+        images = sorted(p for p in self._file(folder).iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
+        stamps = self._truth.get(f'timestamps_{name}', self.stamps)
+        if not len(images) == len(stamps) == len(self.stamps):
+            raise BadRecording(f'recording {self.folder}: {len(images)} images in {folder}/ but {len(stamps)} stamps in truth.npz')
+        return RecordedView(name, camera, stamps, images)
 
     def _file(self, name: str) -> Path:
         path = self.folder / name
@@ -54,22 +72,23 @@ class Recording:
         except (OSError, ValueError, BadZipFile) as error:
             raise BadRecording(f'recording {self.folder}: {name} cannot be read: {error}') from error
 
-    def image(self, index: int) -> np.ndarray:
-        """Frame index as (height, width, 3) uint8 BGR."""
-        image = cv2.imread(str(self._images[index]), cv2.IMREAD_COLOR)
+    def image(self, index: int, view: int = 0) -> np.ndarray:
+        """Frame index of a view as (height, width, 3) uint8 BGR."""
+        path = self.views[view].images[index]
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
         if image is None:
-            raise BadRecording(f'recording {self.folder}: {self._images[index].name} is no image')
+            raise BadRecording(f'recording {self.folder}: {path.name} is no image')
         return image
 
     def truth(self, index: int) -> TruthFrame:
-        """The truth of frame index in the form in which a simulated sensor gives it; unknown is NaN."""
+        """The truth of frame index in the form in which a simulated sensor gives it, its dots in the first view; unknown is NaN."""
         truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
         outlines, holes = self._loops(index)
-        touched = truth['dot_contact'].any()
-        fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if touched else np.nan
+        touched = truth['contact_area'] > 0  # a tip between two dots touches none of them
+        fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if truth['dot_contact'].any() else np.nan
         return TruthFrame(
             dot_id=self._ids,
-            dot_uv=truth['uv'].astype(float),
+            dot_uv=truth['uv' if self.views[0].name == '' else f'uv_{self.views[0].name}'].astype(float),
             dot_xyz=truth['dot_xyz'].astype(float),
             dot_state=truth['dot_state'].astype(np.uint8),
             outlines=outlines,
@@ -87,8 +106,8 @@ class Recording:
 
     @property
     def _ids(self) -> np.ndarray:
-        row, column = self._truth['dot_rc'].T
-        return row * (int(self._truth['dot_rc'][:, 1].max()) + 1) + column
+        row, column = (self._truth['dot_rc'] - self._truth['dot_rc'].min(axis=0)).T
+        return row * (int(column.max()) + 1) + column
 
     def _loops(self, index: int) -> tuple[list, list]:
         start, xyz = self._truth['loop_start'], self._truth['loop_xyz'].astype(float)
@@ -102,8 +121,10 @@ class Recording:
         return float(self.sensor['frame_interval_s'])
 
     def _twist(self, truth: dict) -> np.ndarray:
-        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots."""
+        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots, NaN where it touches none."""
         touched = truth['dot_contact']
+        if not touched.any():
+            return np.full(6, np.nan)
         slip, place = truth['dot_slip'][touched].astype(float), truth['dot_xyz'][touched].astype(float)
         if not slip.any():
             return np.zeros(6)

@@ -91,3 +91,23 @@ def _truth(row_col):
         'part_centroid': np.full((3, 2, 3), np.nan), 'part_depth': two, 'part_force': np.full((3, 2, 3), np.nan),
         'loop_start': np.array([0, 4, 8, 12]), 'loop_frame': np.array([1, 1, 2]), 'loop_is_hole': np.array([False, True, False]),
         'loop_xyz': np.vstack([square, square / 3, square])}
+
+
+@pytest.fixture
+def dual_folder(recording_folder):
+    """The same recording as of a sheet with two cameras; the right one's images are brighter by 100 and 4 ms later."""
+    folder = recording_folder
+    (folder / 'frames').rename(folder / 'frames_left')
+    (folder / 'frames_right').mkdir()
+    for k in range(3):
+        cv2.imwrite(str(folder / f'frames_right/{k:03}.png'), np.full((48, 64, 3), 100 + 10 * (k + 1), np.uint8))
+    sensor = json.loads((folder / 'sensor.json').read_text())
+    camera = sensor['cameras'][0]
+    dots = {'row_col': sensor['dots']['row_col'], 'rest_xyz_nominal': [[9.4e-3 * c, 8.2e-3 * r, 0] for r, c in sensor['dots']['row_col']]}
+    sensor.update(sensor='areal_dual', cameras=[{**camera, 'name': 'left'}, {**camera, 'name': 'right', 'K': np.eye(3).tolist()}],
+                  info={'size': [0.133, 0.091]}, dots=dots, static=True)
+    (folder / 'sensor.json').write_text(json.dumps(sensor))
+    truth = _truth(np.array(dots['row_col']))
+    truth['uv_left'], truth['uv_right'] = truth.pop('uv'), np.zeros((3, 12, 2))
+    np.savez(folder / 'truth.npz', **truth, timestamps_right=truth['timestamps'] + 0.004)
+    return folder

@@ -64,3 +64,35 @@ def test_a_file_that_is_no_image_is_named(recording_folder):
     (recording_folder / 'frames/001.png').write_bytes(b'x')
     with pytest.raises(BadRecording, match='001.png is no image'):
         Recording(recording_folder).image(1)
+
+
+def test_two_cameras_are_two_views_with_stamps_of_their_own(dual_folder):
+    recording = Recording(dual_folder)
+    left, right = recording.views
+    assert (left.name, right.name) == ('left', 'right') and right.camera['K'][0][0] == 1.0
+    np.testing.assert_allclose(right.stamps - left.stamps, 0.004)
+    assert [int(recording.image(1, view)[0, 0, 0]) for view in (0, 1)] == [20, 120]
+    np.testing.assert_array_equal(recording.truth(1).dot_uv, np.load(dual_folder / 'truth.npz')['uv_left'][1])
+    (dual_folder / 'frames_right/002.png').unlink()
+    with pytest.raises(BadRecording, match='2 images in frames_right/ but 3 stamps'):
+        Recording(dual_folder)
+
+
+def test_a_tip_between_the_dots_touches_too(dual_folder):
+    with np.load(dual_folder / 'truth.npz') as stored:
+        truth = {name: stored[name] for name in stored.files}
+    truth['dot_contact'][1] = False
+    truth['dot_state'][1] = 0
+    np.savez(dual_folder / 'truth.npz', **truth)
+    frame = Recording(dual_folder).truth(1)
+    contact, = frame.contacts
+    assert contact.depth == pytest.approx(1e-3) and contact.force == pytest.approx(2.0)
+    np.testing.assert_allclose(contact.position, [3e-3, 0, 11e-3], rtol=1e-6)
+    assert np.isnan(frame.slipping_fraction) and np.isnan(frame.velocity).all() and frame.slip_state == NO_SLIP
+
+
+def test_numbers_of_dots_begin_at_the_first_row_and_column(recording_folder):
+    with np.load(recording_folder / 'truth.npz') as stored:
+        truth = {name: stored[name] for name in stored.files}
+    np.savez(recording_folder / 'truth.npz', **{**truth, 'dot_rc': truth['dot_rc'] + 1})
+    assert Recording(recording_folder).truth(0).dot_id.tolist() == list(range(12))
