@@ -11,9 +11,9 @@ from ..errors import BadArgument
 from .grid_surface import cross, fill_unseen
 
 BEYOND = 2  # nodes added straight on at each side
-_NEWTON_STEPS, _SLOPE_STEP = 2, 0.01
-_SLOPE_STEPS = _SLOPE_STEP * np.array([[0, 0], [1, 0], [0, 1]])
-_AROUND = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
+_SLOPE_STEP = 0.01
+_AROUND = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]])
+_FOUR = np.arange(4)
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:
@@ -69,13 +69,14 @@ def extended(values: np.ndarray) -> np.ndarray:
 
 def values_at(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Values (M, C) by cubic convolution at places (M, 2) of (row, column), up to a pitch off the grid; wide: see extended."""
-    inside = np.clip(places + BEYOND, 1, np.array(wide.shape[:2]) - 2)
-    start = np.minimum(inside.astype(int), np.array(wide.shape[:2]) - 3)
-    by_row, by_column = np.moveaxis(cubic_weights(inside - start), -1, 0)
-    first = (start[:, 0] - 1) * wide.shape[1] + start[:, 1] - 1
-    steps = (np.arange(4)[:, None] * wide.shape[1] + np.arange(4)).ravel()
-    weights = (by_row.T[:, :, None] * by_column.T[:, None, :]).reshape(len(places), 1, 16)
-    return (weights @ wide.reshape(-1, wide.shape[2])[first[:, None] + steps])[:, 0]
+    last = np.array(wide.shape[:2]) - 2
+    inside = np.minimum(np.maximum(places + BEYOND, 1), last)
+    start = np.minimum(inside.astype(int), last - 1)
+    weights = cubic_weights((inside - start).T)
+    weights = (weights[:, 0].T[:, :, None] * weights[:, 1].T[:, None, :]).reshape(len(places), 1, 16)
+    steps = (wide.shape[1] * _FOUR[:, None] + _FOUR).ravel()
+    index = ((start[:, 0] - 1) * wide.shape[1] + start[:, 1] - 1)[:, None] + steps
+    return (weights @ wide.reshape(-1, wide.shape[2]).take(index, axis=0))[:, 0]
 
 
 class DotSurface:
@@ -105,24 +106,16 @@ class DotSurface:
         """Points (.., .., 3), m, refine a pitch, of shape rows and columns of nodes from (row, column) on, up to BEYOND off the grid."""
         return refined(self.wide[row + BEYOND:row + BEYOND + shape[0], column + BEYOND:column + BEYOND + shape[1]], refine)
 
-    def below(self, xy: np.ndarray) -> np.ndarray:
-        """The surface's points (M, 3), m, at xy (M, 2), m, seen along z: Newton steps from the dot nearest to the first, which the
-        others are near."""
-        off = self.xyz[..., :2] - xy[0]
-        nearest = int(np.argmin(np.einsum('ijk,ijk->ij', off, off)))
-        places = np.tile(np.array(divmod(nearest, self.shape[1]), float), (len(xy), 1))
-        found = self.points((places + _SLOPE_STEPS[:, None]).reshape(-1, 2)).reshape(3, -1, 3)
-        (a, c), (b, d) = ((found[1:, :, :2] - found[0, :, :2]) / _SLOPE_STEP).transpose(0, 2, 1)
-        points = found[0]
-        for _ in range(_NEWTON_STEPS):  # the slopes hardly change on the way
-            short, long = (xy - points[:, :2]).T
-            places = places + np.clip(np.stack([d * short - b * long, a * long - c * short], axis=1) / (a * d - b * c)[:, None], -1, 1)
-            points = self.points(places)
-        return points
-
-    def place_and_normal(self, xy: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """The surface's point (3,), m, at xy (2,), m, and its unit normal (3,), out of the sensor, as it slopes over reach, m, on each
-        side."""
-        place, ahead, behind, right, left = self.below(xy + reach * _AROUND)
-        normal = cross(ahead - behind, right - left)
-        return place, normal / np.sqrt(normal @ normal)
+    def place_and_normal(self, xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The surface's point (3,), m, at xy (2,), m, seen along z, and its unit normal (3,), out of the sensor, as it slopes over a pitch
+        on each side: Newton steps from the nearest dot."""
+        off = self.xyz[..., :2] - xy
+        place = np.array(divmod(int(np.argmin(np.einsum('ijk,ijk->ij', off, off))), self.shape[1]), float)
+        found = self.points(place + _SLOPE_STEP * _AROUND[:3])[:, :2]
+        (a, c), (b, d) = (found[1:] - found[0]) / _SLOPE_STEP
+        inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)  # the slopes hardly change on the way
+        place = place + np.clip(inverse @ (xy - found[0]), -1, 1)
+        place = place + np.clip(inverse @ (xy - self.points(place[None])[0, :2]), -1, 1)
+        point, below, right, above, left = self.points(place + _AROUND)
+        normal = cross(right - left, below - above)
+        return point, normal / np.sqrt(normal @ normal)

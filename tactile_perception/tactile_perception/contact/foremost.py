@@ -3,12 +3,13 @@
 """Where the object's foremost part stands and how deep it is pressed, from the dots that lie on it."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ..surface.cap import Cap
-from .grid_surface import cross
 from .moments import Moments
 from .region import ContactDots, Region
 
@@ -20,6 +21,7 @@ _BETWEEN = 0.6  # pitches from the next dot within which a place lies between do
 _QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
 _FEWEST = 5  # dots needed for the four of one that curves the same all round
 _ROUND_ONLY = np.eye(6)[:, :4] + np.outer(np.eye(6)[5], np.eye(4)[3])  # from those four numbers to the six
+_RIDGE = 1e-10 * np.eye(6)
 _FINGERTIP = 8e-3  # m, radius of a usual fingertip
 
 
@@ -45,7 +47,7 @@ def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nd
         return centroid, covariance, region.moments.normal
     untold = np.eye(3)
     untold[:2, :2] -= told
-    place, slope = region.surface.place_and_normal(centroid[:2] + offset, region.pitch)
+    place, slope = region.surface.place_and_normal(centroid[:2] + offset)
     return place, untold @ covariance @ untold + doubt, slope
 
 
@@ -88,8 +90,10 @@ def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray
 
 def _tangent_frame(normal: np.ndarray) -> np.ndarray:
     """(3, 3): rows are two directions in the plane across normal (3,), then normal."""
-    first = np.array([normal[2], 0.0, -normal[0]]) / np.hypot(normal[0], normal[2])
-    return np.stack([first, cross(normal, first), normal])
+    x, y, z = normal.tolist()
+    length = math.hypot(x, z)
+    first = z / length, 0.0, -x / length
+    return np.array([first, (y * first[2], z * first[0] - x * first[2], -y * first[0]), (x, y, z)])
 
 
 @dataclass(frozen=True)
@@ -116,15 +120,15 @@ def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
     noise = max(sigma, float(np.sqrt(residual @ residual / (len(local) - kind.shape[1]))))
     covariance = inverse @ inverse.T * noise**2
     curvature, along = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
-    weights = np.stack([along[0]**2, 2 * along[0] * along[1], along[1]**2], axis=1)
-    curvature_sd = np.sqrt(np.einsum('ki,ij,kj->k', weights, covariance[3:, 3:], weights))
-    slope_sd = np.sqrt(np.einsum('ik,ij,jk->k', along, covariance[1:3, 1:3], along))
+    weights = np.array([along[0]**2, 2 * along[0] * along[1], along[1]**2])
+    curvature_sd = np.sqrt((weights * (covariance[3:, 3:] @ weights)).sum(axis=0))
+    slope_sd = np.sqrt((along * (covariance[1:3, 1:3] @ along)).sum(axis=0))
     return _Bend(along, curvature, curvature_sd, found[1:3] @ along, slope_sd)
 
 
 def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
     """(C, N) of design (N, C) with columns of about 1; what the dots do not tell stays 0."""
-    return np.linalg.solve(design.T @ design + 1e-10 * np.eye(design.shape[1]), design.T)
+    return lapack.dposv(design.T @ design + _RIDGE[:design.shape[1], :design.shape[1]], design.T)[1]
 
 
 def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -149,12 +153,13 @@ def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
     if not len(points):
         points = region.outline.points
     gap = cap.heights(points[:, :2]) - points[:, 2]
-    if not np.isfinite(gap).any():
+    known = np.isfinite(gap)
+    if not known.any():
         return np.nan
     middle = int(np.nanargmax(gap))
     offset = (points[:, :2] - points[middle, :2]) / region.pitch
-    near = (np.hypot(*offset.T) < _REACH) & np.isfinite(gap)
-    if near.sum() < _QUADRATIC:
+    near = (np.einsum('ij,ij->i', offset, offset) < _REACH**2) & known
+    if np.count_nonzero(near) < _QUADRATIC:
         return float(gap[middle])
     return float(_smoothed_peak(offset[near], gap[near]))
 
@@ -162,7 +167,7 @@ def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
 def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
     """Largest value of the quadratic through gap (N,) at offset (N, 2), pitches: at the dots or at its top between them, no farther out."""
     design = quadratic_terms(offset)
-    found = np.linalg.solve(design.T @ design + 1e-9 * np.eye(6), design.T @ gap)
+    found = lapack.dposv(design.T @ design + 10 * _RIDGE, design.T @ gap)[1]
     best = (design @ found).max()
     across = found[3] * found[5] - found[4]**2
     if found[3] >= 0 or across <= 0:  # no top: not bent down in both directions

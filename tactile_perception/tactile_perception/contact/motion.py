@@ -3,6 +3,7 @@
 """The object's motion from the dots that move with it, and the slip of the others over it."""
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from dataclasses import dataclass
 
@@ -62,7 +63,9 @@ class ObjectMotion:
         since, before, first = self._past[0]
         if len(self._past) < 2 or not first.any():
             return unknown
-        stuck = (first > 0) & np.all([states == 1 for _, _, states in list(self._past)[1:]], axis=0)
+        stuck = first > 0
+        for _, _, states in itertools.islice(self._past, 1, None):
+            stuck = stuck & (states == 1)
         known = np.isfinite(before[dots.ids, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
         chosen = known & stuck[dots.ids]
         motion = _shared_motion(before[dots.ids[chosen]], dots.xyz[chosen], dots.sigma)

@@ -95,7 +95,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
     if not (np.isfinite(sigma).all() and (sigma > 0).all()):
         raise BadArgument('fit_rigid_robust: sigma must be positive and finite, m')
-    p, q, base = _checked(p, q, sigma**-2.0)
+    p, q, base = _checked(p, q, 1 / (sigma * sigma))
     rotation, translation = _best_start(p, q, base)
     weights = base
     for _ in range(steps):

@@ -56,13 +56,20 @@ class ContactStage:
             raise BadFrame('dots have no places in 3D: the tracker needs surface cap and a calibrated camera')
         if self._rest.update(tracks):
             self._method.renew(self._rest.xyz)
-        usable = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(self._rest.xyz[tracks.id]).all(axis=1)
-        if len(tracks) and not usable.any():
-            raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
-        ids, xyz = tracks.id[usable], tracks.xyz[usable]
+        ids, xyz, rest_xyz = self._usable(tracks)
         judged = self._method.judge(ids, xyz, stamp_s)
-        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, self._rest.xyz[ids], judged.score, judged.state, judged.force)
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force)
         return self._describe(dots, judged.wrench, stamp_s)
+
+    def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers (N,), places (N, 3) and rest places (N, 3), m, of the dots that have both."""
+        rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
+        if np.isfinite(tracks.xyz).all() and np.isfinite(rest_xyz).all():
+            return tracks.id, tracks.xyz, rest_xyz
+        usable = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest_xyz).all(axis=1)
+        if not usable.any():
+            raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
+        return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
 
     def _describe(self, dots: ContactDots, wrench: np.ndarray, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)

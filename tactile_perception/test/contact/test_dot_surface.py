@@ -25,14 +25,6 @@ def test_reaches_half_a_pitch_beyond(pad):
     np.testing.assert_allclose(point[:2], [11.5 * pad.pitch, 0], atol=1e-9)
 
 
-def test_below_finds_the_point_under_a_place(pad):
-    surface = DotSurface(pad.rest.reshape(23, 23, 3))
-    xy = np.array([[2.345e-3, -1.234e-3], [3.4e-3, -2.1e-3]])
-    points = surface.below(xy)
-    np.testing.assert_allclose(points[:, :2], xy, atol=1e-9)
-    np.testing.assert_allclose(points[:, 2], pad.cap.heights(xy), atol=1e-6)
-
-
 def test_refined_surface_is_read_off_along_its_lines(pad):
     surface = DotSurface(pad.rest.reshape(23, 23, 3))
     fine = surface.fine(3, 5, (8, 9), 2)
@@ -44,10 +36,11 @@ def test_refined_surface_is_read_off_along_its_lines(pad):
 
 
 def test_place_and_normal_are_the_caps(pad):
-    surface = DotSurface(pad.rest.reshape(23, 23, 3))
-    place, normal = surface.place_and_normal(np.array([3e-3, -2e-3]), pad.pitch)
-    true = (place - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius
-    np.testing.assert_allclose(normal, true, atol=2e-3)
+    xy = np.array([3.2e-3, -2.1e-3])
+    place, normal = DotSurface(pad.rest.reshape(23, 23, 3)).place_and_normal(xy)
+    np.testing.assert_allclose(place[:2], xy, atol=1e-9)
+    assert place[2] == pytest.approx(pad.cap.heights(xy[None])[0], abs=1e-6)
+    np.testing.assert_allclose(normal, (place - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius, atol=2e-3)
 
 
 def test_unseen_dots_are_continued(pad):
