@@ -120,3 +120,11 @@ def test_the_two_simulated_cameras_are_calibrated():
     left, right = source.calibrations()
     pair = source.read()
     assert (left.width, left.height) == pair.left.image.shape[1::-1] and left.k != right.k and left.model == 'plumb_bob'
+
+
+@pytest.mark.parametrize('scene, sensor', [('areal_single_rest', 'areal_single'), ('air_cushion_rest', 'air_cushion')])
+def test_a_scene_s_name_tells_the_sensor(scene, sensor):
+    source = SimulatedSource(scene, 100.0, 1, (0, 0), time.time_ns)
+    source.open()
+    assert source.read().image.shape == (480, 640, 3)
+    assert source.describe()['device'] == f'simulated {sensor}'
