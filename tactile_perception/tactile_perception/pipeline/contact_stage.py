@@ -4,18 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..calibration.files import CalibrationFile
 from ..camera import CameraModel
-from ..contact.contacts import ContactEstimate, ContactTracker
+from ..contact.contacts import AMBIGUOUS, ContactEstimate, ContactTracker
 from ..contact.methods import make_method
 from ..contact.motion import ObjectMotion
 from ..contact.region import ContactDots, ContactRegionEstimate, describe, find_regions
 from ..contact.slip import SlipEstimate, SlipEstimator
 from ..dots.dots import DotTracks
+from ..dots.rest_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
 from .rest_places import RestPlaces
 from .sensor import Touchpad
@@ -34,6 +35,7 @@ class ContactResult:
 class ContactStage:
     """Contact frame by frame; values: of REGION_PARAMETERS; calibration: whose range contacts are held against.
 
+    While the reference looks as if it was taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN.
     Raises BadArgument for a sensor whose dots have no places in 3D.
     """
 
@@ -46,6 +48,7 @@ class ContactStage:
         self._motion = ObjectMotion(sensor.rows, sensor.columns)
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
         self._slip = SlipEstimator()
+        self._suspected = False
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
         """The contact that the dots of one frame show. Raises BadFrame for dots without places, of another grid, or an earlier stamp."""
@@ -56,6 +59,8 @@ class ContactStage:
             raise BadFrame('dots have no places in 3D: the tracker needs surface cap and a calibrated camera')
         if self._rest.update(tracks):
             self._method.renew(self._rest.xyz)
+            known = np.flatnonzero(np.isfinite(self._rest.uv[:, 0]))
+            self._suspected = bool(rest_suspicion(known, self._rest.uv[known], tracks.columns))
         ids, xyz, rest_xyz = self._usable(tracks)
         judged = self._method.judge(ids, xyz, stamp_s)
         dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force)
@@ -76,7 +81,15 @@ class ContactStage:
         motion = self._motion.process(dots, stamp_s)
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
-        return ContactResult(describe(dots, regions, motion.motion, motion.interval), contacts, slip, wrench)
+        region = describe(dots, regions, motion.motion, motion.interval)
+        if self._suspected:
+            contacts, wrench = [_doubted(contact) for contact in contacts], np.full(6, np.nan)
+        return ContactResult(region, contacts, slip, wrench)
+
+
+def _doubted(contact: ContactEstimate) -> ContactEstimate:
+    """The same contact without what only an untouched reference can tell: depth and force."""
+    return replace(contact, depth=np.nan, force=np.nan, flags=contact.flags | AMBIGUOUS)
 
 
 def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from tactile_perception.calibration.files import CalibrationFile
-from tactile_perception.contact.contacts import OUT_OF_RANGE
+from tactile_perception.contact.contacts import AMBIGUOUS, OUT_OF_RANGE
 from tactile_perception.dots.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.pipeline.contact_stage import ContactStage
@@ -86,3 +86,17 @@ def test_a_press_beyond_the_calibrated_range_is_flagged(ball):
         stage = ContactStage(ball.sensor, ball.camera, ball.values, calibration)
         stage.process(tracks_of(ball, ball.untouched), 1.0)
         assert stage.process(tracks_of(ball, ball.truth), 1.1).contacts[0].flags & OUT_OF_RANGE == flag
+
+
+def test_a_reference_taken_under_a_press_makes_no_numbers(ball):
+    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    at_press, released = tracks_of(ball, ball.truth), tracks_of(ball, ball.untouched)
+    at_press.duv, released.duv = np.zeros_like(at_press.duv), ball.untouched.dot_uv - ball.truth.dot_uv
+    for k in range(3):
+        stage.process(at_press, 1.0 + 0.1 * k)
+    result = stage.process(released, 1.3)
+    assert np.isnan(result.wrench).all()
+    assert all(c.flags & AMBIGUOUS and np.isnan(c.depth) and np.isnan(c.force) for c in result.contacts)
+    good = tracks_of(ball, ball.untouched)
+    stage.process(good, 1.4)
+    assert not stage.process(good, 1.5).wrench.any()
