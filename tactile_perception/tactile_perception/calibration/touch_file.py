@@ -13,7 +13,7 @@ from ..touch.judge import Score
 from .files import CalibrationFile, read_calibration, write_calibration
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px',
-         'residuals': 'm; normalised squared error 1'}
+         'residuals': 'm; normalised squared error and errors of the wrench 1'}
 WRENCH, STITCHING, METHODS = 'wrench', 'stitching', 'methods'
 _PLACE, _DEPTH = 'place_mean', 'depth_mean'
 
@@ -36,12 +36,14 @@ class TouchCalibration:
         return self.methods[method]
 
 
-def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], span: dict, left_out: list[str]) -> None:
+def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
+                left_out: list[str]) -> None:
     """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ...}) and how the methods did on held-out presses.
 
-    span: name -> [lowest, highest] of depth, x, y, m. Raises BadCalibration or OSError as write_calibration does.
+    wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m.
+    Raises BadCalibration or OSError as write_calibration does.
     """
-    residuals = {name: score.numbers() for name, score in scores.items()}
+    residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
     write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out))
 
 

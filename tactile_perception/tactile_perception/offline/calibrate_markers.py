@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.touch_file import METHODS, best_method, write_touch
+from ..calibration.touch_file import METHODS, STITCHING, WRENCH, best_method, write_touch
 from ..errors import BadCalibration, BadFrame
 from ..nodes import conversions as convert
 from ..pipeline.dot_stage import make_tracker
@@ -18,16 +18,23 @@ from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS
 from ..pipeline.sensor import Touchpad, camera_pose
 from ..touch.judge import Score, held_out_score
-from ..touch.methods import TOUCH_METHODS
+from ..touch.methods import methods_for
 from ..touch.presses import SAME_PLACE, Presses
 from ..touch.rest_markers import RestMarkers
+from ..touch.wrench_map import fit_wrench_map
+from .calibrate_stitching import find_stitching, tell_truth, write_stitching
 from .stamped import TRUE_WRENCH, TRUTH, pairs_of
+from .stitched_bag import bag_opener, stitching_in
 
+_AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
 _TOUCHES = 1e-4  # m: depth from which a frame counts as a press
 
 
 class PressReader:
-    """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp."""
+    """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp.
+
+    stitching: how pictures are made of two views: that of the calibration file that the parameters name until another is set; None: of one.
+    """
 
     def __init__(self, params: Path, namespace: str):
         self._values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
@@ -35,12 +42,14 @@ class PressReader:
         self.sensor = marker_sensor(self._values)
         self.left_out: list[str] = []
         self._namespace, self._rows, self._matrices = namespace, [], None
+        self._params, self.stitching = params, stitching_in(self._values['calibration'], self.sensor.type)
 
     def read(self, bag: Path) -> None:
         """Take every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values)
         rest: RestMarkers | None = None
-        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera):
+        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
+                                    open_bag=bag_opener(self._params, self.stitching)):
             if rest is None:
                 rest = RestMarkers(self.sensor.rows * self.sensor.columns, self._view_maker(bag))
             image = found['image_raw']
@@ -60,14 +69,14 @@ class PressReader:
         return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench), np.full(len(depth), np.nan))
 
     def _view_maker(self, bag: Path):
-        make_view = view_maker(self.sensor, self._matrices, None, camera_pose(self._values))
+        make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self._values))
         if make_view is None:
             raise BadCalibration(f'{bag}: no camera_info before the first image; record it beside image_raw')
         return make_view
 
     def _take_camera(self, message) -> None:
         self._matrices = convert.camera_matrices(message)
-        if self._matrices is None:
+        if self._matrices is None and self.stitching is None:
             raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
 
 
@@ -91,7 +100,7 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
 def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, Score]]:
     """Numbers and held-out score of each method that fits the presses. Raises BadCalibration where none does."""
     fitted, scores = {}, {}
-    for name, method in TOUCH_METHODS.items():
+    for name, method in methods_for(reader.sensor).items():
         print(f'fitting {name} to {presses.touching.sum()} presses, and again without a third of the places', file=sys.stderr, flush=True)
         try:
             fitted[name] = method.fit(presses, reader.sensor)
@@ -104,24 +113,48 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
     return fitted, scores
 
 
+def fit_wrench(presses: Presses, reader: PressReader) -> dict | None:
+    """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out)."""
+    known = presses.select(presses.touching & np.isfinite(presses.wrench).all(1))
+    if not len(known):
+        reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
+        return None
+    rest, shifts = (np.array([getattr(field, name) for field in known.fields]) for name in ('rest', 'shift'))
+    print(f'fitting the wrench to {len(known)} presses', file=sys.stderr, flush=True)
+    try:
+        return fit_wrench_map(np.nanmedian(rest, axis=0), shifts, known.wrench, known.position)
+    except BadCalibration as error:
+        reader.left_out.append(str(error))
+        return None
+
+
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '') -> str:
     """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine any method."""
     reader = PressReader(params, namespace)
+    stitched = find_stitching(bags, params, reader.sensor, namespace)
+    if stitched is not None and not tell_truth(bags, namespace):
+        return write_stitching(output, reader.sensor.type, stitched)
+    reader.stitching = reader.stitching if stitched is None else stitched.stitching
     for bag in bags:
         reader.read(bag)
     presses = reader.presses()
     methods, scores = fit_methods(presses, reader)
+    wrench = fit_wrench(presses, reader)
+    errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
+    fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
+    fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
-    write_touch(output, reader.sensor.type, {METHODS: methods}, scores, span, reader.left_out)
-    return report(presses, scores, methods, reader.left_out, output)
+    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out)
+    told = report(presses, scores, methods, wrench and wrench | errors, reader.left_out, output)
+    return '\n'.join([*(stitched.lines() if stitched else []), told])
 
 
 def _span(values: np.ndarray) -> list[float]:
     return [float(values.min()), float(values.max())]
 
 
-def report(presses: Presses, scores: dict[str, Score], methods: dict, left_out: list[str], output: Path) -> str:
+def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: dict | None, left_out: list[str], output: Path) -> str:
     """The fit in words."""
     lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
              'errors on presses at places held out, mean / 95 %:']
@@ -129,5 +162,8 @@ def report(presses: Presses, scores: dict[str, Score], methods: dict, left_out: 
               f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
               for name, s in scores.items()]
     lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
+    if wrench:
+        lines.append(f'wrench at places held out, median: force {wrench["held_out_force"]:.1%}, moment {wrench["held_out_moment"]:.1%}; '
+                     f'axes told: {", ".join(axis for axis, told in zip(_AXES, wrench["told"]) if told) or "none"}')
     lines += [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

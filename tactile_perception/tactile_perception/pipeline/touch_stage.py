@@ -13,12 +13,14 @@ from ..contact.contacts import ContactEstimate
 from ..contact.region import ContactRegionEstimate
 from ..dots.dots import DotTracks
 from ..errors import BadFrame
+from ..touch.field import MarkerField
 from ..touch.methods import make_method
 from ..touch.rest_markers import RestMarkers
 from ..touch.sensor import MarkerSensor
 from ..touch.touch_region import region_of
 from ..touch.touch_tracks import Touch, TouchTracker
 from ..touch.view import MarkerView
+from ..touch.wrench_map import WrenchMap
 from .marker_parameters import AUTO
 
 _NO_DOTS = np.zeros(0, bool)
@@ -45,6 +47,7 @@ class TouchStage:
         name = calibration.best if values['touch'] == AUTO else values['touch']
         self._sensor, self._tip_radius = sensor, values['tip_radius']
         self._method = make_method(name, calibration.fitted(name), sensor)
+        self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
         self._rest = RestMarkers(sensor.rows * sensor.columns, make_view)
         self._tracker = TouchTracker(values['filter'])
 
@@ -55,10 +58,16 @@ class TouchStage:
                            f'{self._sensor.rows} x {self._sensor.columns}')
         field = self._rest.field(tracks)
         touches = self._tracker.process(self._method.estimate(field), stamp_s)
-        wrench = np.full(6, np.nan)
+        wrench = self._wrench_of(field, touches)
         force = -float(wrench[2]) if len(touches) == 1 else np.nan
         contacts = [self._contact(touch, force) for touch in touches]
         return TouchResult(region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius), contacts, wrench)
+
+    def _wrench_of(self, field: MarkerField, touches: list[Touch]) -> np.ndarray:
+        """(6,) N and N m; NaN where nothing touches: what the map makes of noise is no force."""
+        if self._wrench is None or not touches:
+            return np.full(6, np.nan)
+        return self._wrench.wrench(field.rest, field.shift, touches[0].estimate.position if len(touches) == 1 else None)
 
     def _contact(self, touch: Touch, force: float) -> ContactEstimate:
         found = touch.estimate

@@ -16,6 +16,12 @@ from .paper_touch import PaperTouch
 from .sensor import MarkerSensor
 
 TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion}
+_FOR_SHEETS = {'paper': True, 'paper_cushion': False}  # methods that are for one kind of surface
+
+
+def methods_for(sensor: MarkerSensor) -> dict[str, type]:
+    """The methods that fit a sensor's kind of surface."""
+    return {name: method for name, method in TOUCH_METHODS.items() if _FOR_SHEETS.get(name, sensor.is_sheet) == sensor.is_sheet}
 
 
 def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:

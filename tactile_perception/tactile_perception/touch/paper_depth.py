@@ -135,12 +135,12 @@ class _Cubics:
         return inside * (c1 + inside * (c2 + inside * c3)), (x > top) | (x < -_BELOW * top)
 
 
-def _plain(cubic: Cubic | None) -> dict | None:
-    return None if cubic is None else {'coefficients': cubic.coefficients.tolist(), 'top': cubic.top, 'sigma': cubic.sigma}
+def _plain(cubic: Cubic | None) -> dict:
+    return {} if cubic is None else {'coefficients': cubic.coefficients.tolist(), 'top': cubic.top, 'sigma': cubic.sigma}
 
 
-def _cubic(numbers: Mapping | None) -> Cubic | None:
-    return None if numbers is None else Cubic(np.array(numbers['coefficients'], float), float(numbers['top']), float(numbers['sigma']))
+def _cubic(numbers: Mapping) -> Cubic | None:
+    return None if not numbers else Cubic(np.array(numbers['coefficients'], float), float(numbers['top']), float(numbers['sigma']))
 
 
 def fit_marker_depths(presses, pitch: float) -> MarkerDepths:

@@ -152,8 +152,8 @@ class _Fit:
         whole = self._solve(np.ones(len(self.size), bool))
         force, moment = (_relative(held[:, part] - self.wrench[:, part], self.wrench[:, part]) for part in (slice(3), slice(3, 6)))
         return {'directions': self.directions.tolist(), 'sizes': self.logs.tolist(), 'weights': whole.tolist(), 'power': self.power,
-                'span': self.span, 'ridge': float(self.ridge), 'told': self._told(held).tolist(),
-                'surer_about_place': (~(by_place > raw)).tolist(), 'held_out_force': force,
+                'span': self.span, 'ridge': float(self.ridge), 'told': self._told(held).astype(int).tolist(),
+                'surer_about_place': (~(by_place > raw)).astype(int).tolist(), 'held_out_force': force,
                 'held_out_moment': moment}
 
     def _copies(self, keep):

@@ -13,7 +13,8 @@ SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 @pytest.fixture
 def path(tmp_path):
     path = tmp_path / 'sheet.yaml'
-    write_touch(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}}, {'far': BAD, 'near': GOOD}, SPAN, ['x'])
+    write_touch(path, 'areal_single', {'methods': {'far': {'a': 1.0}, 'near': {'a': [2.0]}}}, {'far': BAD, 'near': GOOD},
+                {'held_out_force': NAN}, SPAN, ['x'])
     return path
 
 
@@ -34,7 +35,7 @@ def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
 def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
     with pytest.raises(BadCalibration, match='for sensor type'):
         read_touch(path, 'air_cushion')
-    write_touch(tmp_path / 'none.yaml', 'areal_single', {}, {}, SPAN, [])
+    write_touch(tmp_path / 'none.yaml', 'areal_single', {}, {}, {}, SPAN, [])
     with pytest.raises(BadCalibration, match='no touch method'):
         read_touch(tmp_path / 'none.yaml', 'areal_single')
 
