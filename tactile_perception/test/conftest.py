@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of a pad full of red water, made by ray and lamp: what tests of the optics and of calibration measure themselves against."""
+import cv2
 import numpy as np
 import pytest
 from tactile_perception.camera import CameraModel
@@ -94,3 +95,22 @@ class WaterPad:
 def water_pad():
     """Makes pads: water_pad(absorption=..., window=..., ...)."""
     return WaterPad
+
+
+def _stored_420(image):
+    whole = cv2.cvtColor(image, cv2.COLOR_BGR2YCrCb)
+    half = cv2.resize(whole[..., 1:], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    whole[..., 1:] = cv2.resize(half, image.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    return cv2.cvtColor(whole, cv2.COLOR_YCrCb2BGR)
+
+
+@pytest.fixture(scope='session')
+def stored_420():
+    """What is left of an image (H, W, 3) after four pixels have shared a colour each (4:2:0, as video and most JPEG store it)."""
+    return _stored_420
+
+
+@pytest.fixture(scope='session')
+def stored_jpeg():
+    """What is left of an image (H, W, 3) after JPEG of quality 90, 4:2:0."""
+    return lambda image: cv2.imdecode(cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, 90])[1], cv2.IMREAD_COLOR)

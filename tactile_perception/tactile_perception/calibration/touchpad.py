@@ -12,7 +12,7 @@ from ..errors import BadArgument, BadCalibration, BadFrame
 from ..surface.cap import Cap
 from ..surface.optics import WaterModel
 from ..surface.optics_colour import RING_PIXELS, RingColours
-from ..surface.optics_fit import Colours, OpticsPrior, fit, fit_rest, model_from, rest_colours
+from ..surface.optics_fit import Colours, OpticsPrior, as_rings, fit, fit_rest, model_from, rest_colours
 from .press import OnSphere, Press, dots_on_sphere
 
 MINIMUM_DEPTH = 3e-4  # m: a shallower press holds too few dots on the sphere
@@ -89,7 +89,7 @@ def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap:
     _require_coverage(rest, used, left_out)
     first = fit_rest(rest[0].image, rest[0].tracks.uv, camera, cap, prior)
     image = np.mean([p.image for p in rest], axis=0, dtype=np.float32)
-    ground = rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest)))
+    ground = as_rings(rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest))), first, camera.centre)
     on_sphere, empty = _read(used, first, camera, sphere_radius)
     dots = sum(len(group.count) for group in on_sphere)
     if dots < MINIMUM_DOTS:
@@ -155,7 +155,7 @@ def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: Cam
     """The model that explains the ground at rest and the dots on the sphere."""
     q, covariance, _ = fit(ground.joined([group.colours for group in groups]), camera, prior)
     model = model_from(q, covariance, first.noise, first.ring, camera, first.cap)
-    return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, SCALE_FLOOR)))
+    return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, SCALE_FLOOR)), ring_share=first.ring_share)
 
 
 def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:

@@ -3,6 +3,8 @@
 """Where the dots of a touchpad are in 3D: the colour that the water leaves, made to agree with what a membrane can do."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..camera import CameraModel
@@ -32,6 +34,7 @@ class DotPlaces:
         self._last: MembraneState | None = None
         self._scale: RangeScale | None = None
         self._light: RestLight | None = None
+        self._bled: np.ndarray | None = None
         self._begun = False
 
     def renew(self) -> None:
@@ -50,7 +53,7 @@ class DotPlaces:
         if not self._begun:
             self._begin(image, tracks)
         if moved or self._light is None:
-            self._light = self._water.at_rest(self._rest.xyz)
+            self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
@@ -76,3 +79,7 @@ class DotPlaces:
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
             follow_constants(self._calibrated, image, tracks.uv, self._camera)
         self._scale, self._light, self._begun = RangeScale(self._water.scale_sigma), None, True
+        bled, self._bled = self._water.bled(image, tracks, self._camera), None
+        if bled is not None:
+            self._bled = np.zeros(len(self._rest.xyz), np.float32)
+            self._bled[tracks.id] = bled

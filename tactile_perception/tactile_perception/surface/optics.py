@@ -18,21 +18,26 @@ from .optics_grid import bend, normals, smooth, to_grid
 from .optics_path import LightPath
 
 PATCHY = 2.5    # times the noise of ring points: blue that varies more around a ring than that is glare or an edge
+IN_PLACE = 0.7  # px: dots that have gone further lie otherwise among the blocks of pixels that share a stored colour
+LARGEST_BLED = 3e-4  # m
 DISAGREE = 2.5  # standard deviations by which two ratios may disagree before their disagreement widens sigma
 
 
 @dataclass(frozen=True)
 class RestLight:
-    """Untouched dots: ranges (N,), m; normals (3, N); what LightPath.slants gives there (N,). Single precision."""
+    """Untouched dots: ranges (N,), m; normals (3, N); what LightPath.slants gives there (N,); by how much, m, each dot's range was read too
+    long (N,) because colour had bled from it, as far as that is known. Single precision."""
 
     ranges: np.ndarray
     normals: np.ndarray
     slants: np.ndarray
     changes: np.ndarray
+    bled: np.ndarray | None = None
 
     def take(self, ids: np.ndarray) -> RestLight:
         """Of those with these numbers (M,)."""
-        return RestLight(self.ranges[ids], self.normals.take(ids, axis=1), self.slants[ids], self.changes[ids])
+        bled = None if self.bled is None else self.bled[ids]
+        return RestLight(self.ranges[ids], self.normals.take(ids, axis=1), self.slants[ids], self.changes[ids], bled)
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,8 @@ class WaterModel:
     path: the light's way; constants: (2,) log blue/red and green/red at no water; absorptions: (2,) 1/m, how much more blue and green
     fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px;
     ring_offset: m, by which a mean over that ring exceeds the range in its centre on the cap at rest; scale_sigma: relative standard
-    deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share.
+    deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share; ring_share: radius of the
+    ring over the dots' pitch.
     """
 
     path: LightPath
@@ -54,6 +60,7 @@ class WaterModel:
     ring_offset: float = 0.0
     scale_sigma: float = 0.05
     offset_sigma: float = 1e-5
+    ring_share: float = RING
 
     def __post_init__(self):
         numbers = np.concatenate([np.ravel(v) for v in (self.constants, self.absorptions, self.noise, self.ring, self.path.window_z)])
@@ -88,7 +95,22 @@ class WaterModel:
         first, _ = self._march(length, centre, rays, rest.ranges, (rest.slants, rest.changes))
         facing, bend = self._even(first, rays, centre, tracks, rest)
         second, slope = self._march(length, centre, rays, first, self.path.slants(centre + first * rays, facing, rays))
-        return second - bend * np.float32(RING**2 / 4) - self.ring_offset, sigma / slope
+        ranges = second - bend * np.float32(self.ring_share**2 / 4) - self.ring_offset
+        if rest.bled is not None:
+            ranges -= rest.bled * np.exp(-np.square(tracks.duv).sum(1) / (2 * IN_PLACE**2))
+        return ranges, sigma / slope
+
+    def bled(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> np.ndarray | None:
+        """By how much, m, the range of each of the tracks (N,) is read too long in an untouched image (H, W, 3), where colour bleeds; None
+        where it does not, as all there is then is noise.
+
+        How a dot bleeds hangs on where it lies among the blocks that share a colour, so each one has its own error while it stays there.
+        """
+        if self.ring_share <= RING:
+            return None
+        rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.uv)))
+        error = self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)[0] - rest.ranges
+        return np.where(np.abs(error) < LARGEST_BLED, error, np.float32(0))
 
     def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, that explain both log ratios best, and their standard deviations, m: wider where glare shows.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..errors import BadArgument, BadFrame
+from ..errors import BadFrame
 
 POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
 RING_PIXELS = 9 * POINTS
@@ -17,6 +17,8 @@ INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ri
 GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
 SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
 RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
+WIDE = 0.55  # the same where colour has been stored more coarsely than brightness (4:2:0, 4:2:2, JPEG) and dots have bled into the ground
+BLED = 2e-3  # by which log blue/red of the two rings may differ; the dented pad's own slopes make a quarter of that
 HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
@@ -29,14 +31,28 @@ def check_image(image: np.ndarray) -> np.ndarray:
     return image
 
 
-def ring_radius(uv: np.ndarray) -> float:
-    """Radius, px, of the ring to sample around dots at uv (N, 2): RING times the median distance to the nearest other dot."""
+def pitch_px(uv: np.ndarray) -> float:
+    """Median distance, px, from each of the dots at uv (N, 2) to the nearest other one. Raises BadFrame for less than 9 dots."""
     if len(uv) < 9:
-        raise BadArgument(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
+        raise BadFrame(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
     points = np.ascontiguousarray(uv, float)
     square = ((points[:, None] - points[None]) ** 2).sum(-1)
     np.fill_diagonal(square, np.inf)
-    return RING * float(np.median(np.sqrt(square.min(1))))
+    return float(np.median(np.sqrt(square.min(1))))
+
+
+def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
+    """Radius, over the pitch, of the ring to sample around dots at uv (N, 2) px: WIDE where colour bleeds, else RING.
+
+    image: (H, W, 3) uint8 BGR, untouched. Bled colour shows as a ground that is another one near its dots.
+    """
+    near, far = (log_ratios(image, uv, share * pitch_px(uv)).ratios[:, 0] for share in (RING, WIDE))
+    gap = (near - far)[np.isfinite(near - far)]
+    if len(gap) == 0:
+        return RING
+    middle = np.median(gap)
+    doubt = 1.4826 * np.median(np.abs(gap - middle)) / np.sqrt(len(gap))
+    return WIDE if abs(middle) > BLED + 4 * doubt else RING
 
 
 _ANGLE = np.arange(POINTS)[:, None] * (2 * np.pi / POINTS)

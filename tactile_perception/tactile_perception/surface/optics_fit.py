@@ -12,7 +12,7 @@ from ..camera import CameraModel
 from ..errors import BadArgument, BadFrame
 from .cap import Cap
 from .optics import WaterModel
-from .optics_colour import POINTS, RING_PIXELS, background_ratios, check_image, log_ratios, ring_radius
+from .optics_colour import POINTS, RING, RING_PIXELS, background_ratios, check_image, log_ratios, pitch_px, ring_share
 from .optics_path import LightPath
 
 MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
@@ -120,11 +120,21 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
     BadArgument where the water leaves no colour.
     """
-    radius = ring_radius(uv)
-    ratios = log_ratios(check_image(image), uv, radius).ratios
-    noise = _ring_noise(ratios, cap.meet(camera.centre, camera.rays(uv)))
+    share = ring_share(check_image(image), uv)
+    radius = share * pitch_px(uv)
+    noise = _ring_noise(log_ratios(image, uv, radius).ratios, cap.meet(camera.centre, camera.rays(uv)))
     q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
-    return model_from(q, covariance, noise, radius, camera, cap)
+    model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
+    return follow_constants(model, image, uv, camera) if share > RING else model
+
+
+def as_rings(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
+    """Colours of the ground as the rings of a model read it, which sample nearer to dots: another colour where theirs has bled."""
+    if model.ring_share <= RING:
+        return ground
+    q = np.array([*model.constants, *model.absorptions, model.path.window_z, model.path.lamp_z, model.path.lamp_radius, model.path.ambient])
+    shift = np.median(predict(q, ground.places, ground.normals, centre) - ground.ratios, axis=0)
+    return replace(ground, ratios=ground.ratios + shift)
 
 
 def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -175,12 +185,16 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
 
 
 def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
-    """A calibrated model after its lamps' colour, the white balance or the camera's noise drifted.
+    """A calibrated model after its lamps' colour, the white balance, the camera's noise or the way that colour is stored have changed.
 
-    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants and the noise follow; the absorptions
+    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants, the noise and the ring follow; the absorptions
     and the light's path stay. Raises BadFrame where too little of the image can be read.
     """
-    ratios = log_ratios(check_image(image), uv, model.ring).ratios
+    share, pitch = ring_share(check_image(image), uv), pitch_px(uv)
+    if share > model.ring / pitch + 0.02:
+        model = replace(model, ring=share * pitch, ring_offset=ring_offset(share * pitch, camera, model.cap))
+    model = replace(model, ring_share=model.ring / pitch)
+    ratios = log_ratios(image, uv, model.ring).ratios
     places = model.cap.meet(camera.centre, camera.rays(uv))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:

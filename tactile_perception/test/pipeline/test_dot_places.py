@@ -85,3 +85,15 @@ def test_after_a_new_reference_the_colour_is_learnt_anew(ball, seen):
     for _ in range(3):
         off = errors(places.locate(other_light(ball.pressed), pressed), ball.truth, pressed)
     assert np.sqrt(np.nanmean(off**2)) < 0.15e-3
+
+
+@pytest.mark.parametrize('kind', ['stored_420', 'stored_jpeg'])
+def test_places_where_colour_is_stored_more_coarsely_than_brightness(ball, seen, kind, request):
+    rest, pressed = seen
+    places, stored = DotPlaces(ball.sensor, ball.camera), request.getfixturevalue(kind)
+    for image in ball.rest[:3]:
+        off = errors(places.locate(stored(image), rest), ball.untouched, rest)
+    assert np.sqrt(np.mean(off**2)) < 0.05e-3
+    for _ in range(3):
+        off = errors(places.locate(stored(ball.pressed), pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.12e-3

@@ -1,10 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Colours around dots: ratios of a known ground, ink and glare left out, wrong images named."""
+import cv2
 import numpy as np
 import pytest
-from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.surface.optics_colour import RING, background_ratios, check_image, log_ratios, ring_radius, ring_sums
+from tactile_perception.errors import BadFrame
+from tactile_perception.surface.optics_colour import RING, WIDE, background_ratios, check_image, log_ratios, pitch_px, ring_share, ring_sums
 
 GROUND = np.array([50, 75, 200])
 RATIOS = np.log(GROUND[:2] / GROUND[2])
@@ -14,11 +15,31 @@ def plain(height=120, width=160):
     return np.broadcast_to(GROUND.astype(np.uint8), (height, width, 3)).copy()
 
 
-def test_ring_is_a_part_of_the_pitch():
+def test_the_pitch_is_the_distance_to_the_nearest_other_dot():
     uv = np.stack(np.meshgrid(np.arange(5) * 18.0, np.arange(5) * 18.0), -1).reshape(-1, 2)
-    assert ring_radius(uv) == pytest.approx(RING * 18)
-    with pytest.raises(BadArgument, match='at least 9 dots'):
-        ring_radius(uv[:8])
+    assert pitch_px(uv) == pytest.approx(18)
+    with pytest.raises(BadFrame, match='at least 9 dots'):
+        pitch_px(uv[:8])
+
+
+def dotted(noise=0.0):
+    """Round dark dots, 18 px apart, blurred as a lens does; their places (N, 2)."""
+    image, uv = plain(240, 320), np.stack(np.meshgrid(np.arange(20.0, 300, 18), np.arange(20.0, 220, 18)), -1).reshape(-1, 2)
+    for place in uv:
+        cv2.circle(image, place.astype(int).tolist(), 5, (6, 9, 26), -1)
+    image = cv2.GaussianBlur(image, (0, 0), 1.0) + np.random.default_rng(0).normal(size=image.shape) * noise
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8), uv
+
+
+@pytest.mark.parametrize('noise', [0.5, 2.0, 6.0])
+def test_colour_that_bleeds_takes_a_wider_ring_and_noise_does_not(noise, stored_420, stored_jpeg):
+    image, uv = dotted(noise)
+    assert ring_share(image, uv) == RING
+    assert ring_share(stored_420(image), uv) == ring_share(stored_jpeg(image), uv) == WIDE
+
+
+def test_a_black_image_takes_the_narrow_ring():
+    assert ring_share(np.zeros((240, 320, 3), np.uint8), dotted()[1]) == RING
 
 
 def test_ratios_of_a_plain_ground_are_exact_beside_dark_dots():

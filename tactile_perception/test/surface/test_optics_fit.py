@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.surface.optics_fit import OpticsPrior, fit_rest, follow_constants
+from tactile_perception.surface.optics_colour import RING, WIDE
+from tactile_perception.surface.optics_fit import OpticsPrior, as_rings, fit_rest, follow_constants, rest_colours
 
 PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
 
@@ -56,3 +57,26 @@ def test_black_frames_are_refused(water_pad):
     pad = water_pad()
     with pytest.raises(BadFrame, match='check light'):
         fit_rest(np.zeros_like(pad.image()), pad.rest_uv, pad.camera)
+
+
+def test_where_colour_bleeds_the_rings_are_believed_and_not_the_ground(water_pad, stored_420):
+    pad = water_pad()
+    image = stored_420(pad.image())
+    model = fit_rest(image, pad.rest_uv, pad.camera)
+    assert model.ring_share == WIDE
+    assert np.sqrt(np.nanmean((model.depths(image, pad.tracks(), pad.camera)[0] - pad.ranges())**2)) < 1e-4
+    ground = rest_colours(image, pad.camera, model.cap, model.ring, np.eye(2) * 1e-4)
+    shifted = as_rings(ground, model, pad.camera.centre)
+    assert shifted.ratios - ground.ratios == pytest.approx(np.broadcast_to(shifted.ratios[0] - ground.ratios[0], ground.ratios.shape))
+    assert as_rings(ground, fit_rest(pad.image(), pad.rest_uv, pad.camera), pad.camera.centre) is ground
+
+
+def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, stored_420):
+    pad = water_pad()
+    model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
+    assert model.ring_share == RING
+    followed = follow_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
+    assert followed.ring_share == pytest.approx(WIDE) and followed.ring == pytest.approx(model.ring * WIDE / RING)
+    assert followed.ring_offset == pytest.approx(model.ring_offset * (WIDE / RING)**2, rel=0.01)
+    again = follow_constants(followed, pad.image(), pad.rest_uv, pad.camera)
+    assert again.ring == followed.ring
