@@ -21,6 +21,8 @@ from ..errors import BadArgument, BadFrame
 from .rest_places import RestPlaces
 from .sensor import Touchpad
 
+_DRIFTED = 0.1  # px: a reference that has moved by more is looked at anew
+
 
 @dataclass(frozen=True)
 class ContactResult:
@@ -48,7 +50,7 @@ class ContactStage:
         self._motion = ObjectMotion(sensor.rows, sensor.columns)
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
         self._slip = SlipEstimator()
-        self._suspected = False
+        self._suspected, self._examined = False, np.full_like(self._rest.uv, np.inf)
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
         """The contact that the dots of one frame show. Raises BadFrame for dots without places, of another grid, or an earlier stamp."""
@@ -59,12 +61,18 @@ class ContactStage:
             raise BadFrame('dots have no places in 3D: the tracker needs surface cap and a calibrated camera')
         if self._rest.update(tracks):
             self._method.renew(self._rest.xyz)
-            known = np.flatnonzero(np.isfinite(self._rest.uv[:, 0]))
-            self._suspected = bool(rest_suspicion(known, self._rest.uv[known], tracks.columns))
+            self._examine_rest()
         ids, xyz, rest_xyz = self._usable(tracks)
         judged = self._method.judge(ids, xyz, stamp_s)
         dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force)
         return self._describe(dots, judged.wrench, stamp_s)
+
+    def _examine_rest(self) -> None:
+        """Look whether the reference was taken under a press: a new one, one that has drifted, and one that was suspected."""
+        uv = self._rest.uv
+        known = np.flatnonzero(np.isfinite(uv[:, 0]))
+        if self._suspected or not (np.abs(uv[known] - self._examined[known]) < _DRIFTED).all():
+            self._suspected, self._examined = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers (N,), places (N, 3) and rest places (N, 3), m, of the dots that have both."""
