@@ -23,11 +23,9 @@ class MarkerView(Protocol):
 
     metres_per_px: float
 
-    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent places (N, 2), m, of image places uv (N, 2), px, and the eyes (N, 3), m, that see them."""
-
-    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
-        """Area (N,), m^2, that a pixel at uv (N, 2), px, covers in the viewing plane."""
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Apparent places (N, 2), m, of image places uv (N, 2), px; the eyes (N, 3), m, that see them; the area (N,), m^2, that a pixel
+        covers there. NaN where uv is."""
 
 
 class CameraView:
@@ -35,22 +33,32 @@ class CameraView:
 
     def __init__(self, camera: CameraModel, plane_z: float = 0.0):
         self.camera, self.plane_z = camera, plane_z
-        self.metres_per_px = abs(plane_z - camera.centre[2]) / camera.matrix[0, 0]
+        self._away = plane_z - camera.centre[2]
+        self.metres_per_px = abs(self._away) / camera.matrix[0, 0]
 
-    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent places (N, 2), m, of image places uv (N, 2), px, NaN where uv is, and the camera's place (N, 3), m."""
-        uv = np.asarray(uv, float).reshape(-1, 2)
-        centre = self.camera.centre
-        rays = self.camera.rays(uv) if len(uv) else np.zeros((0, 3))
-        xy = centre[:2] + rays[:, :2] * ((self.plane_z - centre[2]) / rays[:, 2:])
-        return xy, np.tile(centre, (len(uv), 1))
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See MarkerView."""
+        uv = np.ascontiguousarray(uv, float).reshape(-1, 1, 2)
+        camera = self.camera
+        flat = cv2.undistortPoints(uv, camera.matrix, camera.distortion).reshape(-1, 2) if len(uv) else np.zeros((0, 2))
+        rays = flat @ camera.rotation[:2] + camera.rotation[2]
+        xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
+        # From the image to the plane without distortion, and from there to the viewing plane, which is a homography of this determinant.
+        area = self._away**2 / np.abs(rays[:, 2])**3 / (camera.matrix[0, 0] * camera.matrix[1, 1] * _swelling(flat, camera.distortion))
+        return xy, np.tile(camera.centre, (len(xy), 1)), area
 
-    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
-        """Area (N,), m^2, that a pixel at uv (N, 2), px, covers in the viewing plane: lens distortion makes it differ over the image."""
-        uv = np.asarray(uv, float).reshape(-1, 2)
-        corners = self.place((uv + np.array([[[0, 0]], [[1, 0]], [[0, 1]]])).reshape(-1, 2))[0].reshape(3, -1, 2)
-        (right_x, right_y), (down_x, down_y) = (corners[1] - corners[0]).T, (corners[2] - corners[0]).T
-        return np.abs(right_x * down_y - right_y * down_x)
+
+def _swelling(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
+    """(N,) determinant of the slope of Brown's distortion (5,) at normalised places (N, 2): the growth of a small area."""
+    k1, k2, p1, p2, k3 = distortion
+    x, y = flat.T
+    square = x * x + y * y
+    swell = 1 + square * (k1 + square * (k2 + square * k3))
+    slope = 2 * (k1 + square * (2 * k2 + square * 3 * k3))
+    along = swell + x * x * slope + 2 * p1 * y + 6 * p2 * x
+    down = swell + y * y * slope + 6 * p1 * y + 2 * p2 * x
+    across = x * y * slope + 2 * p1 * x + 2 * p2 * y
+    return np.abs(along * down - across * across)
 
 
 @dataclass(frozen=True)
@@ -65,15 +73,11 @@ class StitchedView:
     seam: float
     eyes: np.ndarray
 
-    def place(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent places (N, 2), m, of image places uv (N, 2), px, and the eyes (N, 3), m, that see them."""
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See MarkerView."""
         uv = np.asarray(uv, float).reshape(-1, 2)
         eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
-        return (uv - self.origin) * self.metres_per_px, eye
-
-    def pixel_area(self, uv: np.ndarray) -> np.ndarray:
-        """Area (N,), m^2, that a pixel covers: the same everywhere."""
-        return np.full(len(uv), self.metres_per_px**2)
+        return (uv - self.origin) * self.metres_per_px, eye, np.full(len(uv), self.metres_per_px**2)
 
 
 def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
@@ -101,10 +105,10 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     rest_area = np.asarray(rest_area, float)
     if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
         raise BadArgument(f'marker numbers {tracks.id.min()} to {tracks.id.max()} do not fit a pattern of {len(rest_area)} markers')
-    now, eye = view.place(tracks.uv)
-    rest, _ = view.place(tracks.rest_uv)
+    (now, rest), (eye, _), (pixel, rest_pixel) = (part.reshape(2, len(tracks), *part.shape[1:])
+                                                  for part in view.look(np.concatenate([tracks.uv, tracks.rest_uv])))
     with np.errstate(divide='ignore', invalid='ignore'):
-        growth = np.log(tracks.area / rest_area[tracks.id] * (view.pixel_area(tracks.uv) / view.pixel_area(tracks.rest_uv)))
+        growth = np.log(tracks.area / rest_area[tracks.id] * (pixel / rest_pixel))
     growth[~np.isfinite(growth)] = np.nan
     seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
                 uv=tracks.uv, duv=tracks.duv, area=tracks.area)
