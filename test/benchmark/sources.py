@@ -16,7 +16,7 @@ from tactile_perception.calibration.press import Press
 from tactile_perception.calibration.touchpad import fit_touchpad
 from tactile_perception.calibration.touchpad_file import write_touchpad
 from tactile_perception.errors import BadArgument
-from tactile_perception.offline.calibrate import chosen
+from tactile_perception.offline.calibrate_touchpad import chosen
 from tactile_perception.offline.convert_recording import sensor_parameters
 from tactile_perception.offline.recording import Recording
 from tactile_perception.pipeline.dot_stage import make_tracker
