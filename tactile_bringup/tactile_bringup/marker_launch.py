@@ -6,12 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from launch import LaunchContext
-from launch.actions import LogInfo
+from launch.actions import DeclareLaunchArgument, LogInfo
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.parameters import Parameter
 from tactile_perception.pipeline.parameter_file import read_parameters
 
-from .sensor_launch import (LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
+from .sensor_launch import (SOURCES, LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
                             with_parameter_file)
 
 RVIZ_TOPICS = ('image_raw', 'image_annotated', 'markers')
@@ -19,13 +19,22 @@ RVIZ_TOPICS = ('image_raw', 'image_annotated', 'markers')
 _CALIBRATION = (Parameter('calibration', str, '', '', 'calibration file'),)
 
 
-def marker_actions(context: LaunchContext, sensor_type: str, driver: str = 'camera_node') -> list:
-    """The actions for the arguments in context; driver: the node that gives image_raw. Raises LaunchError."""
-    values = with_calibration(with_parameter_file(values_of(context, sensor_arguments(sensor_type)), sensor_type), sensor_type)
-    check(values)
+def right_arguments() -> list[DeclareLaunchArgument]:
+    """The arguments that the launch file of a sensor with two cameras has besides."""
+    texts = {'right_device': 'device: the right camera; device is the left one', 'right_path': 'file: the right video or folder of images'}
+    return [DeclareLaunchArgument(name, default_value='', description=text) for name, text in texts.items()]
+
+
+def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool = False) -> list:
+    """The actions for the arguments in context. Raises LaunchError."""
+    declared = sensor_arguments(sensor_type) + (right_arguments() if two_cameras else [])
+    values = with_calibration(with_parameter_file(values_of(context, declared), sensor_type), sensor_type)
+    check(values, (*SOURCES, 'topics') if two_cameras else SOURCES)
     frame_id = frame_of(values, sensor_type)
     nodes = SensorNodes(values)
-    actions = [nodes.node('tactile_driver', driver, camera_parameters(values, frame_id)),
+    driver = ('dual_camera_node', two_camera_parameters(values, frame_id)) if two_cameras else \
+        ('camera_node', camera_parameters(values, frame_id))
+    actions = [nodes.node('tactile_driver', *driver),
                nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
     if values['calibration'] or _calibration_of(values['params']):
         actions.append(nodes.node('tactile_perception', 'contact_point_node', nodes.calibrated()))
@@ -34,6 +43,13 @@ def marker_actions(context: LaunchContext, sensor_type: str, driver: str = 'came
                                    'known places and run `ros2 run tactile_perception calibrate`'))
     actions.append(nodes.node('tactile_bringup', 'markers_node', {'frame_id': frame_id}))
     return [*actions, *nodes.recorder(), *nodes.rviz(share('rviz', f'{sensor_type}.rviz'), frame_id, RVIZ_TOPICS)]
+
+
+def two_camera_parameters(values: dict[str, str], frame_id: str) -> dict:
+    """The parameters of dual_camera_node that the arguments set. Raises LaunchError."""
+    chosen = {name: values[name] for name in ('right_device', 'right_path') if values[name]}
+    calibration = values['calibration'] or _calibration_of(values['params'])
+    return camera_parameters(values, frame_id) | chosen | ({'stitching_path': calibration} if calibration else {})
 
 
 def with_calibration(values: dict[str, str], sensor_type: str) -> dict[str, str]:

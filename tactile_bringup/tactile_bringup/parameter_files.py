@@ -10,6 +10,7 @@ from pathlib import Path
 
 from scipy.spatial.transform import Rotation
 from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
+from tactile_driver.nodes.dual_camera_parameters import DUAL_CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import Parameter, to_yaml
 from tactile_driver.simulation.scenes import open_scene
 from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
@@ -36,7 +37,7 @@ _MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of ty
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
 # What the launch files set for each sensor anew is left out.
-_BY_LAUNCH = {'source', 'frame_id'}
+_BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
 
 
 def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> list[Parameter]:
@@ -74,8 +75,9 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
               'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'none', 'polarity': 'bright', 'detection': 'blobs',
               'dot_size': size, 'dot_colour': 'depth' if sensor.is_sheet else 'state', 'normal_length': 8 * size,
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
+    camera = [('/**/camera_node', CAMERA_PARAMETERS), ('/**/dual_camera_node', DUAL_CAMERA_PARAMETERS)][sensor_type == 'areal_dual']
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
-    sections = [('/**', MARKER_SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
+    sections = [('/**', MARKER_SENSOR_PARAMETERS), (camera[0], _without(camera[1], MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
     return _text(about, sections, values)
@@ -99,15 +101,18 @@ def simulated_specimen() -> dict[str, object]:
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Name -> value of what a user would measure on the simulated sheet or cushion, and the scene that it shows."""
+    scene = {'scene': f'{sensor_type}_demo'}
+    if sensor_type == 'areal_dual':  # where its cameras stand, the calibration tells
+        return scene
     camera = open_scene(f'{sensor_type}_rest').camera
-    return {'scene': f'{sensor_type}_demo', 'camera.translation': [round(float(x), 7) for x in camera.translation],
+    return {**scene, 'camera.translation': [round(float(x), 7) for x in camera.translation],
             'camera.rotation': [round(float(x), 6) for x in Rotation.from_matrix(camera.rotation).as_rotvec()]}
 
 
 def parameter_files() -> dict[str, str]:
     """File name -> text."""
     files = {}
-    for sensor_type in ('areal_single', 'air_cushion'):
+    for sensor_type in MARKER_SENSORS:
         files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
         files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
     return files | _touchpad_files()

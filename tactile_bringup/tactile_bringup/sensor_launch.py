@@ -56,9 +56,9 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
     return {**values, 'params': values['params'] or share('params', own)}
 
 
-def check(values: dict[str, str]) -> None:
+def check(values: dict[str, str], sources: Sequence[str] = SOURCES) -> None:
     """What can be told before any node runs. Raises LaunchError."""
-    for name, choices in {'source': SOURCES, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}.items():
+    for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}.items():
         if values[name] not in choices:
             raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
     _check_files(values)

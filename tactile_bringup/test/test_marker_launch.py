@@ -8,18 +8,18 @@ from launch import LaunchContext  # noqa: E402
 from launch.actions import LogInfo  # noqa: E402
 from launch_ros.actions import Node  # noqa: E402
 
-from tactile_bringup.marker_launch import marker_actions, with_calibration  # noqa: E402
+from tactile_bringup.marker_launch import marker_actions, right_arguments, two_camera_parameters, with_calibration  # noqa: E402
 from tactile_bringup.sensor_launch import LaunchError, sensor_arguments, share  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
 
 def actions(sensor_type, **given):
-    context = LaunchContext()
-    for argument in sensor_arguments(sensor_type):
+    context, two = LaunchContext(), sensor_type == 'areal_dual'
+    for argument in sensor_arguments(sensor_type) + (right_arguments() if two else []):
         argument.execute(context)
     context.launch_configurations.update(given)
-    return marker_actions(context, sensor_type)
+    return marker_actions(context, sensor_type, two)
 
 
 def executables(found):
@@ -50,6 +50,17 @@ def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
     text = open(share('params', 'areal_single.yaml')).read().replace('calibration: ""', f'calibration: "{files[1]}"')
     (tmp_path / 'params.yaml').write_text(text)
     assert 'contact_point_node' in executables(actions('areal_single', params=str(tmp_path / 'params.yaml'), **files[0]))
+
+
+def test_two_cameras_have_a_driver_of_their_own_that_stitches_by_the_calibration(files):
+    found = actions('areal_dual', calibration=files[1], right_path=files[0]['path'], **files[0])
+    assert executables(found) == ['dual_camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
+    given = dict.fromkeys(('device', 'scene', 'loop', 'rate', 'right_device'), '')
+    values = {**given, **files[0], 'right_path': 'right.avi', 'calibration': files[1], 'params': share('params', 'areal_dual.yaml')}
+    chosen = two_camera_parameters(values, 'sheet')
+    assert chosen == {'source': 'file', 'frame_id': 'sheet', 'path': files[0]['path'], 'right_path': 'right.avi',
+                      'stitching_path': files[1]}
+    assert 'stitching_path' not in two_camera_parameters({**values, 'calibration': ''}, 'sheet')
 
 
 def test_only_the_simulated_specimen_takes_its_own_calibration():

@@ -45,7 +45,7 @@ def test_the_video_file_is_a_grid_without_a_surface():
     assert (values['rows'], values['columns'], values['surface'], values['polarity']) == (7, 10, 'none', 'dark')
 
 
-@pytest.mark.parametrize('name', ['areal_single', 'air_cushion'])
+@pytest.mark.parametrize('name', sorted(MARKER_SENSORS))
 def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
     dots = read_parameters(FOLDER / f'{name}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
     point = read_parameters(FOLDER / f'{name}_sim.yaml', 'contact_point_node', POINT_PARAMETERS)
