@@ -7,6 +7,7 @@ import argparse
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from .bags import BagReader, BagWriter, RawMessage
 from .progress import Progress
 from .replay import DotReplay, make_replay
 from .stamped import find_prefix
+from .stitched_bag import bag_opener
 
 _KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench')
 
@@ -30,12 +32,13 @@ class Summary:
     seconds: float = 0.0
 
 
-def process_bag(source: Path, target: Path, replay: DotReplay, namespace: str = '') -> Summary:
-    """Write the estimates of replay for source to target, a new bag; stamps are source's. Raises TactileError for a bag that cannot be
-    used.
+def process_bag(source: Path, target: Path, replay: DotReplay, namespace: str = '',
+                open_bag: Callable[[Path], BagReader] = BagReader) -> Summary:
+    """Write the estimates of replay for source to target, a new bag; stamps are source's; open_bag: reads source. Raises TactileError for
+    a bag that cannot be used.
     """
     codec, summary = MessageCodec(), Summary()
-    with BagReader(source) as reader:
+    with open_bag(source) as reader:
         prefix = find_prefix(reader.topics, namespace)
         with BagWriter(target, codec.store) as writer:
             for message in Progress(reader.messages({prefix + name for name in (*_KEPT, 'image_raw')}), 'messages'):
@@ -82,7 +85,8 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--namespace', default='', help='of the sensor, where the recording holds several')
     given = parser.parse_args(args)
     try:
-        summary = process_bag(given.input, given.output, make_replay(given.params, given.calibration), given.namespace)
+        replay = make_replay(given.params, given.calibration)
+        summary = process_bag(given.input, given.output, replay, given.namespace, bag_opener(given.params, replay.stitching))
     except TactileError as error:
         print(f'process_bag: {error}', file=sys.stderr)
         return 1

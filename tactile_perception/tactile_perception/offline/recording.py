@@ -121,7 +121,8 @@ class Recording:
         return float(self.sensor['frame_interval_s'])
 
     def _twist(self, truth: dict) -> np.ndarray:
-        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots, NaN where it touches none."""
+        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots; NaN where it touches
+        none."""
         touched = truth['dot_contact']
         if not touched.any():
             return np.full(6, np.nan)

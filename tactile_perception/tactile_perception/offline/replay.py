@@ -7,12 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
+from tactile_driver.stitching import Stitching
+
 from ..nodes.touch_stages import TouchMessages
 from ..nodes.touchpad_stages import ContactMessages, DotMessages
 from ..pipeline.marker_parameters import POINT_PARAMETERS
 from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
 from ..touch.sensor import MARKER_SENSORS
+from .stitched_bag import stitching_in
 
 
 class ContactSide(Protocol):
@@ -27,10 +30,10 @@ class ContactSide(Protocol):
 
 class DotReplay:
     """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D,
-    or that is not calibrated where it has to be."""
+    or that is not calibrated where it has to be; stitching: of two cameras, None of one."""
 
-    def __init__(self, dots: DotMessages, contact: ContactSide | None):
-        self._dots, self._contact = dots, contact
+    def __init__(self, dots: DotMessages, contact: ContactSide | None, stitching: Stitching | None = None):
+        self._dots, self._contact, self.stitching = dots, contact, stitching
 
     def on_camera_info(self, message) -> None:
         """As the nodes do."""
@@ -52,7 +55,8 @@ def make_replay(params: Path, calibration: Path | None = None) -> DotReplay:
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
     markers = dots.values['sensor_type'] in MARKER_SENSORS
     if markers and dots.values['calibration']:
-        return DotReplay(dots, TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own))
+        touches = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own)
+        return DotReplay(dots, touches, stitching_in(dots.values['calibration'], dots.values['sensor_type']))
     if markers or dots.sensor.cap is None:
         return DotReplay(dots, None)
     return DotReplay(dots, ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own))

@@ -14,15 +14,16 @@ from .progress import Progress
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
 
 
-def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable,
-             images: str = 'image_raw') -> Iterator[tuple[str, dict]]:
+def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
+             open_bag: Callable[[Path], BagReader] = BagReader) -> Iterator[tuple[str, dict]]:
     """(where and when, {topic: message}) for each stamp that has all topics wanted, in the order in which they are complete.
 
     ground_truth/wrench is given too where its stamp has come before; on_camera_info(message) is called for camera_info; images: the topic
-    whose prefix is the sensor's namespace. Raises BadCalibration for a bag without ground truth, BadRecording for one without images.
+    whose prefix is the sensor's namespace; open_bag: reads the bag. Raises BadCalibration for a bag without ground truth, BadRecording for
+    one without images.
     """
     codec = MessageCodec()
-    with BagReader(bag) as reader:
+    with open_bag(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, images)
         if prefix + TRUTH not in reader.topics:
             raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the tool was')
