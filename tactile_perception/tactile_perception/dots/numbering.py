@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of methods that number the dots of a printed grid."""
+"""The tables of methods that number dots: of a printed grid, and of any other pattern."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from tactile_perception.dots.grid import GridNumbers, Numbered, number_grid
 from tactile_perception.dots.paper_number import number_by_paper
+from tactile_perception.dots.pattern_numbers import PatternNumbers
+from tactile_perception.dots.tracks import Linker
 from tactile_perception.errors import BadArgument
 
 
@@ -42,4 +44,10 @@ def nearest(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None =
     return GridNumbers(id, '', previous.pitch)
 
 
+def tracks(pattern: np.ndarray | None = None) -> Linker:
+    """Numbers that follow each dot from frame to frame; the pattern is not used."""
+    return Linker()
+
+
 METHODS = {'lattice': number_grid, 'paper': paper, 'nearest': nearest}
+WITHOUT_GRID = {'tracks': tracks, 'register': PatternNumbers}

@@ -8,9 +8,8 @@ import numpy as np
 from tactile_perception.dots.detect import DotDetector
 from tactile_perception.dots.dots import Dots, DotTracks
 from tactile_perception.dots.grid import Numbered
-from tactile_perception.dots.numbering import numbering_method
+from tactile_perception.dots.numbering import WITHOUT_GRID, numbering_method
 from tactile_perception.dots.reference import Reference
-from tactile_perception.dots.tracks import Linker
 from tactile_perception.dots.warm import WarmStart
 from tactile_perception.errors import BadArgument, BadFrame
 
@@ -19,24 +18,33 @@ class DotTracker:
     """Dots of one camera, frame by frame.
 
     rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detection,
-    numbering: names in the tables of methods (detect.py, numbering.py); detector: anything with detect(image) -> Dots, in place of the
-    named one; reference: of untouched places, Reference() if not given. Raises BadArgument for names and sizes that there are not.
+    numbering: names in the tables of methods (detect.py, numbering.py; a grid's method means tracks where there is no grid); detector:
+    anything with detect(image) -> Dots, in place of the named one; reference: of untouched places, Reference() if not given; pattern:
+    (K, 2) px, places whose order numbers a pattern that is registered, the first frame's dots if not given. Raises BadArgument for names
+    and sizes that there are not.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
-                 detector=None, reference: Reference | None = None):
+                 detector=None, reference: Reference | None = None, pattern: np.ndarray | None = None):
         if not (rows == columns == 0 or (rows >= 2 and columns >= 2)):
             raise BadArgument(f'rows and columns must both be 0 (no grid) or at least 2, not {rows} and {columns}')
         self.rows, self.columns = rows, columns
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
-        self._number_grid = numbering_method(numbering)
-        self._linker = Linker()
+        self._number_grid, self._linker = self._numbering(numbering, pattern)
         warm = rows and numbering == 'lattice' and hasattr(self._detector, 'refind')
         self._warm = WarmStart(self._detector, (rows, columns)) if warm else None
         self._previous: Numbered | None = None
         self._stamp_s = -np.inf
         self._size: tuple | None = None
+
+    def _numbering(self, name: str, pattern: np.ndarray | None):
+        """What numbers a grid, or another pattern; None for the other of the two."""
+        if self.rows:
+            return numbering_method(name), None
+        if name not in WITHOUT_GRID:
+            numbering_method(name)
+        return None, WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
 
     def set_reference(self) -> None:
         """The next frame is the new untouched state."""
@@ -78,7 +86,10 @@ class DotTracker:
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
-            return self._linker.update(dots.uv, stamp_s)
+            id = self._linker.update(dots.uv, stamp_s)
+            if not (id >= 0).any():
+                raise BadFrame('dots not numbered: too few are where the pattern has them')
+            return id
         numbers = self._number_grid(dots.uv, self.rows, self.columns, self._previous, size)
         if not numbers.certain:
             raise BadFrame(f'dots not numbered: {numbers.reason}')

@@ -12,7 +12,7 @@ from tactile_driver.nodes.parameters import Parameter
 
 from ..contact.methods import CONTACT_METHODS
 from ..dots.detect import METHODS, POLARITIES
-from ..dots.numbering import METHODS as NUMBERING
+from ..dots.numbering import METHODS as NUMBERING, WITHOUT_GRID
 from ..surface.membrane import PACES
 
 _fixed = partial(Parameter, read_only=True)
@@ -40,7 +40,8 @@ SHEET_PARAMETERS = (
 DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('polarity', str, 'dark', '', 'dots darker or brighter than the ground', choices=tuple(POLARITIES)),
     _fixed('detection', str, 'likelihood', '', 'method that finds dots', choices=tuple(METHODS)),
-    _fixed('numbering', str, 'lattice', '', 'method that numbers dots on a grid', choices=tuple(NUMBERING)),
+    _fixed('numbering', str, 'lattice', '', 'method that numbers dots; tracks, register: patterns that are no grid',
+           choices=(*NUMBERING, *WITHOUT_GRID)),
     _fixed('pace', str, 'full', '', 'steps that work out places: full; fast: fewer, more false contacts', choices=tuple(PACES)),
     _fixed('reference.frames', int, 10, '', 'untouched frames that are averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's', 'how fast slow drift is followed while nothing touches', 0.1, 1e6),

@@ -146,3 +146,19 @@ def test_pins_in_a_hexagonal_array_get_tracks():
         assert len(np.unique(tracks.id)) == len(tracks)
         kept.append(np.isin(first.id, tracks.id).sum())
     assert np.median(kept) >= 120
+
+
+def test_a_pattern_that_is_no_grid_is_registered_by_name():
+    uv = grid() + np.random.default_rng(3).uniform(-8, 8, (108, 2))
+    order = np.random.default_rng(1).permutation(108)
+    detector = Given(uv[order] + [12.0, 5.0])
+    tracker = DotTracker(0, 0, detector=detector, numbering='register', pattern=uv)
+    np.testing.assert_array_equal(tracker.process(IMAGE, 0.0).id, order)
+    detector.uv = uv[:40]
+    with pytest.raises(BadFrame, match='where the pattern has them'):
+        tracker.process(IMAGE, 0.1)
+    detector.uv = uv
+    tracks = tracker.process(IMAGE, 0.2)
+    np.testing.assert_allclose(tracks.duv, np.tile([-12.0, -5.0], (108, 1)))
+    with pytest.raises(BadArgument, match='numbering'):
+        DotTracker(0, 0, numbering='walk')
