@@ -36,7 +36,7 @@ def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool =
         ('camera_node', camera_parameters(values, frame_id))
     actions = [nodes.node('tactile_driver', *driver),
                nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
-    if values['calibration'] or _calibration_of(values['params']):
+    if _tells_touches(values['calibration'] or _calibration_of(values['params'])):
         actions.append(nodes.node('tactile_perception', 'contact_point_node', nodes.calibrated()))
     else:
         actions.append(LogInfo(msg='not calibrated (calibration:=FILE): markers are tracked, touches are not told; record presses at '
@@ -57,6 +57,14 @@ def with_calibration(values: dict[str, str], sensor_type: str) -> dict[str, str]
     own = share('calibration', f'{sensor_type}_sim.yaml')
     simulated = values['source'] == 'sim' and not values['calibration'] and Path(own).is_file()
     return {**values, 'calibration': own} if simulated else values
+
+
+def _tells_touches(calibration: str) -> bool:
+    """Whether a calibration file holds more than a stitching; a bad one does as well: the node says what is wrong with it."""
+    if not calibration:
+        return False
+    text = Path(calibration).read_text(errors='replace') if Path(calibration).is_file() else ''
+    return not ('\n  stitching:' in text and '\n  methods:' not in text)
 
 
 def _calibration_of(params: str) -> str:

@@ -46,6 +46,13 @@ def test_a_calibrated_one_tells_touches(files):
         'camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
 
 
+def test_a_stitching_alone_tells_no_touches(files, tmp_path):
+    (tmp_path / 'stitching.yaml').write_text('fitted:\n  stitching:\n    seam: 5.0\n')
+    found = actions('areal_dual', calibration=str(tmp_path / 'stitching.yaml'), **files[0])
+    assert executables(found) == ['dual_camera_node', 'dot_tracker_node', 'markers_node']
+    assert sum(isinstance(action, LogInfo) for action in found) == 1
+
+
 def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
     text = open(share('params', 'areal_single.yaml')).read().replace('calibration: ""', f'calibration: "{files[1]}"')
     (tmp_path / 'params.yaml').write_text(text)

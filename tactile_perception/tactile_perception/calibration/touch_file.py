@@ -21,7 +21,7 @@ _PLACE, _DEPTH = 'place_mean', 'depth_mean'
 @dataclass(frozen=True)
 class TouchCalibration:
     """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
-    held-out presses best; file: the whole."""
+    held-out presses best, '' where the file holds the stitching alone; file: the whole."""
 
     methods: dict
     wrench: dict | None
@@ -31,6 +31,8 @@ class TouchCalibration:
 
     def fitted(self, method: str) -> dict:
         """The numbers of a method. Raises BadCalibration where it was not fitted."""
+        if not self.methods:
+            raise BadCalibration('the calibration holds the stitching alone; record presses at known places and calibrate again')
         if method not in self.methods:
             raise BadCalibration(f'the calibration holds no method {method}; it has {", ".join(self.methods)}; choose one of them')
         return self.methods[method]
@@ -48,12 +50,14 @@ def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, S
 
 
 def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
-    """The calibration in a file. Raises BadCalibration where the file is bad (read_calibration) or holds no method."""
+    """The calibration in a file. Raises BadCalibration where the file is bad (read_calibration) or holds neither a method nor a
+    stitching."""
     file = read_calibration(path, sensor)
-    methods = file.fitted.get(METHODS)
-    if not isinstance(methods, dict) or not methods:
+    methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
+    if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
-    return TouchCalibration(methods, file.fitted.get(WRENCH), file.fitted.get(STITCHING), best_method(file.residuals, methods), file)
+    best = best_method(file.residuals, methods) if methods else ''
+    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file)
 
 
 def best_method(residuals: dict, methods) -> str:

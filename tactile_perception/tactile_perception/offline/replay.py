@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
-from tactile_driver.stitching import Stitching
+from tactile_driver.stitching import Stitching, stitching_from_dict
 
+from ..calibration.touch_file import read_touch
 from ..nodes.touch_stages import TouchMessages
 from ..nodes.touchpad_stages import ContactMessages, DotMessages
 from ..pipeline.marker_parameters import POINT_PARAMETERS
 from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
 from ..touch.sensor import MARKER_SENSORS
-from .stitched_bag import stitching_in
 
 
 class ContactSide(Protocol):
@@ -55,8 +55,9 @@ def make_replay(params: Path, calibration: Path | None = None) -> DotReplay:
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
     markers = dots.values['sensor_type'] in MARKER_SENSORS
     if markers and dots.values['calibration']:
-        touches = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own)
-        return DotReplay(dots, touches, stitching_in(dots.values['calibration'], dots.values['sensor_type']))
+        known = read_touch(dots.values['calibration'], dots.values['sensor_type'])
+        touches = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own) if known.methods else None
+        return DotReplay(dots, touches, known.stitching and stitching_from_dict(known.stitching, 'calibration: stitching'))
     if markers or dots.sensor.cap is None:
         return DotReplay(dots, None)
     return DotReplay(dots, ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own))

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 import yaml
 from tactile_driver.stitching import load_stitching
+from tactile_perception.calibration.touch_file import read_touch
 from tactile_perception.errors import BadCalibration
-from tactile_perception.offline import calibrate
+from tactile_perception.nodes.serialization import MessageCodec
+from tactile_perception.offline import calibrate, process_bag
+from tactile_perception.offline.bags import BagReader
 from tactile_perception.offline.calibrate_stitching import find_stitching, tell_truth
 
 sys.path.insert(0, str(Path(__file__).parent))
-from dual_bags import PARAMETERS, SENSOR, pair, write_pairs  # noqa: E402
+from dual_bags import PARAMETERS, SENSOR, pair, printed, write_pairs  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -39,6 +42,22 @@ def test_one_untouched_pair_is_enough_for_the_drivers_file(tmp_path, params, cap
     assert found.eyes[0] == pytest.approx([-0.0165, 0.0, -0.046], abs=3e-4) and found.right.gain == pytest.approx(0.8, abs=0.02)
     residuals = yaml.safe_load(output.read_text())['residuals']
     assert 5e-5 < residuals['markers_off_grid'] < 12e-5 and residuals['views_apart'] < 1.5e-5
+
+
+def test_with_the_stitching_alone_markers_are_told_and_no_touches(tmp_path, params):
+    output, bag = tmp_path / 'out.yaml', write_pairs(tmp_path / 'bag', [pair()] * 2, truth=False)
+    calibrate.main([str(bag), '--params', str(params), '--output', str(output)])
+    assert read_touch(output, 'areal_dual').best == ''
+    with pytest.raises(BadCalibration, match='stitching alone; record presses'):
+        read_touch(output, 'areal_dual').fitted('')
+    assert process_bag.main([str(bag), str(tmp_path / 'dots'), '--params', str(params), '--calibration', str(output)]) == 0
+    with BagReader(tmp_path / 'dots') as reader:
+        codec, dots = MessageCodec(), [raw for raw in reader.messages() if raw.topic == '/pad/dots']
+        tracks = codec.decode(dots[0].data, dots[0].type_name)
+    assert len(dots) == 2 and '/pad/contacts' not in reader.topics
+    assert sorted(tracks.id) == list(range(SENSOR.rows * SENSOR.columns)) and tracks.header.frame_id == 'pad'
+    places = np.stack([tracks.x, tracks.y], axis=1)[np.argsort(tracks.id)]
+    assert np.linalg.norm(places - printed(), axis=1).mean() < 0.04e-3
 
 
 def test_only_untouched_pairs_count_and_the_first_that_can_be_used(tmp_path, params):
