@@ -1,0 +1,63 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.touch.judge import judge
+from tactile_perception.touch.regression_sheet import SheetRegression
+from tactile_perception.touch.sensor import MARKER_SENSORS
+
+SHEET = MARKER_SENSORS['areal_single']
+
+
+@pytest.fixture(scope='module')
+def fitted(bell_presses, membrane):
+    return SheetRegression.fit(bell_presses(shape=membrane), SHEET)
+
+
+@pytest.fixture(scope='module')
+def method(fitted):
+    return SheetRegression.from_fitted(fitted, SHEET)
+
+
+def test_other_presses_are_told_to_a_tenth_of_a_pitch(method, bell_presses, membrane):
+    places = np.random.default_rng(4).uniform([-20e-3, -11e-3], [20e-3, 11e-3], (15, 2))
+    score = judge(method, bell_presses(places, (1e-3, 2.5e-3, 5e-3), seed=8, shape=membrane))
+    assert score.place_mean < 0.2e-3 and score.place_95 < 0.5e-3 and score.depth_mean < 0.1e-3 and score.missed == score.false == 0
+    assert 0.2 < score.squares < 1.5
+
+
+def test_untouched_frames_are_told_as_such(method, bell_field):
+    assert not any(method.estimate(bell_field((0, 0), 0.0, seed=k)) for k in range(500))
+
+
+def test_deeper_and_further_out_than_calibrated_is_flagged(method, bell_field, membrane):
+    assert method.estimate(bell_field((2e-3, 1e-3), 10e-3, membrane))[0].flags == OUT_OF_RANGE
+    assert method.estimate(bell_field((24e-3, 1e-3), 4e-3, membrane))[0].flags == AT_EDGE
+    assert method.estimate(bell_field((2e-3, 1e-3), 4e-3, membrane))[0].flags == 0
+
+
+def test_markers_that_are_lost_widen_the_covariance(method, bell_field, membrane):
+    field = bell_field((7e-3, 3e-3), 4e-3, membrane)
+    whole, = method.estimate(field)
+    field.shift[np.hypot(*(field.rest - [7e-3, 3e-3]).T) < 5e-3] = np.nan
+    part, = method.estimate(field)
+    assert np.hypot(*(part.position[:2] - [7e-3, 3e-3])) < 1.5e-3 and part.covariance[0, 0] > whole.covariance[0, 0]
+
+
+def test_what_does_not_fit_is_refused(fitted, method, bell_presses, bell_field):
+    few = bell_presses([(0, 0)], (1e-3, 2e-3))
+    with pytest.raises(BadCalibration, match='too few'):
+        SheetRegression.fit(few, SHEET)
+    with pytest.raises(BadCalibration, match='calibrate anew'):
+        SheetRegression.from_fitted({key: value for key, value in fitted.items() if key != 'shape'}, SHEET)
+    with pytest.raises(BadArgument, match='117 markers'):
+        field = bell_field((0, 0), 1e-3)
+        method.estimate(type(field)(*(getattr(field, name)[:50] for name in field.__dataclass_fields__)))
+
+
+def test_presses_that_the_detector_lost_do_not_stop_the_fit(bell_presses, membrane):
+    presses = bell_presses(shape=membrane)
+    presses.fields[7].shift[:] = np.nan
+    assert SheetRegression.fit(presses, SHEET)['deepest'] == pytest.approx(6e-3)
