@@ -10,7 +10,7 @@ from .blobs import BlobDetector
 from .dots import Dots
 from .likelihood import LikelihoodDetector
 from .paper_detect import PaperDetector
-from .paper_markers import PaperArealDetector, PaperCushionDetector
+from .paper_markers import FastCushionDetector, PaperArealDetector, PaperCushionDetector
 
 POLARITIES = {'dark': -1, 'bright': 1}
 _SMALLEST_FRAME = 32  # px
@@ -60,4 +60,4 @@ def check_frame(image: np.ndarray):
 
 
 METHODS = {'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector,
-           'paper_cushion': PaperCushionDetector}
+           'paper_cushion': PaperCushionDetector, 'paper_cushion_fast': FastCushionDetector}
