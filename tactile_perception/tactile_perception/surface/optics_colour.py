@@ -35,10 +35,11 @@ def pitch_px(uv: np.ndarray) -> float:
     """Median distance, px, from each of the dots at uv (N, 2) to the nearest other one. Raises BadFrame for less than 9 dots."""
     if len(uv) < 9:
         raise BadFrame(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
-    points = np.ascontiguousarray(uv, float)
-    square = ((points[:, None] - points[None]) ** 2).sum(-1)
+    points = uv - uv.mean(0)
+    length = np.square(points).sum(1)
+    square = length[:, None] + length - 2 * points @ points.T
     np.fill_diagonal(square, np.inf)
-    return float(np.median(np.sqrt(square.min(1))))
+    return float(np.sqrt(np.median(square.min(1))))
 
 
 def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
@@ -46,7 +47,8 @@ def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
 
     image: (H, W, 3) uint8 BGR, untouched. Bled colour shows as a ground that is another one near its dots.
     """
-    near, far = (log_ratios(image, uv, share * pitch_px(uv)).ratios[:, 0] for share in (RING, WIDE))
+    pitch = pitch_px(uv)
+    near, far = (log_ratios(image, uv, share * pitch).ratios[:, 0] for share in (RING, WIDE))
     gap = (near - far)[np.isfinite(near - far)]
     if len(gap) == 0:
         return RING
@@ -125,7 +127,7 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple
     smooth = cv2.blur(values.sum(2), (3, 3))
     size = 2 * int(np.ceil(radius)) + 1
     ground = smooth > GROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
-    ground &= (smooth > 0.2 * np.percentile(smooth, 90)) & (values.max(2) < 254)
+    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (values.max(2) < 254)
     ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     return _cells(values, ground, step)
 
@@ -135,8 +137,9 @@ def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarra
     rows, columns = (side // step for side in ground.shape)
     mask = ground[:rows * step, :columns * step]
     v, u = np.mgrid[0:rows * step, 0:columns * step].astype(np.float32)
-    stack = np.dstack([values[:rows * step, :columns * step], u, v, np.ones_like(u)]) * mask[..., None]
-    sums = stack.reshape(rows, step, columns, step, 6).sum((1, 3), dtype=float).reshape(-1, 6)
-    sums = sums[(sums[:, 5] >= step * step // 4) & (sums[:, :3].min(1) > NOISE_FLOOR * sums[:, 5])]
+    means = [cv2.resize(part * mask, (columns, rows), interpolation=cv2.INTER_AREA).ravel()
+             for part in (*cv2.split(values[:rows * step, :columns * step]), u, v, np.float32(1))]
+    sums = np.stack(means, axis=1).astype(float) * step**2
+    sums = sums[(sums[:, 5] > step * step // 4 - 0.5) & (sums[:, :3].min(1) > NOISE_FLOOR * sums[:, 5])]
     logs = np.log(sums[:, :3])
     return sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], sums[:, 5]

@@ -17,6 +17,8 @@ from .optics_path import LightPath
 
 MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
+_STEP = 1e-4  # of the prior's standard deviations, for slopes
+_ENOUGH = 1e-6  # of the sum of squares: a step that lowers it by less ends the fit
 RIM_MARGIN = 0.04   # of the cap's height: nearer to the rim the picture is blurred into what lies outside
 
 
@@ -72,19 +74,45 @@ def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.n
     return q[:2] - path.lengths(places, normals)[0][:, None] * q[2:4]
 
 
+class _Misfit:
+    """What parameters q (8,), as predict takes them, leave over of colours: whitened, softened, with the prior's own at the end."""
+
+    def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
+        self._colours, self._centre = colours, tuple(camera.centre)
+        self.mean, self.sd = prior.as_lengths(camera)
+        self._root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+
+    def lengths(self, light: np.ndarray) -> np.ndarray:
+        """Lengths (M,), m, of the paths to all colours' places; light: (4,) window_z, lamp_z, lamp_radius, ambient."""
+        return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals)[0]
+
+    def _whitened(self, q: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+        gap, root = q[:2] - lengths[:, None] * q[2:4] - self._colours.ratios, self._root
+        return np.stack([root[:, 0, 0] * gap[:, 0], root[:, 1, 0] * gap[:, 0] + root[:, 1, 1] * gap[:, 1]], axis=1)
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        """(2 M + 4,)."""
+        plain = self._whitened(q, self.lengths(q[4:]))
+        return np.concatenate([(np.sign(plain) * _soften(np.abs(plain))).ravel(), (q[4:] - self.mean) / self.sd])
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """(2 M + 4, 8) slopes of the residuals: those of constants and absorptions by hand, of the light's path by small steps."""
+        lengths, root = self.lengths(q[4:]), self._root
+        columns = [root[:, :, 0], root[:, :, 1], -lengths[:, None] * root[:, :, 0], -lengths[:, None] * root[:, :, 1]]
+        for step in np.diag(_STEP * self.sd):
+            change = (self.lengths(q[4:] + step) - lengths) / step.sum()
+            columns.append(-change[:, None] * (root @ q[2:4]))
+        size = np.abs(self._whitened(q, lengths))
+        slopes = np.stack(columns, axis=2) * np.where(size <= 3, 1.0, 3 / _soften(size))[:, :, None]
+        return np.concatenate([slopes.reshape(-1, 8), np.hstack([np.zeros((4, 4)), np.diag(1 / self.sd)])])
+
+
 def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
     """Most likely parameters q (8,), their covariance (8, 8) and the root mean square of the whitened residuals."""
-    mean, sd = prior.as_lengths(camera)
-    root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
-
-    def residuals(q):
-        gap = predict(q, colours.places, colours.normals, camera.centre) - colours.ratios
-        whitened = np.einsum('nij,nj->ni', root, gap)
-        return np.concatenate([np.sign(whitened).ravel() * _soften(np.abs(whitened)).ravel(), (q[4:] - mean) / sd])
-
-    start = _start(colours, mean, camera)
-    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, sd])
-    result = least_squares(residuals, start, x_scale=scale, max_nfev=60)
+    misfit = _Misfit(colours, camera, prior)
+    start = _start(colours, misfit)
+    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, misfit.sd])
+    result = least_squares(misfit.residuals, start, misfit.jacobian, x_scale=scale, max_nfev=60, ftol=_ENOUGH)
     noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
     return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
 
@@ -94,11 +122,10 @@ def _soften(size: np.ndarray) -> np.ndarray:
     return np.where(size <= 3, size, np.sqrt(np.maximum(6 * size - 9, 0)))
 
 
-def _start(colours: Colours, mean: np.ndarray, camera: CameraModel) -> np.ndarray:
+def _start(colours: Colours, misfit: _Misfit) -> np.ndarray:
     """Parameters (8,) to start from: prior geometry, constants and absorptions by linear regression."""
-    length = LightPath(*mean, tuple(camera.centre)).lengths(colours.places, colours.normals)[0]
-    line = np.polyfit(length, colours.ratios, 1)
-    return np.concatenate([line[1], np.maximum(-line[0], 1.0), mean])
+    line = np.polyfit(misfit.lengths(misfit.mean), colours.ratios, 1)
+    return np.concatenate([line[1], np.maximum(-line[0], 1.0), misfit.mean])
 
 
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.surface.cap import Cap
 from tactile_perception.surface.optics_colour import RING, WIDE
-from tactile_perception.surface.optics_fit import OpticsPrior, as_rings, fit_rest, follow_constants, rest_colours
+from tactile_perception.surface.optics_fit import OpticsPrior, as_rings, fit, fit_rest, follow_constants, predict, rest_colours
 
 PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
 
@@ -80,3 +81,21 @@ def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, store
     assert followed.ring_offset == pytest.approx(model.ring_offset * (WIDE / RING)**2, rel=0.01)
     again = follow_constants(followed, pad.image(), pad.rest_uv, pad.camera)
     assert again.ring == followed.ring
+
+
+def test_the_answer_is_where_the_misfit_is_least(water_pad):
+    """The slopes that the fit goes by are those of its residuals."""
+    pad = water_pad()
+    cap, prior = Cap(), OpticsPrior()
+    colours = rest_colours(pad.image(), pad.camera, cap, 8.0, np.eye(2) * 1e-4)
+    q, covariance, noise = fit(colours, pad.camera, prior)
+    mean, sd = prior.as_lengths(pad.camera)
+
+    def cost(there):
+        gap = predict(there, colours.places, colours.normals, pad.camera.centre) - colours.ratios
+        square = np.einsum('ni,nij,nj->n', gap, np.linalg.inv(colours.covariances), gap)
+        return square.sum() + (((there[4:] - mean) / sd)**2).sum()
+
+    for way in np.linalg.cholesky(covariance).T:
+        assert min(cost(q + way / 3), cost(q - way / 3)) > cost(q) - 0.02
+    assert 0.5 < noise < 3
