@@ -21,6 +21,7 @@ _OFF_CENTRE = 0.9  # px from its patch's centre at which a dot is fitted in a ne
 _MOST_GROWTH = 2.2  # times the typical diameter: dots are not looked for beyond
 _UNLIKE = 1.6  # times the contrast is left of a patch after the first fit: more than any neighbour leaves, so this is no dot
 _UNUSUAL = 2.5  # times the share of their contrast that is usually left of all dots: more is no dot
+_SAME_KIND = 1.2  # times as much as when their look was measured
 _UNLIKEST = 0.3  # of a dot's contrast: more is left of no dot
 _NONE = Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
 
@@ -35,6 +36,7 @@ class LikelihoodDetector:
         self._separator: Separator | None = None
         self._slopes: GroundSlopes | None = None  # of the last frame
         self._outgrown = False
+        self._usual: float | None = None  # left of the dots, as a share of their contrast, where the look was measured
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one checked uint8 image; raises BadFrame where there are none."""
@@ -44,8 +46,10 @@ class LikelihoodDetector:
                 return dots
         self._look = None  # if measuring fails, the next frame starts from nothing too
         self._take(measure_look(image, self._sign))
+        self._usual = None
         dots = self._detect_all_sizes(image)
         if len(dots) < _FEWEST:
+            self._look = None
             raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
         return dots
 
@@ -156,11 +160,14 @@ class LikelihoodDetector:
         return good & small
 
     def _like_disc(self, contrast, rest, good):
-        """(N,) bool: little is left of a dot's pixels; more is allowed where all dots are unlike discs, as after lossy compression."""
+        """(N,) bool: little is left of a dot's pixels; more is allowed where all dots are unlike discs, as after lossy compression, and
+        still more if they were so when their look was measured: then it is their kind, as of printed blots beside shading."""
         look = self._look
         most = np.maximum(max(4 * look.noise, 0.1 * abs(look.contrast)), 0.12 * contrast)
         like = rest < most
+        if self._usual is None and good.any():
+            self._usual = float(np.median(rest[good] / contrast[good]))
         if (good & ~like).any():
             usual = np.median(rest[good] / contrast[good])
-            like |= rest < contrast * min(_UNUSUAL * usual, _UNLIKEST)
+            like |= rest < contrast * max(min(1.7 * usual, 0.2), min(_UNUSUAL * min(usual, _SAME_KIND * self._usual), _UNLIKEST))
         return like

@@ -154,3 +154,13 @@ def test_oval_dots_of_a_pressed_pad():
     assert np.sqrt(np.square(np.concatenate(error)).sum(1).mean()) < 0.015
     assert np.mean(np.concatenate(ratio)) == pytest.approx(1, abs=0.01)
     assert 0.5 < np.mean(np.square(np.concatenate(normal))) < 1.5
+
+
+def test_a_look_measured_in_a_frame_without_dots_is_not_kept(draw_dots, lattice):
+    uv, diameter = lattice
+    image, detector = noisy(draw_dots(uv, diameter), 2.0), DotDetector('dark')
+    dots = detector.detect(image)
+    assert detector.refind(image, dots.uv, dots.area) is not None
+    with pytest.raises(BadFrame):
+        detector.detect(cv2.GaussianBlur(image, (0, 0), 12))
+    assert detector.refind(image, dots.uv, dots.area) is None
