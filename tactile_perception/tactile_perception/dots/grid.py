@@ -15,6 +15,7 @@ from tactile_perception.dots.lattice import find_lattice
 from tactile_perception.errors import BadArgument
 
 MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for each other
+_FEW_LINKED = 0.7  # of the dots: when fewer hang together, that is why rows are missing
 
 
 @dataclass
@@ -96,4 +97,7 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
         id[member] = np.where(inside, row * shape[1] + column, -1)
         if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
             id = complete_grid(leave_out_jumps(id, uv, shape), uv, shape)
-    return GridNumbers(id, anchor.reason, lattice.pitch)
+        return GridNumbers(id, '', lattice.pitch)
+    few = len(member) < _FEW_LINKED * len(uv)
+    seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {len(member)} hang together: ' if few else ''
+    return GridNumbers(id, seen + anchor.reason, lattice.pitch)

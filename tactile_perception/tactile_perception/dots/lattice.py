@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from tactile_perception.dots.grow import grow
 from tactile_perception.dots.pairs import near_pairs
 from tactile_perception.dots.walk import Links, walk
 
 REACH = 1.9  # pairs up to so many median nearest distances: holds a pitch of 1 next to one compressed to 0.6, and stretched rows
 TOLERANCES = (0.3, 0.21)  # of the local step: a link that differs more joins no true neighbours; the second if the first contradicts itself
 SLOPE = 4.0  # a step across counts as much as so many squared along, when neighbours along a row are ranked
+LOOSE = 0.05  # of the dots without a number: more are not only false ones
 COHERENCE = 0.15  # length of the mean direction vector under which dots do not lie on a grid at all
 _SAMPLE = 40  # dots whose nearest neighbours tell the pitch
 CELL = 2.0  # pitches: side of the cells over which steps are averaged, three by three at a time
@@ -75,6 +77,8 @@ def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
     for tolerance in TOLERANCES:
         rc, member, contradictions = walk(_fitting(axes, step, tolerance, count))
         if not contradictions:
+            if np.count_nonzero(member) < (1 - LOOSE) * count:
+                rc, member = grow(uv, rc, member, pitch)
             return Lattice(rc, member, angle, pitch)
     return None
 

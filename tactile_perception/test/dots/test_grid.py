@@ -91,6 +91,26 @@ def test_half_of_the_dots_gone_misnumbers_none():
             assert score(number_grid(uv[~gone], 23, 23, None, SIZE), number[~gone])[0] == 0
 
 
+@pytest.mark.parametrize(('gone', 'numbered'), [(0.15, 0.98), (0.3, 0.9)])
+@pytest.mark.parametrize('scene', ['plain', 'compressed', 'sheared'])
+def test_scattered_gaps_leave_most_dots_their_numbers(scene, gone, numbered):
+    rng = np.random.default_rng(8)
+    totals = np.zeros(3)
+    for _ in range(5):
+        uv, number = make_grid(rng, **{**SCENES[scene], 'missing': gone})
+        totals += score(number_grid(uv, 23, 23, None, SIZE), number)
+    assert totals[0] == 0
+    assert totals[1] <= (1 - numbered) * totals[2]
+
+
+def test_why_half_of_the_dots_get_no_number_is_told():
+    rng = np.random.default_rng(6)
+    uv, _ = make_grid(rng)
+    numbers = number_grid(uv[rng.uniform(size=len(uv)) < 0.5], 23, 23, None, SIZE)
+    assert (numbers.id < 0).all()
+    assert 'dots found (529 configured)' in numbers.reason
+
+
 def test_a_grid_turned_by_45_degrees_is_not_certain():
     uv, _ = make_grid(np.random.default_rng(7), turn=45.0, pitch=14.0)
     assert 'degrees' in number_grid(uv, 23, 23).reason

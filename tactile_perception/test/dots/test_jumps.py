@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
+import pytest
+
 from tactile_perception.dots.jumps import leave_out_jumps
 
 ROW, COLUMN = np.divmod(np.arange(80), 10)
@@ -25,6 +27,15 @@ def test_a_dot_under_its_neighbours_number_loses_it():
     assert cleaned[seen == 45] == -1
     assert np.count_nonzero(cleaned >= 0) >= 60
     assert set(cleaned[cleaned >= 0]) <= set(ID) - {44}
+
+
+@pytest.mark.parametrize('place', [45, 5])
+def test_a_merged_dot_that_stands_beside_a_missing_one_loses_its_number(place):
+    seen = np.delete(ID, place - 1)
+    uv = UV[seen]
+    uv[seen == place] -= [6.5, 0.0]
+    cleaned = leave_out_jumps(seen, uv, (8, 10))
+    np.testing.assert_array_equal(cleaned, np.where(seen == place, -1, seen))
 
 
 def test_no_numbers():
