@@ -143,7 +143,7 @@ def _ground_level(grey, centre, away):
 
 def _fit_blur(grey, centre, rough, noise):
     """Blur that all dots share, their diameters and median contrast: the least residual over a grid, discs about the grey-weighted
-    centres."""
+    centres; first over a coarse one about rough centres."""
     half = int(np.ceil(np.percentile(rough, 90) / 2 + 3))
     at = np.rint(centre).astype(int)
     inside = ((at >= half) & (at < np.array(grey.shape[::-1]) - half)).all(1)
@@ -153,16 +153,20 @@ def _fit_blur(grey, centre, rough, noise):
     reach = np.arange(-half, half + 1)
     patches = grey[at[chosen, 1, None, None] + reach[:, None], at[chosen, 0, None, None] + reach].astype(float)
     x, y = np.meshgrid(reach, reach)
-    best = None
     offset = centre[chosen] - at[chosen]
     discs = _Discs(np.median(rough[chosen]), 1.5 * half + 2)
-    for _ in range(2):  # the second time about better centres
-        radius = np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
-        best = _scan(patches, radius, rough[chosen], discs)
-        offset = _recentre(patches, offset, x, y, best[1])
-    blur, diameter, contrast = best
+    coarse = _scan(patches, _distances(x, y, offset), rough[chosen], discs, range(0, len(discs.blurs), 2), slice(None, None, 2))
+    offset = _recentre(patches, offset, x, y, coarse[1])
+    near = int(np.argmin(np.abs(discs.blurs - coarse[0])))
+    around = range(max(near - 2, 0), min(near + 3, len(discs.blurs)))
+    blur, diameter, contrast = _scan(patches, _distances(x, y, offset), rough[chosen], discs, around, slice(None))
     scale = np.median(diameter / rough[chosen])
     return blur, rough * scale, float(np.median(np.abs(contrast)))
+
+
+def _distances(x, y, offset):
+    """(N, H, W) px of the pixels at x, y (H, W) from places (N, 2)."""
+    return np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
 
 
 class _Discs:
@@ -172,29 +176,36 @@ class _Discs:
         self.blurs = np.array([0.2, 0.35, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 2.0, 2.5, 3.2])
         self.diameters = np.linspace(0.6, 1.5, 28) * about
         self._last = int(outermost * _PER_PIXEL)
-        radius = np.arange(self._last + 1) / _PER_PIXEL
-        self._profiles = [[blurred_disc(radius, d, blur).astype(np.float32) for d in self.diameters] for blur in self.blurs]
+        self._radius = np.arange(self._last + 1) / _PER_PIXEL
+        self._profiles: dict[tuple[int, int], np.ndarray] = {}
 
-    def images(self, blur: int, radius: np.ndarray):
-        """For each diameter the brightness at these distances (any shape, px) from the centre, at blur number `blur`."""
+    def images(self, blur: int, chosen: range, radius: np.ndarray):
+        """For each of the chosen diameters the brightness at these distances (any shape, px) from the centre, at blur number `blur`."""
         index = np.minimum(np.rint(radius * _PER_PIXEL), self._last).astype(np.int32)
-        return (profile.take(index) for profile in self._profiles[blur])
+        return (self._profile(blur, k).take(index) for k in chosen)
+
+    def _profile(self, blur: int, diameter: int) -> np.ndarray:
+        if (blur, diameter) not in self._profiles:
+            self._profiles[blur, diameter] = np.float32(blurred_disc(self._radius, self.diameters[diameter], self.blurs[blur]))
+        return self._profiles[blur, diameter]
 
 
-def _scan(patches, radius, rough, discs):
-    """(blur, diameters (N,), contrasts (N,)) of least residual over a grid, contrast and ground free for each dot."""
+def _scan(patches, radius, rough, discs, blurs, part):
+    """(blur, diameters (N,), contrasts (N,)) of least residual over a grid, contrast and ground free for each dot; blurs: their numbers;
+    part: of the diameters, a slice."""
+    diameters = np.arange(len(discs.diameters))[part]
     totals, found, each = [], [], np.arange(len(rough))
     window = (radius < (rough / 2 + 2.5)[:, None, None]).reshape(len(rough), -1)
     wanted = _Windowed(patches.reshape(len(rough), -1), window)
     radius = radius.reshape(len(rough), -1)
-    for blur in range(len(discs.blurs)):
-        fits = [wanted.residual(image) for image in discs.images(blur, radius)]
+    for blur in blurs:
+        fits = [wanted.residual(image) for image in discs.images(blur, diameters, radius)]
         residual, contrast = np.array([f[0] for f in fits]), np.array([f[1] for f in fits])
         k = np.argmin(residual, 0)
         totals.append(np.median(residual[k, each]))
-        found.append((discs.diameters[k], contrast[k, each]))
+        found.append((discs.diameters[diameters[k]], contrast[k, each]))
     k = int(np.argmin(totals))
-    return _vertex(discs.blurs, totals, k), *found[k]
+    return _vertex(discs.blurs[list(blurs)], totals, k), *found[k]
 
 
 class _Windowed:
