@@ -14,9 +14,10 @@ from .estimate import TouchMethod
 from .paper_cushion import PaperCushion
 from .paper_touch import PaperTouch
 from .sensor import MarkerSensor
+from .sheet_touch import SheetModelMethod
 
-TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion}
-_FOR_SHEETS = {'paper': True, 'paper_cushion': False}  # methods that are for one kind of surface
+TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'model': SheetModelMethod}
+_FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods that are for one kind of surface
 
 
 def methods_for(sensor: MarkerSensor) -> dict[str, type]:

@@ -1,0 +1,125 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of the sheet's model: its numbers, the library of presses, and how far both can be trusted."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..errors import BadCalibration
+from .field import MarkerField
+from .presses import Presses
+from .sensor import MarkerSensor
+from .sheet_appearance import Press
+from .sheet_eyes import EyeShifts
+from .sheet_fit import fit_numbers
+from .sheet_inverse import FieldNoise, Seen, SheetInverse
+from .sheet_library import LibraryPlan, SheetLibrary, build_library
+from .sheet_model import SheetMaterial
+from .sheet_numbers import library_from_numbers, library_numbers
+
+DEEPER = 1.15         # presses are worked out to so many times the deepest calibrated one
+LIKELY_RADIUS = 7.5e-3  # m, of a fingertip, before it is fitted
+SCALE = 8e-3          # m, of the mesh about a tip; less on a small sheet
+STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # where no untouched frame tells
+QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # nothing is surer than this
+FEWEST_TOUCHING = 6
+
+
+@dataclass(frozen=True)
+class SheetCalibration:
+    """library: with the calibrated tip in its middle; material; marker_radius: m; eyes; noise: of fields, with the share by which the model
+    is wrong; place_error: m, and depth_share: standard deviations of what is left, of place and over depth; place_range: (2, 2) m, lowest
+    and highest x and y, deepest: m, calibrated.
+    """
+
+    library: SheetLibrary
+    material: SheetMaterial
+    marker_radius: float
+    eyes: EyeShifts
+    noise: FieldNoise
+    place_error: float
+    depth_share: float
+    place_range: np.ndarray
+    deepest: float
+
+    def numbers(self) -> dict:
+        """As plain numbers for a calibration file."""
+        return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
+                'eye_shifts': self.eyes.shifts.tolist(), 'noise': asdict(self.noise), 'place_error': self.place_error,
+                'depth_share': self.depth_share, 'place_range': self.place_range.tolist(), 'deepest': self.deepest,
+                'library': library_numbers(self.library)}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
+        """Back from plain numbers. Raises BadCalibration where one is missing or of another kind."""
+        try:
+            eyes = EyeShifts(np.array(numbers['eyes'], float).reshape(-1, 3), np.array(numbers['eye_shifts'], float).reshape(-1, 2))
+            library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
+            marker_radius, place_error, depth_share, deepest = (
+                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
+            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
+            noise = FieldNoise(**numbers['noise'])
+            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadCalibration(f"the sheet's model in the calibration file cannot be read ({error}); run calibrate again") from None
+
+
+def calibrate_sheet(presses: Presses, sensor: MarkerSensor) -> SheetCalibration:
+    """The calibration of a sheet from presses by one round tip. Raises BadCalibration where they cannot determine it."""
+    if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'the model of a sheet needs a flat sheet and {FEWEST_TOUCHING} presses at known places, not '
+                             f'{presses.touching.sum()} on {sensor.type}')
+    half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
+    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, scale=min(SCALE, 0.4 * float(half.min())))
+    touching = presses.select(presses.touching)
+    numbers = fit_numbers(touching, plan)
+    library = build_library(LibraryPlan(plan.half, numbers.radius, plan.depth, plan.scale), numbers.material)
+    still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [numbers.eyes.shifted(field) for field in touching.fields]
+    truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
+    noise = _noise(still, fields, truths, SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch)))
+    inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
+    found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
+    place_error, depth_share = _left_over(found, truths)
+    covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
+    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
+                            deepest)
+
+
+def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
+    """The noise of still fields, and the share of a marker's displacement by which the model is wrong beside it."""
+    shift, growth = STILL.shift, STILL.growth
+    if still:  # their mean is what they are compared to: it hides a part
+        spare = np.sqrt(len(still) / max(len(still) - 1, 1))
+        shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
+        growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
+    over, amount = np.zeros(3), 0.0
+    for field, truth in zip(fields, truths):
+        seen = Seen(field)
+        predicted, moved = inverse.predict([truth], seen)
+        excess = (seen.value - predicted)**2 * seen.known - np.array([shift, shift, growth])**2
+        over, amount = over + excess.sum(0), amount + np.sum(moved**2)
+    share_shift, share_growth = np.sqrt(np.maximum(over[:2].mean(), 0) / amount), np.sqrt(max(over[2], 0) / amount)
+    values = FieldNoise(shift, growth, float(share_shift), float(share_growth))
+    return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
+
+
+def _left_over(found: list, truths: list[Press]) -> tuple[float, float]:
+    """Standard deviation of place, m, and of depth, over the depth, that the presses' own covariances leave unexplained."""
+    error = np.array([inverse.presses[0].vector[:3] - truth.vector[:3] for inverse, truth in zip(found, truths)])
+    variance = np.array([np.diag(inverse.covariance)[:3] for inverse in found])
+    depth = np.array([truth.depth for truth in truths])
+    place = _extra(error[:, :2].ravel()**2, variance[:, :2].ravel(), np.ones(2 * len(depth)))
+    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2)
+
+
+def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:
+    """The s >= 0 with which squares / (variance + s^2 scale) are 1 in the mean."""
+    def over(s: float) -> float:
+        return float(np.mean(squares / (variance + s * s * scale)) - 1)
+    largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12
+    return float(brentq(over, 0.0, largest, xtol=1e-9)) if over(0.0) > 0 > over(largest) else 0.0

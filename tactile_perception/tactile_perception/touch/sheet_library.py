@@ -1,0 +1,198 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a pressed sheet deforms, looked up instead of solved: presses worked out beforehand, few modes, smooth between them.
+
+A field is its coefficients on the mesh that moves with the press (sheet_model_mesh). Under a mirror of the sheet a field is the sum of an
+even and an odd part along each axis; each of the four classes of parts is a polynomial of that parity in the place (on Chebyshev nodes of
+one quarter of the sheet), a parabola in the log of the radius and a cubic spline in the depth, times a few modes (principal components).
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadCalibration
+from .sheet_model import SheetMaterial, press_sheet
+from .sheet_model_mesh import SheetMesh, least_length, uniform
+
+SPREAD = np.log(1.35)  # of the tip's radius, to either side of the calibrated one, that presses are worked out for
+DEPTH_POWER = 1.5      # depths stand closer together where contact begins
+TRUE = 1.5e-6          # m: modes below this root mean square over the sheet are left out
+UNSOLVED = 0.02        # of the presses may find no balance, as deep ones of a large tip beside the clamp
+MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
+
+
+@dataclass(frozen=True)
+class LibraryPlan:
+    """half: (2,) m of the sheet; radius: m, the middle one; depth: m, largest; scale: m, of the mesh; n: spans from the tip to the clamp;
+    order: nodes along a quarter of the sheet; levels: of depth; substeps: of the way from one level to the next.
+    """
+
+    half: tuple[float, float]
+    radius: float
+    depth: float
+    scale: float = 8e-3
+    n: int = 9
+    order: int = 4
+    levels: int = 12
+    substeps: int = 3
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(2,) m: presses are worked out up to this far from the middle."""
+        return np.asarray(self.half) - 1.05 * least_length(self.scale)
+
+    @property
+    def depths(self) -> np.ndarray:
+        """(levels,) m, rising to the largest."""
+        return self.depth * (np.arange(1, self.levels + 1) / self.levels) ** DEPTH_POWER
+
+    def way(self, stops: np.ndarray) -> np.ndarray:
+        """Depths, m, in steps fine enough for friction to be right, through the rising stops (D,), m."""
+        fine = self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
+        between = fine[fine < 0.999 * stops[-1]]
+        between = between[np.abs(between[:, None] - stops).min(1, initial=np.inf) > 0.2 * self.depth / len(fine)]
+        return np.union1d(between, stops)
+
+    @property
+    def radii(self) -> np.ndarray:
+        """(3,) m."""
+        return self.radius * np.exp(SPREAD * np.array([-1, 0, 1]))
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(order,) places over reach, from 0 to 1."""
+        return np.cos((2 * np.arange(self.order) + 1) * np.pi / (4 * self.order))
+
+
+@dataclass
+class ModeClass:
+    """The parts of one parity: odd (2,) bool along x and y; coefficients (order, order, 3, levels + 3, m); modes (m, h, h, 3) on one
+    quarter of the mesh.
+    """
+
+    odd: tuple[int, int]
+    coefficients: np.ndarray
+    modes: np.ndarray
+
+
+class SheetLibrary:
+    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan."""
+
+    def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):
+        self.plan, self.classes = plan, classes
+        self.side = 2 * plan.n + 2
+        self._modes = np.concatenate([_whole(part).reshape(len(part.modes), -1) for part in classes])
+        self._table = self._tabulate()
+
+    def _tabulate(self) -> np.ndarray:
+        """(4 order^2 3, levels + 3, m): all coefficients, those of a class in the rows of its own polynomials."""
+        order, levels = self.plan.order, self.plan.levels + 3
+        table = np.zeros((2 * order, 2 * order, 3, levels, len(self._modes)))
+        first = 0
+        for part in self.classes:
+            count = len(part.modes)
+            table[part.odd[0]::2, part.odd[1]::2, ..., first:first + count] = part.coefficients
+            first += count
+        return table.reshape(-1, levels, len(self._modes))
+
+    def fields(self, place: np.ndarray, depth: float, log_radius: float) -> np.ndarray:
+        """(5, side * side, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
+        of the radius over the plan's; then their derivatives by place x, y, by depth and by log_radius.
+
+        What is outside of the plan is taken at its border.
+        """
+        (x, by_x), (y, by_y) = (self._polynomials(place[axis], self.plan.reach[axis]) for axis in (0, 1))
+        e = min(max(log_radius / SPREAD, -1.2), 1.2)
+        radial, by_radial = np.array([1.0, e, e * e]), np.array([0.0, 1.0, 2 * e]) / SPREAD
+        first, spline, by_depth = self._depth_weights(depth)
+        over = [np.einsum('i,j,k->ijk', *factors).ravel() for factors in ((x, y, radial), (by_x, y, radial), (x, by_y, radial),
+                                                                         (x, y, by_radial))]
+        local = np.stack(over) @ self._table[:, first:first + 4].reshape(len(over[0]), -1)
+        local = local.reshape(4, 4, -1)
+        mixed = np.stack([spline @ local[0], spline @ local[1], spline @ local[2], by_depth @ local[0], spline @ local[3]])
+        return (mixed @ self._modes).reshape(5, -1, 3)
+
+    def _polynomials(self, place: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Chebyshev polynomials (2 order,) at place and their derivatives, 1/m."""
+        angle = np.arccos(min(max(place / reach, -1 + 1e-6), 1 - 1e-6))
+        degree = np.arange(2 * self.plan.order)
+        return np.cos(degree * angle), degree * np.sin(degree * angle) / (np.sin(angle) * reach)
+
+    def _depth_weights(self, depth: float) -> tuple[int, np.ndarray, np.ndarray]:
+        """First coefficient, weights (4,) and their derivatives, 1/m, of the cubic B-splines at depth."""
+        share = min(max(depth / self.plan.depth, 1e-6), 1.0)
+        level = share ** (1 / DEPTH_POWER) * self.plan.levels
+        first = min(int(level), self.plan.levels - 1)
+        f = level - first
+        value = np.array([(1 - f)**3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3]) / 6
+        slope = np.array([-(1 - f)**2, 3 * f**2 - 4 * f, -3 * f**2 + 2 * f + 1, f**2]) / 2
+        return first, value, slope * (level / (DEPTH_POWER * share * self.plan.depth))
+
+
+def _whole(part: ModeClass) -> np.ndarray:
+    """The modes (m, side, side, 3) over the whole mesh, on uniform B-splines."""
+    whole = part.modes
+    for axis in (0, 1):
+        mirrored = np.flip(whole, axis + 1) * MIRROR[axis] * (-1 if part.odd[axis] else 1)
+        whole = np.concatenate([whole, mirrored], axis=axis + 1)
+    return uniform(whole)
+
+
+def build_library(plan: LibraryPlan, material: SheetMaterial, progress: Callable[[float], None] = lambda done: None) -> SheetLibrary:
+    """Work out the presses of plan on a sheet of that material; progress is called with the share done.
+
+    Raises BadCalibration where the mechanics find no balance.
+    """
+    places = [(i, j) for i in range(plan.order) for j in range(plan.order)]
+    half_side = plan.n + 1
+    way = plan.way(plan.depths)
+    stops = np.searchsorted(way, plan.depths)
+    solved = np.zeros((plan.order, plan.order, 3, plan.levels + 1, 2 * half_side, 2 * half_side, 3))
+    for done, (i, j) in enumerate(places):
+        mesh = SheetMesh(plan.reach * plan.nodes[[i, j]], plan.half, plan.scale, plan.n)
+        for k, radius in enumerate(plan.radii):
+            solved[i, j, k, 1:] = press_sheet(mesh, way, radius, material)[stops].reshape(-1, *solved.shape[4:])
+        progress((done + 1) / len(places))
+    if np.isnan(solved[..., 0, 0, 0]).mean() > UNSOLVED:
+        raise BadCalibration(f'the sheet finds no balance for presses to {plan.depth * 1e3:.1f} mm with {material}; check size and depths')
+    _bridge(solved, plan.depths)
+    return SheetLibrary(plan, [_class(solved, odd, plan) for odd in ((0, 0), (0, 1), (1, 0), (1, 1))])
+
+
+def _bridge(solved: np.ndarray, depths: np.ndarray) -> None:
+    """Where no balance was found (NaN) from some depth on, go on in a straight line."""
+    depths = np.concatenate([[0.0], depths])
+    for level in range(2, solved.shape[3]):
+        missing = np.isnan(solved[:, :, :, level, 0, 0, 0])
+        last, before = solved[:, :, :, level - 1][missing], solved[:, :, :, level - 2][missing]
+        step = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
+        solved[:, :, :, level][missing] = last + step * (last - before)
+
+
+def _class(solved: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:
+    half_side = plan.n + 1
+    part = solved
+    for axis in (0, 1):
+        part = (part + (-1 if odd[axis] else 1) * MIRROR[axis] * np.flip(part, 4 + axis)) / 2
+    part = part[..., :half_side, :half_side, :].reshape(*solved.shape[:4], -1)
+    snapshots = part.reshape(-1, part.shape[-1])
+    _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
+    count = max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))
+    mixed = part @ modes[:count].T
+    angle = np.arccos(plan.nodes)[:, None] * np.arange(2 * plan.order)
+    over = [np.linalg.inv(np.cos(angle[:, odd[axis]::2])) for axis in (0, 1)]
+    radial = np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]]))
+    coefficients = np.einsum('ai,bj,ck,dl,ijklm->abcdm', over[0], over[1], radial, _spline_fit(plan.levels), mixed, optimize=True)
+    return ModeClass(odd, coefficients, modes[:count].reshape(count, half_side, half_side, 3))
+
+
+def _spline_fit(levels: int) -> np.ndarray:
+    """(levels + 3, levels + 1): from values at the levels 0 to levels to coefficients of uniform cubic B-splines, ends not a knot."""
+    rows = np.zeros((levels + 3, levels + 3))
+    for k in range(levels + 1):
+        rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
+    rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
+    return np.linalg.inv(rows)[:, :levels + 1]

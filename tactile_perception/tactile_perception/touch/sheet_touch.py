@@ -1,0 +1,73 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a sheet by its mechanics: the presses that explain the whole field of markers, told with their uncertainty."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from .field import MarkerField
+from .presses import Presses
+from .sensor import MarkerSensor
+from .sheet_appearance import Press
+from .sheet_calibration import SheetCalibration, calibrate_sheet
+from .sheet_inverse import Inverse, Seen, SheetInverse
+from .sheet_start import SheetStart
+
+FEWEST = 10    # markers seen, below which nothing is told
+STANDS_OUT = 8.0  # sigmas by which a field must stand out of the noise
+SURE = 4.0     # sigmas by which the depth must
+BEYOND = 1.02  # of the calibrated depth, from where on it is out of range
+EDGE = 0.999   # of the reach of the library
+
+
+class SheetModelMethod:
+    """The 'model' method for sheets: see sheet_model, sheet_library, sheet_inverse."""
+
+    def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
+        self._calibration = calibration
+        library, noise = calibration.library, calibration.noise
+        self._inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
+        self._start = SheetStart(library, noise.shift, noise.growth)
+        self._margin = np.array(sensor.pitch)
+
+    @classmethod
+    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+        """Numbers for the calibration file. Raises BadCalibration where the presses cannot determine the model."""
+        return calibrate_sheet(presses, sensor).numbers()
+
+    @classmethod
+    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
+        """The method with its numbers from a calibration file. Raises BadCalibration where they are of another kind."""
+        return cls(SheetCalibration.from_numbers(fitted), sensor)
+
+    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
+        """The touches of one frame; empty where nothing touches."""
+        if field.seen.sum() < FEWEST:
+            return []
+        field = self._calibration.eyes.shifted(field)
+        start, score = self._start.best(field)
+        if score < STANDS_OUT:
+            return []
+        found = self._inverse.solve(Seen(field), [start])
+        return [touch for touch in self._estimates(found) if touch.depth > SURE * touch.depth_sigma]
+
+    def _estimates(self, found: Inverse) -> list[TouchEstimate]:
+        return [self._touch(press, found.covariance[4 * k:4 * k + 3, 4 * k:4 * k + 3]) for k, press in enumerate(found.presses)]
+
+    def _touch(self, press: Press, covariance: np.ndarray) -> TouchEstimate:
+        calibration = self._calibration
+        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * press.depth])
+        turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
+        covariance = turned @ (covariance + np.diag(extra**2)) @ turned
+        radius = float(calibration.library.plan.radius * np.exp(press.log_radius))
+        return TouchEstimate(np.array([*press.place, -press.depth]), press.depth, covariance, float(np.sqrt(covariance[2, 2])), radius,
+                             self._flags(press))
+
+    def _flags(self, press: Press) -> int:
+        low, high = self._calibration.place_range
+        outside = (press.place < low - self._margin).any() or (press.place > high + self._margin).any()
+        flags = OUT_OF_RANGE if outside or press.depth > BEYOND * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(press.place) >= EDGE * self._calibration.library.plan.reach).any() else 0)

@@ -1,0 +1,58 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import dataclasses
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+from tactile_perception.errors import BadCalibration
+from tactile_perception.touch import sheet_library
+from tactile_perception.touch.sheet_appearance import read_field
+from tactile_perception.touch.sheet_library import build_library
+from tactile_perception.touch.sheet_model import press_sheet
+from tactile_perception.touch.sheet_model_mesh import SheetMesh, uniform
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from sheet_scenes import GRID, MATERIAL, PLAN, library  # noqa: E402
+
+
+@pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 3e-3, 7e-3), ((0.011, -0.006), 5e-3, 8e-3), ((-0.014, 0.009), 2e-3, 6e-3)])
+def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
+    mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
+    solved = press_sheet(mesh, PLAN.way(np.array([depth])), radius, MATERIAL)[-1]
+    exact = read_field(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
+    found = read_field(library().fields(place, depth, np.log(radius / PLAN.radius))[0], PLAN, place, GRID)[:, 0]
+    assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
+
+
+def test_mirrored_presses_are_mirrored():
+    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0] for x in (0.01, -0.01))
+    assert right == pytest.approx(left * [-1, 1, 1], abs=1e-9)
+
+
+def test_no_depth_is_no_field():
+    assert np.abs(library().fields((0.003, 0.002), 0.0, 0.0)[0]).max() < 1e-5
+
+
+def test_the_way_goes_through_its_stops():
+    way = PLAN.way(np.array([1.1e-3, 5e-3]))
+    assert {1.1e-3, 5e-3} <= set(way) and (np.diff(way) > 0).all() and np.diff(way).max() < 1e-3 and way[-1] == 5e-3
+
+
+def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
+    monkeypatch.setattr(sheet_library, 'press_sheet', lambda mesh, way, *more: np.full((len(way), mesh.side**2, 3), np.nan))
+    with pytest.raises(BadCalibration, match='no balance'):
+        build_library(PLAN, MATERIAL)
+
+
+def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
+    plan = dataclasses.replace(PLAN, n=2, levels=8, order=3)
+
+    def ramp(mesh, way, radius, material):
+        field = np.ones((mesh.side**2, 3)) * way[:, None, None]
+        field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
+        return field
+    monkeypatch.setattr(sheet_library, 'press_sheet', ramp)
+    nodes = build_library(plan, MATERIAL).fields(plan.reach * plan.nodes[0], plan.depth, 0.0)[0].reshape(6, 6, 3)
+    assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-6)
