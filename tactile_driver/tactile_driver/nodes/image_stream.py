@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 
 import yaml
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
@@ -74,7 +75,7 @@ class BaseStream:
         self._remarks: list[str] = []
         self._active = self._stopped = False
         self._describe()
-        self._capture = Capture(source, lambda: publishers.wanted, self._report)
+        self._capture = Capture(source, self._wanted, self._report)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
@@ -108,6 +109,14 @@ class BaseStream:
     def status(self) -> CaptureStatus:
         """How the capture goes."""
         return self._capture.status
+
+    def _wanted(self) -> bool:
+        try:
+            return self._publishers.wanted
+        except RCLError:  # ROS ends before this thread does
+            if self._node.context.ok():
+                raise
+            return False
 
     def _report(self, level: str, text: str) -> None:
         if level == 'error':

@@ -36,16 +36,17 @@ class TwoFilesSource:
         except EndOfSource:
             if not self._loop or not self._read:
                 raise
-            self.open()
+            self._left.rewind()
+            self._right.rewind()
             pair = self._next(wanted)
         self._read = True
         return pair
 
     def _next(self, wanted: bool) -> PairFrame | None:
         """Frames of one number: what a video skips because it is broken leaves the other's without a mate."""
-        left = self._left.read(wanted)
+        right = self._right.read(wanted)  # first, since the left one's comes when it is due
         try:
-            right = self._right.read(wanted)
+            left = self._left.read(wanted)
         except BadFrame:
             self._unpaired += 1
             raise

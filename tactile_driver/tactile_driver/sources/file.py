@@ -121,6 +121,11 @@ class FileSource:
         self._pace = None if self.on_demand else EvenPace(self.rate, skip=False)
         self._first_stamp, self._number = None, 0
 
+    def rewind(self) -> None:
+        """Go back to the beginning; pace and stamps go on. Raises as open does."""
+        self._reader.close()
+        self._start()
+
     def _start(self) -> None:
         if not self._path.exists():
             raise BadRecording(f'path: {self._path} does not exist; give a video or a folder of images')
@@ -139,8 +144,7 @@ class FileSource:
         if self._reader is None or not self._grab():
             if self._reader is None or not self._loop:
                 raise EndOfSource(f'{self._path} is over after {self._number} frames')
-            self._reader.close()
-            self._start()
+            self.rewind()
             if not self._grab():
                 raise BadRecording(f'path: no frame of {self._path} can be decoded')
 

@@ -50,7 +50,7 @@ def node():
     node = LifecycleNode('streaming', context=context)
     yield node
     node.destroy_node()
-    rclpy.shutdown(context=context)
+    rclpy.try_shutdown(context=context)
 
 
 class Streamed:
@@ -93,6 +93,16 @@ def test_nothing_is_decoded_for_nobody(node):
     time.sleep(0.2)
     streamed.stream.stop()
     assert len(streamed.camera.wanted) > 5 and not any(streamed.camera.wanted)
+
+
+def test_the_end_of_ros_is_no_failure_of_the_camera(node):
+    streamed = Streamed(node)
+    streamed.stream.resume()
+    rclpy.shutdown(context=node.context)
+    before = len(streamed.camera.wanted)
+    time.sleep(0.2)
+    assert len(streamed.camera.wanted) > before + 3 and streamed.stream.status.state == 'running'
+    streamed.stream.stop()
 
 
 def test_a_calibration_of_this_size_is_published(node):

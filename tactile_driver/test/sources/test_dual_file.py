@@ -53,6 +53,12 @@ def test_the_pace_is_even(folders):
     assert np.allclose(np.diff(stamps), 20e6, atol=2e5) and source.describe()['rate'] == 50.0
 
 
+def test_a_loop_keeps_the_pace(folders):
+    source = opened(folders, rate=50.0, loop=True)
+    stamps = [source.read().stamp_ns for _ in range(11)]
+    assert np.allclose(np.diff(stamps), 20e6, atol=2e5)
+
+
 @pytest.mark.parametrize('broken', ['left', 'right'])
 def test_a_frame_whose_mate_is_broken_is_dropped(folders, broken):
     (folders / broken / '2.png').write_bytes(b'x')
