@@ -12,6 +12,9 @@ from .errors import BadArgument, BadFrame
 from .stitching import SideView, Stitching
 
 
+_BAND = 64  # rows
+
+
 class Stitcher(Protocol):
     """Makes one picture of two; size: (width, height) px of it."""
 
@@ -51,17 +54,26 @@ class PlaneStitcher:
     def __init__(self, stitching: Stitching):
         self.size, self._sides = stitching.size, (stitching.left, stitching.right)
         first = int(np.floor(stitching.seam)) + 1
-        self._columns = slice(0, first), slice(first, stitching.size[0])
-        self._maps = [_maps(stitching, side, columns) for side, columns in zip(self._sides, self._columns)]
+        self._bands = [_bands(stitching, side, columns)
+                       for side, columns in zip(self._sides, (slice(0, first), slice(first, stitching.size[0])))]
 
     def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
         """See Stitcher."""
         picture = _empty_picture((left, right), [side.size for side in self._sides], self.size)
-        for image, side, maps, columns in zip((left, right), self._sides, self._maps, self._columns):
-            if image is not None:
-                half = cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-                picture[:, columns] = cv2.convertScaleAbs(half, alpha=side.gain) if side.gain != 1.0 else half
+        for image, side, bands in zip((left, right), self._sides, self._bands):
+            for place, maps in bands if image is not None else ():
+                part = picture[place]
+                cv2.remap(image, *maps, cv2.INTER_LINEAR, part, cv2.BORDER_CONSTANT)
+                if side.gain != 1.0:
+                    cv2.convertScaleAbs(part, part, side.gain)
         return picture
+
+
+def _bands(stitching: Stitching, side: SideView, columns: slice) -> list[tuple[tuple[slice, slice], tuple[np.ndarray, np.ndarray]]]:
+    """(rows, columns) of the picture and their maps, in bands of rows that stay in the processor's cache."""
+    maps = _maps(stitching, side, columns)
+    rows = [slice(first, first + _BAND) for first in range(0, stitching.size[1], _BAND)]
+    return [((band, columns), tuple(np.ascontiguousarray(part[band]) for part in maps)) for band in rows]
 
 
 def _maps(stitching: Stitching, side: SideView, columns: slice) -> tuple[np.ndarray, np.ndarray]:
@@ -74,7 +86,7 @@ def _maps(stitching: Stitching, side: SideView, columns: slice) -> tuple[np.ndar
 
 
 def _empty_picture(images: tuple, sizes, size: tuple[int, int]) -> np.ndarray:
-    """A black picture of the images' kind, once they are as they have to be."""
+    """A picture of the images' kind, black where one is missing, once they are as they have to be."""
     present = [(image, wanted, name) for image, wanted, name in zip(images, sizes, ('left', 'right')) if image is not None]
     for image, wanted, name in present:
         if image.shape[1::-1] != tuple(wanted):
@@ -82,7 +94,8 @@ def _empty_picture(images: tuple, sizes, size: tuple[int, int]) -> np.ndarray:
                            'px; calibrate at this size')
     if not present or len({image.shape[2:] for image, _, _ in present}) > 1:
         raise BadFrame('nothing to stitch: no image, or a grey one beside a coloured one')
-    return np.zeros((size[1], size[0]) + present[0][0].shape[2:], np.uint8)
+    make = np.empty if len(present) == 2 else np.zeros
+    return make((size[1], size[0]) + present[0][0].shape[2:], np.uint8)
 
 
 def _plane(stitching: Stitching) -> Stitcher:

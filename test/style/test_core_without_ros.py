@@ -3,7 +3,6 @@
 """The algorithms, the sources and the simulation import where there is no ROS at all."""
 
 import pathlib
-import re
 import subprocess
 import sys
 
@@ -27,8 +26,8 @@ for name in sys.argv[1:]:
 
 def core_modules(package):
     """Return the names of all modules of the package outside nodes/ and offline/: commands and their parts read and write ROS messages."""
-    root = ROOT / package
-    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if not {'nodes', 'offline'} & set(path.parts)]
+    root, with_ros = ROOT / package, {'nodes', 'offline'}
+    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if not with_ros & set(path.parts)]
     return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found})
 
 

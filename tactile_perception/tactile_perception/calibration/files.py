@@ -16,6 +16,19 @@ from ..errors import BadCalibration
 FORMAT = 'tactile calibration 1'
 SECTIONS = {'sensor': str, 'date': str, 'units': dict, 'fitted': dict, 'residuals': dict, 'calibrated_range': dict, 'left_out': list}
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
+_DIGITS = 9  # significant, of each number written
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes a list of numbers on as few lines as it takes."""
+
+    def numbers_in_lines(self, values: list):
+        """The list, in brackets where it holds numbers."""
+        flow = bool(values) and all(isinstance(value, (int, float)) for value in values)
+        return self.represent_sequence('tag:yaml.org,2002:seq', values, flow_style=flow)
+
+
+_Dumper.add_representer(list, _Dumper.numbers_in_lines)
 
 
 @dataclass
@@ -43,10 +56,19 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
     """
     path = Path(path)
     check_numbers(content.fitted, 'fitted', path)
-    page = {'format': FORMAT} | {name: getattr(content, name) for name in SECTIONS} | {'complete': True}
+    page = {'format': FORMAT} | {name: _rounded(getattr(content, name)) for name in SECTIONS} | {'complete': True}
     partial = path.with_name(path.name + '.partial')
-    partial.write_text(yaml.safe_dump(page, sort_keys=False, allow_unicode=True, width=120), encoding='utf-8')
+    partial.write_text(yaml.dump(page, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120), encoding='utf-8')
     os.replace(partial, path)
+
+
+def _rounded(value):
+    """value with the digits that are written; tuples as lists."""
+    if isinstance(value, dict):
+        return {key: _rounded(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(part) for part in value]
+    return float(f'{value:.{_DIGITS}g}') if isinstance(value, float) else value
 
 
 def read_calibration(path: str | Path, sensor: str) -> CalibrationFile:

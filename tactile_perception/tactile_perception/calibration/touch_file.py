@@ -16,6 +16,8 @@ UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'mom
          'residuals': 'm; normalised squared error and errors of the wrench 1'}
 WRENCH, STITCHING, METHODS = 'wrench', 'stitching', 'methods'
 _PLACE, _DEPTH = 'place_mean', 'depth_mean'
+_EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
+_ABSENT, _VALUES = 'never_seen', 'values'
 
 
 @dataclass(frozen=True)
@@ -46,18 +48,49 @@ def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, S
     Raises BadCalibration or OSError as write_calibration does.
     """
     residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
-    write_calibration(path, CalibrationFile(sensor, UNITS, fitted, residuals, span, left_out))
+    write_calibration(path, CalibrationFile(sensor, UNITS, _packed(fitted), residuals, span, left_out))
 
 
 def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
     """The calibration in a file. Raises BadCalibration where the file is bad (read_calibration) or holds neither a method nor a
     stitching."""
     file = read_calibration(path, sensor)
+    try:
+        file.fitted = _unpacked(file.fitted)
+    except (IndexError, TypeError, ValueError) as error:
+        raise BadCalibration(f'{path}: values and {_ABSENT} of the markers do not fit together ({error}); calibrate again') from None
     methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
     return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file)
+
+
+def _packed(numbers):
+    """numbers without the NaN of markers that were never seen: a file holds none."""
+    if not isinstance(numbers, dict):
+        return numbers
+    packed = {name: _packed(value) for name, value in numbers.items()}
+    for name in set(numbers) & set(_EACH_MARKER):
+        rows = np.asarray(numbers[name], float)
+        absent = np.isnan(rows.reshape(len(rows), -1)).any(axis=1)
+        if absent.any():
+            packed[name] = {_ABSENT: np.flatnonzero(absent).tolist(), _VALUES: rows[~absent].tolist()}
+    return packed
+
+
+def _unpacked(numbers):
+    """What was packed."""
+    if not isinstance(numbers, dict):
+        return numbers
+    if set(numbers) != {_ABSENT, _VALUES}:
+        return {name: _unpacked(value) for name, value in numbers.items()}
+    known, absent = np.array(numbers[_VALUES], float), numbers[_ABSENT]
+    rows = np.full((len(known) + len(absent), *known.shape[1:]), np.nan)
+    present = np.ones(len(rows), bool)
+    present[absent] = False
+    rows[present] = known
+    return rows.tolist()
 
 
 def best_method(residuals: dict, methods) -> str:

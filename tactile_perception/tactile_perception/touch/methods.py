@@ -13,10 +13,12 @@ from ..errors import BadArgument
 from .estimate import TouchMethod
 from .paper_cushion import PaperCushion
 from .paper_touch import PaperTouch
+from .regression import RegressionTouch
 from .sensor import MarkerSensor
 from .sheet_touch import SheetModelMethod
 
-TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'model': SheetModelMethod}
+TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'regression': RegressionTouch,
+                                  'model': SheetModelMethod}
 _FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods that are for one kind of surface
 
 

@@ -20,7 +20,7 @@ from .presses import Presses
 from .regression_bell import DEPTH, PLACE, ROUND, SheetBell
 from .regression_fit import BellFit, BellFitter, ShapePrior, broad_prior
 from .regression_gp import MirrorGP, mirror_groups
-from .regression_start import SEEN, BellStart
+from .regression_start import SEEN, BellStart, quiet_noise
 from .sensor import MarkerSensor
 
 FEWEST = 6                      # presses
@@ -31,7 +31,6 @@ BEYOND = 1.15                   # times the deepest calibrated press: deeper is 
 OWN_SHARE = 0.5                 # of the bell fit's own covariance: the rest of what it expects to be wrong by has been learned
 NARROWED = 1.5                  # half sides that the inputs' unit stands for
 TURNS = 4                       # of solving for place and depth; each brings it ten times nearer or more
-NOISE = 2e-5                    # m, of displacements where neither fields nor untouched frames tell
 
 
 class SheetRegression:
@@ -79,7 +78,7 @@ class SheetRegression:
         if len(touched) < FEWEST:
             raise BadCalibration(f'{len(touched)} presses are too few for a regression; {FEWEST} are needed')
         rest, eye = common_rest(presses.fields)
-        noise = _rest_noise(presses)
+        noise = quiet_noise(presses)
         bell = SheetBell(np.array(sensor.size), rest, eye, _marker_radius(presses.fields[0]))
         fitter = _learn_shape(bell, rest, touched, noise)
         start = BellStart(bell, noise, 0.0)
@@ -152,14 +151,6 @@ def _fitted(fitter: BellFitter, start: BellStart, field: MarkerField, truth) -> 
     """As in use, from where the matched filter finds it; from the truth where that finds nothing."""
     begin = start.find(field)
     return fitter.fit(field.shift, start.noise(field), truth if begin is None else begin)
-
-
-def _rest_noise(presses: Presses) -> float:
-    still = [field.shift for field, on in zip(presses.fields, presses.touching) if not on]
-    told = np.concatenate([field.sigma for field in presses.fields])
-    known = [np.sqrt(np.nanmean(np.square(still)))] if still else []
-    known += [np.nanmedian(told)] if np.isfinite(told).any() else []
-    return float(max(known, default=NOISE)) or NOISE
 
 
 def _quiet(start: BellStart, presses: Presses) -> float:

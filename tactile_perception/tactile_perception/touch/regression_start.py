@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from .field import MarkerField
+from .presses import Presses
 from .regression_bell import SheetBell
 
 NODES, EDGE = (15, 11), 0.86     # bells along the sheet, the outermost at this part of the half side
@@ -14,6 +15,7 @@ SPREAD = 0.03                    # of a bell's depth: what displacements sideway
 SEEN = 12                        # markers: with fewer nothing is told
 SURE = 7.0                       # standard deviations of noise that a touch must stand out by
 QUIETER = 1.5                    # times the greatest score of untouched frames in the calibration, the same
+NOISE = 2e-5                     # m, of displacements where neither fields nor untouched frames tell
 
 
 class BellStart:
@@ -51,3 +53,12 @@ class BellStart:
         if not score[best] > self.threshold:
             return None
         return np.append(self.places[best], np.log(max(depth[best] * self.depth, 1e-5)))
+
+
+def quiet_noise(presses: Presses) -> float:
+    """m, standard deviation of displacements per axis: of untouched frames, or what the fields tell, whichever is more."""
+    still = [field.shift for field, on in zip(presses.fields, presses.touching) if not on]
+    told = np.concatenate([field.sigma for field in presses.fields])
+    known = [np.sqrt(np.nanmean(np.square(still)))] if still else []
+    known += [np.nanmedian(told)] if np.isfinite(told).any() else []
+    return float(max(known, default=NOISE)) or NOISE

@@ -26,6 +26,13 @@ def test_what_was_written_is_read_back(path):
     assert [p.name for p in path.parent.iterdir()] == ['pad.yaml']
 
 
+def test_numbers_have_nine_digits_and_lists_of_them_few_lines(tmp_path):
+    path = tmp_path / 'pad.yaml'
+    write_calibration(path, CalibrationFile('touchpad', {}, {'a': [(0.1 + 0.2) * 10**k for k in range(-9, 9)]}, {}, {}))
+    assert read_calibration(path, 'touchpad').fitted['a'] == pytest.approx([0.3 * 10**k for k in range(-9, 9)], rel=1e-12)
+    assert len(path.read_text().splitlines()) < 16
+
+
 def test_a_missing_file(tmp_path):
     with pytest.raises(BadCalibration, match='no such file'):
         read_calibration(tmp_path / 'none.yaml', 'touchpad')

@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import numpy as np
 import pytest
 from tactile_perception.calibration.touch_file import best_method, read_touch, write_touch
 from tactile_perception.errors import BadCalibration
@@ -25,6 +26,17 @@ def test_what_is_written_is_read(path):
     assert found.best == 'near'
     assert found.wrench is None and found.stitching is None
     assert found.file.residuals['near']['place_95'] == 5e-4
+
+
+def test_markers_that_were_never_seen_stay_unknown(path):
+    rest = [[NAN, NAN], [1.0, 2.0], [NAN, NAN], [3.0, 4.0]]
+    write_touch(path, 'areal_single', {'methods': {'one': {'depths': {'rest': rest}, 'reach': [0.1, NAN, 0.3, 0.4]}}}, {}, {}, SPAN, [])
+    found = read_touch(path, 'areal_single').methods['one']
+    np.testing.assert_array_equal(found['depths']['rest'], rest)
+    np.testing.assert_array_equal(found['reach'], [0.1, NAN, 0.3, 0.4])
+    path.write_text(path.read_text().replace('never_seen: [0, 2]', 'never_seen: [0, 9]'))
+    with pytest.raises(BadCalibration, match='do not fit together'):
+        read_touch(path, 'areal_single')
 
 
 def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):

@@ -37,7 +37,7 @@ def test_one_untouched_pair_is_enough_for_the_drivers_file(tmp_path, params, cap
     assert not tell_truth([bag], '')
     assert calibrate.main([str(bag), '--params', str(params), '--output', str(output)]) == 0
     said = capsys.readouterr().out
-    assert 'markers off the nominal grid: 0.5' in said and ' mm RMS' in said and 'the stitching alone' in said
+    assert 'markers off the nominal grid: 0.4' in said and ' mm RMS' in said and 'the stitching alone' in said
     found = load_stitching(str(output))
     assert found.eyes[0] == pytest.approx([-0.0165, 0.0, -0.046], abs=3e-4) and found.right.gain == pytest.approx(0.8, abs=0.02)
     residuals = yaml.safe_load(output.read_text())['residuals']

@@ -1,0 +1,60 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated scene as a bag, with ground truth, as its recording would be: what calibrate and process_bag read."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, wrench_message
+from tactile_driver.simulation.scene import TwoCameraScene
+from tactile_driver.simulation.scenes import open_dual_scene, open_scene
+from tactile_perception.nodes.serialization import MessageCodec
+from tactile_perception.offline.bags import BagWriter
+
+_FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
+_SECOND_NS = 10**9
+
+
+def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
+    """Write a scene to a new bag, at rate Hz, under namespace (empty: the sensor's type); the number of frames written.
+
+    frames: how many, 0 for the whole scene. Raises BadArgument for an unknown scene or a bag that exists.
+    """
+    scene = _open(name, rate, seed)
+    codec, numbers = MessageCodec(), TouchNumbers()
+    namespace = namespace or scene.sensor
+    count = frames or scene.frames
+    with BagWriter(path, codec.store) as writer:
+        for number in range(count):
+            for topic, stamp_ns, message in _messages(scene, number, numbers, namespace):
+                type_name, data = codec.encode(message)
+                writer.write(f'/{namespace}/{topic}', type_name, stamp_ns, data)
+    return count
+
+
+def _open(name: str, rate: float, seed: int):
+    """The scene, of whichever number of cameras it has."""
+    return (open_dual_scene if name.startswith('areal_dual') else open_scene)(name, rate, seed)
+
+
+def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[str, int, object]]:
+    """(topic, stamp, ns, message) of one frame; truth has the stamp of the only, or the left view."""
+    stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
+    if isinstance(scene, TwoCameraScene):
+        left, right, truth = scene.render(number / scene.rate)
+        late_ns = stamp_ns + round(scene.trigger_delay * _SECOND_NS)
+        views = (('left/', left, scene.cameras[0], stamp_ns), ('right/', right, scene.cameras[1], late_ns))
+    else:
+        seen = scene.render(number / scene.rate)
+        truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)
+    for prefix, image, camera, own_ns in views:
+        info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
+        info.header = header_of(own_ns, frame_id)
+        yield f'{prefix}camera_info', own_ns, info
+        yield f'{prefix}image_raw', own_ns, image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
+    header = header_of(stamp_ns, frame_id)
+    yield 'ground_truth/contacts', stamp_ns, contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
+    yield 'ground_truth/wrench', stamp_ns, wrench_message(truth, header)
