@@ -19,6 +19,7 @@ from .sheet_fit import fit_numbers
 from .sheet_inverse import FieldNoise, Seen, SheetInverse
 from .sheet_library import LibraryPlan, SheetLibrary, build_library
 from .sheet_model import SheetMaterial
+from .sheet_model_mesh import least_length, may_be_pressed
 from .sheet_numbers import library_from_numbers, library_numbers
 
 DEEPER = 1.15         # presses are worked out to so many times the deepest calibrated one
@@ -77,7 +78,10 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
                              f'{presses.touching.sum()} on {sensor.type}')
     half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
     plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **fineness)
-    touching = presses.select(presses.touching)
+    touching = presses.select(presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale))
+    if len(touching) < FEWEST_TOUCHING:
+        raise BadCalibration(f'{len(touching)} presses stand further from the clamp than {least_length(plan.scale) * 1e3:.1f} mm; the model '
+                             f'needs {FEWEST_TOUCHING}')
     numbers = fit_numbers(touching, plan)
     library = build_library(replace(plan, radius=numbers.radius), numbers.material)
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]

@@ -20,13 +20,18 @@ def least_length(scale: float) -> float:
     return 0.75 * scale
 
 
+def may_be_pressed(places: np.ndarray, half: np.ndarray, scale: float) -> np.ndarray:
+    """(N,) bool: whether a mesh can be centred at places (N, 2), m, of a sheet of half (2,), m; not where a place is NaN."""
+    return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # just there is far enough, whatever the rounding
+
+
 def locate(place: np.ndarray, pressed: np.ndarray, half: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """xi (2, N) of places (2, N), m, one row an axis, on a sheet of half (2,), m, pressed at (2,) m; and length - scale (2, N), m, there.
 
     Raises BadArgument where pressed is too near to the clamp, or outside.
     """
     pressed, half = np.asarray(pressed, float)[:, None], np.asarray(half, float)[:, None]
-    if (half - np.abs(pressed)).min() < least_length(scale):
+    if not may_be_pressed(pressed.T, half.T, scale).all():
         raise BadArgument(f'pressed at {pressed.ravel()} m: nearer than {least_length(scale)} m to the clamp at {half.ravel()} m')
     offset = np.minimum(np.maximum(place, -half), half) - pressed
     sign = np.where(offset >= 0, 1.0, -1.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.touch.sheet_model_mesh import SheetMesh, basis, locate, spread, uniform
+from tactile_perception.touch.sheet_model_mesh import SheetMesh, basis, locate, may_be_pressed, spread, uniform
 
 HALF, SCALE = np.array([0.030, 0.0225]), 8e-3
 
@@ -39,6 +39,13 @@ def test_splines_add_up_to_one_and_tell_their_derivatives():
         return np.sum(values[:, order] * field[first[:, None] + np.arange(3)], axis=1)
     assert at(xi, 1) == pytest.approx((at(xi + h, 0) - at(xi - h, 0)) / (2 * h), abs=1e-5)
     assert at(xi, 2) == pytest.approx((at(xi + h, 1) - at(xi - h, 1)) / (2 * h), abs=1e-4)
+
+
+def test_presses_just_far_enough_from_the_clamp_count():
+    """0.0225 - 0.0165 is a little less than 0.006 in floating point."""
+    places = np.array([(0.024, 0.0165), (0.0, -0.0166), (-0.0241, 0.0), (np.nan, np.nan)])
+    assert may_be_pressed(places, np.array([0.030, 0.0225]), 0.008).tolist() == [True, False, False, False]
+    locate(np.zeros((2, 1)), places[0], np.array([0.030, 0.0225]), 0.008)
 
 
 def test_the_mesh_integrates_over_the_sheet():
