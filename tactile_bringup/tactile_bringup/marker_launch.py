@@ -41,7 +41,7 @@ def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool =
     else:
         actions.append(LogInfo(msg='not calibrated (calibration:=FILE): markers are tracked, touches are not told; record presses at '
                                    'known places and run `ros2 run tactile_perception calibrate`'))
-    actions.append(nodes.node('tactile_bringup', 'markers_node', {'frame_id': frame_id}))
+    actions.append(nodes.node('tactile_bringup', 'markers_node', {'frame_id': frame_id} | nodes.calibrated()))
     return [*actions, *nodes.recorder(), *nodes.rviz(share('rviz', f'{sensor_type}.rviz'), frame_id, RVIZ_TOPICS)]
 
 

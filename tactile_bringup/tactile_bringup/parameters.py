@@ -11,6 +11,8 @@ MARKERS_PARAMETERS = (
               read_only=True),
     Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0,
               read_only=True),
+    Parameter('calibration', str, '', '', 'of two cameras: calibration file, which tells where places appear in the stitched picture',
+              read_only=True),
     Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are in proportion', 1e-5, 1.0),
     Parameter('dot_colour', str, 'state', '', 'what colours dots tell: contact state, or depth under the plane z = 0',
               choices=('state', 'depth')),

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import cv2
 import numpy as np
 from sensor_msgs.msg import CameraInfo
+from tactile_driver.stitching import Stitching
 from tactile_msgs.msg import ContactRegion, DotTracks, Slip
 from tactile_perception.camera import CameraModel
 
@@ -18,13 +20,16 @@ SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS
 
 
 class Projection:
-    """Sensor frame to image, by a camera_info and the camera's place; matrices: of camera_matrices, None where it is not calibrated."""
+    """Sensor frame to image, by a camera_info and the camera's place; matrices: of camera_matrices, None where it is not calibrated;
+    stitching: of a picture made of two views, which has no camera of its own."""
 
-    def __init__(self, message: CameraInfo, matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float]):
-        self.key = self.key_of(message)
-        self._model = None
+    def __init__(self, message: CameraInfo, matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float],
+                 stitching: Stitching | None = None):
+        self.key, self._project = self.key_of(message), None
         if matrices is not None:
-            self._model = CameraModel(*matrices, cv2.Rodrigues(np.array(rotation, float))[0], np.array(translation, float))
+            self._project = CameraModel(*matrices, cv2.Rodrigues(np.array(rotation, float))[0], np.array(translation, float)).project
+        elif stitching is not None:
+            self._project = partial(stitched_places, stitching)
 
     @staticmethod
     def key_of(message: CameraInfo) -> tuple:
@@ -35,9 +40,16 @@ class Projection:
         """Image places (N, 2), px, of xyz (N, 3), m; NaN where the camera is not calibrated or a place is not known."""
         uv = np.full((len(xyz), 2), np.nan)
         known = np.isfinite(xyz).all(axis=1)
-        if self._model is not None and known.any():
-            uv[known] = self._model.project(xyz[known])
+        if self._project is not None and known.any():
+            uv[known] = self._project(xyz[known])
         return uv
+
+
+def stitched_places(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
+    """(N, 2) px of a stitched picture: where xyz (N, 3), m, appear, each as the camera sees it on whose side of the seam it appears."""
+    left, right = (stitching.origin + stitching.scale * (eye[:2] + (xyz[:, :2] - eye[:2]) * (eye[2] / (eye[2] - xyz[:, 2:])))
+                   for eye in stitching.eyes)
+    return np.where(stitching.side_of(left)[:, None] == 0, left, right)
 
 
 def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:

@@ -20,6 +20,7 @@ from tactile_driver.nodes.conversions import image_to_message
 from tactile_driver.nodes.diagnostics import SayOnce
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
+from tactile_driver.stitching import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.conversions import camera_matrices, image_to_array, vector
 from tactile_perception.nodes.touchpad_stages import RESULTS
@@ -49,6 +50,7 @@ class MarkersNode(Node):
         self._say = SayOnce(self)
         self._markers = MarkerSet(self._settings)
         self._camera: Projection | None = None
+        self._stitching = _stitching_in(self._settings['calibration'])
         self._inputs: dict[str, object] = {}
         self._expected: set[str] = set()
         self._asked_s = 0.0
@@ -116,7 +118,7 @@ class MarkersNode(Node):
         if self._camera is None or self._camera.key != Projection.key_of(message):
             try:
                 self._camera = Projection(message, camera_matrices(message), self._settings['camera.rotation'],
-                                          self._settings['camera.translation'])
+                                          self._settings['camera.translation'], self._stitching)
             except TactileError as error:
                 self._say.error('camera_info', str(error))
 
@@ -135,6 +137,14 @@ class MarkersNode(Node):
             return
         self._say.forget('image')
         self._picture_output.publish(image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', message.header))
+
+
+def _stitching_in(calibration: str) -> Stitching | None:
+    """That of a calibration file; None where there is none: what is wrong with a file, the node says that estimates by it."""
+    try:
+        return load_stitching(calibration) if calibration else None
+    except BadArgument:
+        return None
 
 
 def main(args: list[str] | None = None) -> None:

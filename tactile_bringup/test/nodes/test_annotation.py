@@ -7,6 +7,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from geometry_msgs.msg import Point, Point32, Polygon, WrenchStamped  # noqa: E402
 from sensor_msgs.msg import CameraInfo  # noqa: E402
+from tactile_driver.stitching import SideView, Stitching  # noqa: E402
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from tactile_perception.nodes.conversions import camera_matrices  # noqa: E402
 
@@ -33,6 +34,20 @@ def test_places_are_projected_by_hand():
 def test_without_a_calibration_nothing_is_projected():
     assert np.isnan(projection([0.0] * 9).places(np.zeros((2, 3)))).all()
     assert annotation_of({'dots': DOTS, 'contact_region': REGION}, projection([0.0] * 9)).outlines == []
+
+
+def camera_at(x):
+    return SideView((640, 480), np.eye(3), np.zeros(5), np.eye(3), np.array([x, 0.0, -0.05]))
+
+
+def test_places_in_a_stitched_picture_by_hand():
+    """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the eye."""
+    stitching = Stitching(camera_at(-0.02), camera_at(0.02), (1200, 900), 1e4, np.array([600.0, 450.0]), 600.0, (500.0, 100.0))
+    info = CameraInfo(width=1200, height=900)
+    drawn = Projection(info, camera_matrices(info), [0.0] * 3, [0.0] * 3, stitching)
+    uv = drawn.places(np.array([(0.01, -0.01, 0), (-0.03, 0.02, -0.01), (0.03, 0.02, -0.01), (np.nan, 0, 0)]))
+    assert uv[:3] == pytest.approx(np.array([(700, 350), (600 - 325, 450 + 250), (600 + 325, 450 + 250)]))
+    assert np.isnan(uv[3]).all()
 
 
 def test_all_that_is_known_comes_into_the_picture():
