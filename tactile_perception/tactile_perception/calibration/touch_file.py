@@ -71,7 +71,7 @@ def _packed(numbers):
     if not isinstance(numbers, dict):
         return numbers
     packed = {name: _packed(value) for name, value in numbers.items()}
-    for name in set(numbers) & set(_EACH_MARKER):
+    for name in [name for name in _EACH_MARKER if isinstance(numbers.get(name), list)]:
         rows = np.asarray(numbers[name], float)
         absent = np.isnan(rows.reshape(len(rows), -1)).any(axis=1)
         if absent.any():

@@ -30,9 +30,11 @@ def test_what_is_written_is_read(path):
 
 def test_markers_that_were_never_seen_stay_unknown(path):
     rest = [[NAN, NAN], [1.0, 2.0], [NAN, NAN], [3.0, 4.0]]
-    write_touch(path, 'areal_single', {'methods': {'one': {'depths': {'rest': rest}, 'reach': [0.1, NAN, 0.3, 0.4]}}}, {}, {}, SPAN, [])
+    one = {'depths': {'rest': rest, 'reach': 0.5}, 'reach': [0.1, NAN, 0.3, 0.4]}
+    write_touch(path, 'areal_single', {'methods': {'one': one}}, {}, {}, SPAN, [])
     found = read_touch(path, 'areal_single').methods['one']
     np.testing.assert_array_equal(found['depths']['rest'], rest)
+    assert found['depths']['reach'] == 0.5
     np.testing.assert_array_equal(found['reach'], [0.1, NAN, 0.3, 0.4])
     path.write_text(path.read_text().replace('never_seen: [0, 2]', 'never_seen: [0, 9]'))
     with pytest.raises(BadCalibration, match='do not fit together'):
