@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes over ROS, from the driver to contact_region: latency from the stamp, frames lost, CPU and memory of each process.
+"""The nodes over ROS, from the driver to the touches: latency from the stamp, frames lost, CPU and memory of each process.
 
-    python test/benchmark/live.py [--duration 60] [--rate 60] [--scene demo] [--pace full] [--out out/benchmark]
+    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--out out/benchmark]
 
-camera_node (simulated), dot_tracker_node and contact_region_node run as processes of their own, each on one thread for numbers, in a ROS
-domain of their own. First nobody subscribes (--idle s), then this process does to contact_region alone. Frames of the first --settle s do
-not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that contact_region does not.
+The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run as processes of their own, each on one thread
+for numbers, in a ROS domain of their own; sheets and cushion with the calibration that ships. First nobody subscribes (--idle s), then
+this process does to the last node's result alone. Frames of the first --settle s do not count: there the rest shape is learnt. A frame is
+lost where the camera's stamps have one that the result does not.
 """
 from __future__ import annotations
 
@@ -28,15 +29,21 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
+from tactile_bringup.sensor_launch import share
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.scenes import open_scene
-from tactile_msgs.msg import ContactRegion
+from tactile_msgs.msg import ContactRegion, Contacts
 
 sys.path.insert(0, str(Path(__file__).parent))
 from sources import scene_parameters  # noqa: E402
 
-NODES = {'camera_node': 'tactile_driver.nodes.camera_node', 'dot_tracker_node': 'tactile_perception.nodes.dot_tracker_node',
-         'contact_region_node': 'tactile_perception.nodes.contact_region_node'}
+#: sensor: modules of its nodes; the result that is listened to, and its type
+_TRACKER, _POINT = 'tactile_perception.nodes.dot_tracker_node', 'tactile_perception.nodes.contact_point_node'
+_CAMERA = 'tactile_driver.nodes.camera_node'
+SENSORS = {'touchpad': ((_CAMERA, _TRACKER, 'tactile_perception.nodes.contact_region_node'), 'contact_region', ContactRegion),
+           'areal_single': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts),
+           'areal_dual': (('tactile_driver.nodes.dual_camera_node', _TRACKER, _POINT), 'contacts', Contacts),
+           'air_cushion': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts)}
 DOMAIN = 97
 PERCENTILES = (50, 95, 99, 100)
 
@@ -44,13 +51,14 @@ PERCENTILES = (50, 95, 99, 100)
 class System:
     """The nodes as processes; use it in a with statement."""
 
-    def __init__(self, parameters: dict[str, object], folder: Path):
+    def __init__(self, modules: tuple[str, ...], parameters: dict, folder: Path):
         file = folder / 'parameters.yaml'
-        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}))
+        file.write_text(yaml.safe_dump(parameters))
         environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
                        'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
-        self._started = {name: subprocess.Popen([sys.executable, '-m', module, '--ros-args', '--params-file', str(file)], cwd=folder,
-                                                env=environment, start_new_session=True) for name, module in NODES.items()}
+        self._started = {module.split('.')[-1]: subprocess.Popen(
+            [sys.executable, '-m', module, '--ros-args', '--params-file', str(file)], cwd=folder, env=environment,
+            start_new_session=True) for module in modules}
         self.processes = {name: psutil.Process(p.pid) for name, p in self._started.items()}
 
     def __enter__(self) -> System:
@@ -69,7 +77,7 @@ class System:
 
 @dataclass
 class Record:
-    """What was seen: stamps (ns) of camera_info and of contact_region, latencies s, (time s, usage) now and then."""
+    """What was seen: stamps (ns) of camera_info and of the result, latencies s, (time s, usage) now and then."""
 
     sent: list = field(default_factory=list)
     done: list = field(default_factory=list)
@@ -78,15 +86,15 @@ class Record:
 
 
 class Listener:
-    """Subscribes to contact_region, and to camera_info for the stamps that there were."""
+    """Subscribes to a result, and to camera_info for the stamps that there were."""
 
-    def __init__(self, record: Record):
+    def __init__(self, record: Record, topic: str, kind: type):
         self._record = record
         self.node = Node('live_benchmark')
-        self.node.create_subscription(ContactRegion, 'contact_region', self._on_region, 100)
+        self.node.create_subscription(kind, topic, self._on_result, 100)
         self.node.create_subscription(CameraInfo, 'camera_info', lambda m: record.sent.append(_stamp(m)), 100)
 
-    def _on_region(self, message: ContactRegion) -> None:
+    def _on_result(self, message) -> None:
         stamp = _stamp(message)
         self._record.latencies.append(1e-9 * (time.time_ns() - stamp))
         self._record.done.append(stamp)
@@ -119,7 +127,7 @@ def summary(idle: Record, busy: Record, settle: float) -> dict:
     latency = 1e3 * np.array([busy.latencies[k] for k in counted])
     last = max(busy.done, default=0)
     sent = {stamp for stamp in busy.sent if begin < stamp <= last}
-    memory = {name: [use[name][1] for _, use in busy.usage] for name in NODES}
+    memory = {name: [use[name][1] for _, use in busy.usage] for name in busy.usage[0][1]}
     first = min(len(busy.usage) - 1, int(settle))
     return {'frames': len(sent), 'lost': len(sent - set(busy.done)),
             'rate Hz': len(sent) / (1e-9 * (last - begin)) if sent else float('nan'),
@@ -130,7 +138,7 @@ def summary(idle: Record, busy: Record, settle: float) -> dict:
 
 def text(result: dict) -> str:
     """The summary as Markdown."""
-    lines = [f'{result["frames"]} frames at {result["rate Hz"]:.1f} Hz, {result["lost"]} lost; latency from the stamp to contact_region: '
+    lines = [f'{result["frames"]} frames at {result["rate Hz"]:.1f} Hz, {result["lost"]} lost; latency from the stamp to the result: '
              + ', '.join(f'{value:.1f} ms ({p} %)' for p, value in result['latency ms'].items()), '',
              '| process | CPU % of a core | CPU % with nobody subscribed | memory MB, first | last | most |', '|---|---|---|---|---|---|']
     for name, memory in result['memory MB'].items():
@@ -139,17 +147,31 @@ def text(result: dict) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def run(scene: str, rate: float, duration: float, idle: float, settle: float, pace: str = 'full') -> dict:
+def parameters_of(sensor: str, scene: str, rate: float, pace: str) -> dict:
+    """A parameter file's content for the nodes of a simulated sensor; scene: '' for the demo."""
+    if sensor == 'touchpad':
+        own = {'source': 'sim', 'scene': scene or 'demo', 'rate': rate, 'pace': pace}
+        return {'/**': {'ros__parameters': {**scene_parameters(open_scene(own['scene'])), **own}}}
+    calibration = share('calibration', f'{sensor}_sim.yaml')
+    chosen = {'rate': rate, 'calibration': calibration} | ({'scene': scene} if scene else {})
+    page = yaml.safe_load(Path(share('params', f'{sensor}_sim.yaml')).read_text())
+    for section in page.values():
+        section['ros__parameters'] |= {name: value for name, value in chosen.items() if name in section['ros__parameters']}
+    page['/**']['ros__parameters'] |= {'source': 'sim', 'stitching_path': calibration}
+    return page
+
+
+def run(sensor: str, parameters: dict, duration: float, idle: float, settle: float) -> dict:
     """Start the nodes, watch them idle and busy, end them; the summary."""
-    parameters = {**scene_parameters(open_scene(scene)), 'source': 'sim', 'scene': scene, 'rate': rate, 'pace': pace}
+    modules, topic, kind = SENSORS[sensor]
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     make_room_for_images()
     unused, used = Record(), Record()
-    with tempfile.TemporaryDirectory() as folder, System(parameters, Path(folder)) as system:
+    with tempfile.TemporaryDirectory() as folder, System(modules, parameters, Path(folder)) as system:
         time.sleep(5.0)  # imports; no part of what is measured
         watch(system, unused, idle, lambda: time.sleep(0.1))
         rclpy.init(domain_id=DOMAIN)
-        listener, executor = Listener(used), SingleThreadedExecutor()
+        listener, executor = Listener(used, topic, kind), SingleThreadedExecutor()
         executor.add_node(listener.node)
         try:
             watch(system, used, settle + duration, lambda: executor.spin_once(timeout_sec=0.05))
@@ -166,12 +188,14 @@ def main() -> None:
     parser.add_argument('--idle', type=float, default=10.0, help='s with nobody subscribed')
     parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
     parser.add_argument('--rate', type=float, default=60.0, help='frames a second')
-    parser.add_argument('--scene', default='demo')
+    parser.add_argument('--sensor', default='touchpad', choices=SENSORS)
+    parser.add_argument('--scene', default='', help='of the simulated sensor; its demo where none is given')
     parser.add_argument('--pace', default='full', help='of the membrane: full or fast')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
     given = parser.parse_args()
     try:
-        result = run(given.scene, given.rate, given.duration, given.idle, given.settle, given.pace)
+        parameters = parameters_of(given.sensor, given.scene, given.rate, given.pace)
+        result = run(given.sensor, parameters, given.duration, given.idle, given.settle)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit('interrupted')
     given.out.mkdir(parents=True, exist_ok=True)

@@ -16,10 +16,11 @@ sys.modules['live_benchmark'] = live  # dataclasses look their module up
 _SPEC.loader.exec_module(live)
 
 PERIOD = 10**8
+NODES = ('camera_node', 'dot_tracker_node', 'contact_region_node')
 
 
 def usage(seconds, megabytes):
-    return {name: (seconds, megabytes) for name in live.NODES}
+    return {name: (seconds, megabytes) for name in NODES}
 
 
 def record(lost=()):
@@ -35,8 +36,8 @@ def test_rate_latency_losses_cpu_and_memory():
     assert result['frames'] == 78 and result['lost'] == 2, 'neither what was lost while settling nor what may be still on its way'
     assert result['rate Hz'] == pytest.approx(10, rel=0.02)
     assert result['latency ms'] == {str(p): pytest.approx(12) for p in live.PERCENTILES}
-    assert result['CPU %'] == dict.fromkeys(live.NODES, pytest.approx(50))
-    assert result['CPU % idle'] == dict.fromkeys(live.NODES, pytest.approx(1))
+    assert result['CPU %'] == dict.fromkeys(NODES, pytest.approx(50))
+    assert result['CPU % idle'] == dict.fromkeys(NODES, pytest.approx(1))
     assert result['memory MB']['dot_tracker_node'] == {'first': 102, 'last': 110, 'most': 110}
     said = live.text(result)
     assert '78 frames at' in said and '2 lost' in said and '| dot_tracker_node | 50.0 | 1.0 | 102 | 110 | 110 |' in said
@@ -47,3 +48,12 @@ def test_nothing_came():
     result = live.summary(empty, empty, settle=2.0)
     assert result['frames'] == result['lost'] == 0 and result['latency ms'] == {}
     assert '0 frames' in live.text(result)
+
+
+@pytest.mark.parametrize('sensor', live.SENSORS)
+def test_parameters_of_each_sensor(sensor):
+    page = live.parameters_of(sensor, '', 60.0, 'fast')
+    told = {name: value for section in page.values() for name, value in section['ros__parameters'].items()}
+    assert told['source'] == 'sim' and told['rate'] == 60.0
+    assert told['scene'] == ('demo' if sensor == 'touchpad' else f'{sensor}_demo')
+    assert sensor == 'touchpad' or told['calibration'].endswith(f'{sensor}_sim.yaml')
