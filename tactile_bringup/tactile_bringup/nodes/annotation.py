@@ -89,10 +89,17 @@ def contact_line(found: Mapping, region: ContactRegion) -> str:
     depths = [c.depth for c in contacts if np.isfinite(c.depth)]
     if depths:
         words.append(f'{1e3 * max(depths):.1f} mm deep')
-    if 'wrench' in found and np.isfinite(found['wrench'].wrench.force.z):
-        force = found['wrench'].wrench.force
-        words.append(f'{np.hypot(np.hypot(force.x, force.y), force.z):.1f} N')
+    if 'wrench' in found:
+        words.append(force_word(found['wrench'].wrench.force))
     words.append(f'{counts[1]} stick, {counts[2]} slip')
     if 'slip' in found:
         words.append(SLIP_NAMES.get(found['slip'].state, ''))
     return ', '.join(word for word in words if word)
+
+
+def force_word(force) -> str:
+    """The force's size; where only its part along z is known, that."""
+    size = float(np.linalg.norm([force.x, force.y, force.z]))
+    if np.isfinite(size):
+        return f'{size:.1f} N'
+    return f'{abs(force.z):.1f} N along z' if np.isfinite(force.z) else ''

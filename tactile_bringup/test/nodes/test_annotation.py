@@ -68,6 +68,8 @@ def test_text_of_less():
     wrench.wrench.force.z = -1.25
     found = {'dots': DOTS, 'contact_region': REGION, 'wrench': wrench, 'slip': Slip(state=Slip.GROSS)}
     assert text_of(found)[1] == '50 mm2, 1.2 N, 0 stick, 1 slip, gross slip'
+    wrench.wrench.force.x = float('nan')
+    assert text_of(found)[1] == '50 mm2, 1.2 N along z, 0 stick, 1 slip, gross slip'
     assert text_of({'dots': DOTS, 'contact_region': ContactRegion()})[1] == 'nothing touches'
 
 
