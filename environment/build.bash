@@ -67,7 +67,7 @@ workspace_hash() {
     {
         find tactile_*/package.xml tactile_*/setup.* tactile_*/CMakeLists.txt tactile_*/resource tactile_msgs/msg -type f -print0 |
             sort -z | xargs -0 sha256sum
-        find tactile_*/launch tactile_*/params tactile_*/rviz -type f 2>/dev/null | sort
+        find tactile_*/launch tactile_*/params tactile_*/rviz tactile_*/calibration -type f 2>/dev/null | sort
         echo "$1"
     } | sha256sum | cut -d' ' -f1
 }
