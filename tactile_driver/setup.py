@@ -25,6 +25,8 @@ setup(
         'console_scripts': [
             'camera_node = tactile_driver.nodes.start:camera_node',
             'dual_camera_node = tactile_driver.nodes.start:dual_camera_node',
+            'psd_node = tactile_driver.nodes.start:psd_node',
+            'psd_emulator = tactile_driver.nodes.start:psd_emulator',
         ],
     },
 )

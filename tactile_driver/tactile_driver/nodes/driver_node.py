@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the lifecycle nodes of all cameras share: configure opens a source, activate publishes its frames."""
+"""What the lifecycle nodes of all drivers share: configure opens a source, activate publishes what comes from it."""
 from __future__ import annotations
 
 import math
@@ -12,9 +12,9 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..sources.capture import Backoff
-from .camera_health import capture_health, unconfigured_health
+from .camera_health import unconfigured_health
 from .diagnostics import Health, NodeDiagnostics, SayOnce
-from .image_stream import ImageStream
+from .image_stream import BaseStream
 from .parameter_server import NodeParameters
 from .parameters import Parameter
 
@@ -25,19 +25,20 @@ class DriverNode(LifecycleNode):
     """configure opens the source, activate publishes, deactivate holds, cleanup closes; with autostart it does the first two by itself.
 
     name: of the node; table: its parameters; live: names of those that can be changed while it runs; open_stream: makes the running stream
-    of the parameters' values, with an open source. Raises TactileError where it cannot.
+    of the parameters' values, with an open source. Raises TactileError where it cannot. kind: of hardware, in /diagnostics.
     """
 
-    def __init__(self, name: str, table: Sequence[Parameter], live: frozenset, open_stream: Callable[[dict], ImageStream]):
+    def __init__(self, name: str, table: Sequence[Parameter], live: frozenset, open_stream: Callable[[dict], BaseStream],
+                 kind: str = 'camera'):
         super().__init__(name)
         self._open_stream, self._live = open_stream, live
-        self._stream: ImageStream | None = None
+        self._stream: BaseStream | None = None
         self._problem = ''
         self._backoff = Backoff()
         self._next_try = 0.0
         self._say = SayOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
-        self._diagnostics = NodeDiagnostics(self, 'camera', 'none', self._examine)
+        self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         # On a clock that runs also where simulated time stands still.
         self._supervision = self.create_timer(_SUPERVISION_S, self._supervise, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -94,7 +95,7 @@ class DriverNode(LifecycleNode):
         self._close()
         super().destroy_node()
 
-    def _opened_stream(self) -> ImageStream:
+    def _opened_stream(self) -> BaseStream:
         if self._settings.problems:
             raise BadArgument('; '.join(self._settings.problems.values()) + '; set it right with ros2 param set, or start again')
         return self._open_stream(self._settings.values())
@@ -136,4 +137,4 @@ class DriverNode(LifecycleNode):
         stream = self._stream
         if stream is None:
             return unconfigured_health(self._problem, math.isfinite(self._next_try) and not self._supervision.is_canceled())
-        return capture_health(stream.status, stream.source.describe(), stream.source.live, stream.remark)
+        return stream.health()

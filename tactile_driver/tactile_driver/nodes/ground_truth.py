@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Sequence
 
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
@@ -17,6 +18,7 @@ from .conversions import point, polygon, vector
 
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3
+_KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 
 
 class TouchNumbers:
@@ -80,18 +82,22 @@ def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
 
 
 class GroundTruth:
-    """The publishers of ground_truth/*; each message is made only when somebody subscribes."""
+    """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
 
-    def __init__(self, node: Node):
-        kinds = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
-        self._publishers = {name: node.create_publisher(kind, f'ground_truth/{name}', qos_profile_system_default)
-                            for name, kind in kinds.items()}
+    def __init__(self, node: Node, names: Sequence[str] = tuple(_KINDS)):
+        self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', qos_profile_system_default)
+                            for name in names}
         self._numbers = TouchNumbers()
 
     @property
     def wanted(self) -> bool:
         """Whether anybody subscribes."""
         return any(p.get_subscription_count() for p in self._publishers.values())
+
+    def publish_contacts(self, touches: list[Touch], header: Header) -> None:
+        """Publish the touches of one instant, all that a sensor without dots knows."""
+        if self._publishers['contacts'].get_subscription_count():
+            self._publishers['contacts'].publish(contacts_message(touches, self._numbers.assign(touches), header))
 
     def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
         """Publish what is subscribed, under the image's header; interval: s between the scene's frames."""

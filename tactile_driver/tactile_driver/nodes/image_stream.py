@@ -17,8 +17,9 @@ from ..frame import CameraCalibration, Frame
 from ..sources.capture import Capture, CaptureStatus
 from ..sources.dual import DualSource
 from ..sources.protocol import Source
+from .camera_health import capture_health
 from .conversions import calibration_to_message, header_of, image_to_message
-from .diagnostics import SayOnce
+from .diagnostics import Health, SayOnce
 from .ground_truth import GroundTruth
 
 _TAKE_S = 0.2
@@ -66,8 +67,11 @@ class ImagePublishers:
 class BaseStream:
     """Publishes what comes from source, which is open and is closed by stop: read in one thread, published in another.
 
-    values: the node's parameters, of which sensor_type and frame_id go into the description.
+    values: the node's parameters, of which sensor_type and frame_id go into the description. keep: how many frames of a live source wait to
+    be published, the newest ones.
     """
+
+    keep = 1
 
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source | DualSource, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
@@ -75,7 +79,7 @@ class BaseStream:
         self._remarks: list[str] = []
         self._active = self._stopped = False
         self._describe()
-        self._capture = Capture(source, self._wanted, self._report)
+        self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
         self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
         self._thread.start()
 
@@ -109,6 +113,10 @@ class BaseStream:
     def status(self) -> CaptureStatus:
         """How the capture goes."""
         return self._capture.status
+
+    def health(self) -> Health:
+        """For /diagnostics."""
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
 
     def _wanted(self) -> bool:
         try:

@@ -79,3 +79,13 @@ def camera_node() -> None:
 def dual_camera_node() -> None:
     """The process dual_camera_node."""
     start_node('tactile_driver.nodes.dual_camera_node')
+
+
+def psd_node() -> None:
+    """The process psd_node."""
+    start_node('tactile_driver.nodes.psd_node')
+
+
+def psd_emulator() -> None:
+    """The command psd_emulator."""
+    start_tool('tactile_driver.emulator')

@@ -58,11 +58,11 @@ class BinaryReader:
     """Finds the frames in a stream of bytes; what is broken is passed over and counted, never delivered.
 
     The header has a check sum of its own, so that a length is believed before the bytes that it asks for have come; behind a
-    broken frame the search goes on within it, so that nothing whole is lost.
+    broken frame the search goes on within it, so that nothing whole is lost. counts: to go on with.
     """
 
-    def __init__(self, expected: Expected):
-        self.counts = FrameCounts()
+    def __init__(self, expected: Expected, counts: FrameCounts | None = None):
+        self.counts = counts or FrameCounts()
         self._expected, self._buffer = expected, bytearray()
         self._sequence = SequenceCheck(self.counts)
 

@@ -27,13 +27,13 @@ class LineReader:
     """Reads lines of so many channels, with or without the device's time in front. bits: of the converter, 8 to 16.
 
     The first line, which may have been cut, is not used, nor is one without a check sum once one with a check sum has come. Every
-    line delivered is a CountFrame of one row, without a sequence number.
+    line delivered is a CountFrame of one row, without a sequence number. counts: to go on with.
     """
 
-    def __init__(self, channels: int, bits: int):
+    def __init__(self, channels: int, bits: int, counts: FrameCounts | None = None):
         if not 8 <= bits <= 16 or not 0 < channels <= 64:
             raise BadArgument(f'lines of {channels} channels of {bits} bits; there can be 1 to 64, of 8 to 16 bits')
-        self.counts = FrameCounts()
+        self.counts = counts or FrameCounts()
         self._channels, self._bits = channels, bits
         self._rest, self._begun, self._checked = b'', False, False
 

@@ -19,18 +19,19 @@ from .protocol import EndOfSource
 _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
 
 
-def choose_topic(types: dict[str, str], wanted: str, path: str) -> str:
-    """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one with
-    images. Raises BadRecording, listing them."""
-    images = sorted(name for name, kind in types.items() if kind in (_IMAGE, _COMPRESSED))
+def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
+                 content: str = 'image') -> str:
+    """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one of
+    kinds, whose content is named so. Raises BadRecording, listing them."""
+    images = sorted(name for name, kind in types.items() if kind in kinds)
     fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
     fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
     if len(fitting) == 1:
         return fitting[0]
     listed = ', '.join(images) or 'none'
     if wanted:
-        raise BadRecording(f'topic: {path} has no images on {wanted!r}; its image topics: {listed}')
-    raise BadRecording(f'topic: {path} has {len(images)} image topics ({listed}); ' + ('name one' if images else 'choose another bag'))
+        raise BadRecording(f'topic: {path} has no {content}s on {wanted!r}; its {content} topics: {listed}')
+    raise BadRecording(f'topic: {path} has {len(images)} {content} topics ({listed}); ' + ('name one' if images else 'choose another bag'))
 
 
 class BagSource:
@@ -42,6 +43,7 @@ class BagSource:
     """
 
     live = False
+    kinds, content = (_IMAGE, _COMPRESSED), 'image'
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):
         if not path:
@@ -63,7 +65,7 @@ class BagSource:
             self._reader = None
             raise BadRecording(f'path: {self._path} is no rosbag2 recording that can be read: {error}') from error
         types = {c.topic: c.msgtype for c in self._reader.connections}
-        self._topic = choose_topic(types, self._wanted, str(self._path))
+        self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
         self._calibration = self._recorded_calibration(types)
         self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
         self._start()

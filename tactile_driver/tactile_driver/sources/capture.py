@@ -56,13 +56,15 @@ class Capture:
     source: opened by the caller, closed by stop; wanted: says whether anybody wants frames; report: called with each new message about a
     failure
     or its end (level 'error' or 'info', text); backoff: waiting times for a lost device; changed: notified of each frame, to wait for
-    several captures at once; lost: why the source could not be opened yet, ''. Of a live source only the newest frame is kept.
+    several captures at once; lost: why the source could not be opened yet, ''; keep: how many frames of a live source wait to be taken,
+    the newest ones.
     """
 
     def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
-                 changed: threading.Condition | None = None, lost: str = ''):
+                 changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
         self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
         self._slot: deque[Frame | PairFrame] = deque()
+        self._keep = keep
         self._changed = changed or threading.Condition()
         self._stopped = threading.Event()
         self._active = threading.Event()
@@ -180,8 +182,9 @@ class Capture:
             if frame is None or not self._active.is_set():
                 return
             if self._source.live:
-                self._overwritten += len(self._slot)
-                self._slot.clear()
+                while len(self._slot) >= self._keep:
+                    self._slot.popleft()
+                    self._overwritten += 1
             else:
                 self._changed.wait_for(lambda: not self._slot or self._stopped.is_set() or not self._active.is_set())
             self._slot.append(frame)

@@ -11,7 +11,7 @@ from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
 from rclpy.parameter import Parameter as RosParameter  # noqa: E402
 
 from tactile_driver.errors import BadArgument, DeviceLost  # noqa: E402
-from tactile_driver.nodes.diagnostics import ERROR, OK  # noqa: E402
+from tactile_driver.nodes.diagnostics import ERROR, OK, Health  # noqa: E402
 from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
 from tactile_driver.nodes.parameters import Parameter  # noqa: E402
 from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
@@ -29,6 +29,7 @@ class Stream:
 
     def __init__(self):
         self.calls = []
+        self.health = lambda: Health(OK, '10.0 Hz')
         self.source = type('Source', (), {'live': True, 'describe': staticmethod(lambda: {'serial': 'A1', 'rate': 10.0})})()
 
     def __getattr__(self, name):

@@ -1,0 +1,121 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The specimen of a simulated PSD finger: cover, waveguide, fibre plate, detector, converter.
+
+Only what makes the four voltages: an object presses the cover towards the waveguide; before it touches, the cover reflects light that
+leaks; where it touches, a patch of finite size scatters; each point of the patch is led by the fibre plate, which is tapered and not
+regular, to the detector, and its current is shared by four electrodes.
+"""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+COVER_RADIUS = 0.016  # m, outside
+_PATCH = [(0.0, 0.0)] + [(0.55, k * math.pi / 3) for k in range(6)] + [(0.92, (k + 0.5) * math.pi / 6) for k in range(12)]
+_MODES = 8
+
+
+@dataclass(frozen=True)
+class Material:
+    """gap: m between cover and waveguide; soft, hard: N/m and N/m^1.5 before and after they touch; leak: V of reflected light as they
+    touch; scatter: V of a patch of one square millimetre at the pole; glow: m, radius of what the cover reflects."""
+
+    gap: float = 1.1e-4
+    soft: float = 1200.0
+    hard: float = 1.1e6
+    leak: float = 0.30
+    scatter: float = 0.85
+    glow: float = 2.4e-3
+
+
+class FingerSpecimen:
+    """One finger, irregular in its own way by its seed."""
+
+    def __init__(self, seed: int = 0):
+        rng = np.random.default_rng([20260, seed])
+        self.material = Material()
+        self._reach = 0.66 * (1 + 0.03 * rng.standard_normal())  # half widths of the detector for the rim
+        self._squeeze = 0.10 + 0.03 * rng.standard_normal()
+        self._oval = rng.normal(0, 0.015, (3, 2))
+        self._twist = rng.normal(0, 0.015)
+        self._waves = rng.normal(0, 2.2, (_MODES, 2))
+        self._phases = rng.uniform(0, 2 * math.pi, (_MODES, 2))
+        self._heights = rng.normal(0, 0.0022, (_MODES, 2))
+        self._turn, self._shift = rng.normal(0, 0.015), rng.normal(0, 0.03, 2)
+        self._lamps = rng.normal(0, 0.06, 2)
+        self.gains = 1 + rng.normal(0, 0.006, 4)
+        self.dark = 0.03 + rng.normal(0, 0.004, 4)
+        self.stray = rng.normal(0, 0.15, 2)
+
+    def force(self, depth: np.ndarray) -> np.ndarray:
+        """Force, N, for how far (m) the cover is pressed in."""
+        into = np.maximum(depth - self.material.gap, 0)
+        return self.material.soft * np.clip(depth, 0, self.material.gap) + self.material.hard * into**1.5
+
+    def plate(self, normal: np.ndarray) -> np.ndarray:
+        """Where the fibres from unit directions (..., 3) end on the detector, half widths (..., 2)."""
+        across = np.hypot(normal[..., 0], normal[..., 1])
+        polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
+        far = 2 * polar / math.pi
+        radius = self._reach * far * (1 + self._squeeze * far * far)
+        for order, (c, s) in enumerate(self._oval, 1):
+            radius = radius * (1 + far * (c * np.cos(order * around) + s * np.sin(order * around)))
+        turned = around + self._twist * far + self._turn
+        end = np.stack([radius * np.cos(turned), radius * np.sin(turned)], axis=-1)
+        argument = end @ self._waves.T
+        ripple = np.stack([(np.sin(argument + self._phases[:, k]) * self._heights[:, k]).sum(-1) for k in (0, 1)], axis=-1)
+        return end + ripple + self._shift
+
+    def transmission(self, normal: np.ndarray) -> np.ndarray:
+        """Part of the light, (...), that fibres from unit directions (..., 3) carry: less where they are bent."""
+        across = np.hypot(normal[..., 0], normal[..., 1])
+        polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
+        ring = 1 + polar * (self._lamps[0] * np.cos(4 * around) + self._lamps[1] * np.sin(3 * around))
+        return ring * np.cos(np.minimum(polar, 1.4)) / (1 + (polar / 1.05) ** 6)
+
+    def light(self, normal: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Currents (N, 4) in V that an object makes that presses depth (N,), m, along unit normals (N, 3)."""
+        near = np.clip(depth / self.material.gap, 0, 1)
+        into = np.maximum(depth - self.material.gap, 0)
+        spot = np.sqrt(2 * COVER_RADIUS * into)
+        brightness = self.material.scatter * (math.pi * spot**2 * 1e6) ** 0.75
+        glowing = self.material.leak * near**2.6
+        return self._patch(normal, spot, brightness) + self._patch(normal, np.full(len(normal), self.material.glow), glowing)
+
+    def _patch(self, normal: np.ndarray, radius: np.ndarray, brightness: np.ndarray) -> np.ndarray:
+        """Currents (N, 4) of round patches of radius (N,), m, and brightness (N,), V."""
+        aside = np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.8, [[1.0, 0, 0]], [[0, 1.0, 0]]))
+        aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+        other = np.cross(normal, aside)
+        share, angle = np.array(_PATCH).T
+        away = share * (radius / COVER_RADIUS)[:, None]
+        offset = np.cos(angle)[:, None] * aside[:, None] + np.sin(angle)[:, None] * other[:, None]
+        points = np.cos(away)[..., None] * normal[:, None] + np.sin(away)[..., None] * offset
+        led = self.transmission(points) * (brightness / len(_PATCH))[:, None]
+        return (self.electrodes(self.plate(points)) * led[..., None]).sum(1)
+
+    def electrodes(self, place: np.ndarray) -> np.ndarray:
+        """Shares (..., 4) of x1, y1, x2, y2 of light at places (..., 2): the nearer a corner, the more it takes."""
+        u, w = place[..., 0], place[..., 1]
+        u, w = u * (1 + 0.01 * w * w), w * (1 + 0.01 * u * u)
+        left, right, low, high = (1 - u) / 2, (1 + u) / 2, (1 - w) / 2, (1 + w) / 2
+        return np.stack([left * low, right * low, right * high, left * high], axis=-1)
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """noise: V of each output; shot: V; limit: V at which amplifiers end; full_scale: V; bits: of the converter."""
+
+    noise: float = 0.011
+    shot: float = 1.0e-5
+    limit: float = 4.95
+    full_scale: float = 5.0
+    bits: int = 12
+
+    def counts(self, volts: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Counts (N, 4) uint16 of voltages (N, 4)."""
+        noisy = volts + rng.standard_normal(volts.shape) * np.sqrt(self.noise**2 + self.shot * np.maximum(volts, 0))
+        return np.clip(np.clip(noisy, 0, self.limit) / self.full_scale * 2**self.bits, 0, 2**self.bits - 1).astype(np.uint16)
