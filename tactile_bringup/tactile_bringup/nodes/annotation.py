@@ -37,7 +37,7 @@ class Projection:
         return tuple(message.k), tuple(message.d)
 
     def places(self, xyz: np.ndarray) -> np.ndarray:
-        """Image places (N, 2), px, of xyz (N, 3), m; NaN where the camera is not calibrated or a place is not known."""
+        """Image places (N, 2), px, of one thing's xyz (N, 3), m; NaN where the camera is not calibrated or a place is not known."""
         uv = np.full((len(xyz), 2), np.nan)
         known = np.isfinite(xyz).all(axis=1)
         if self._project is not None and known.any():
@@ -46,10 +46,10 @@ class Projection:
 
 
 def stitched_places(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
-    """(N, 2) px of a stitched picture: where xyz (N, 3), m, appear, each as the camera sees it on whose side of the seam it appears."""
+    """(N, 2) px of a stitched picture: where xyz (N, 3), m, appear, all as the camera sees them on whose side their middle appears."""
     left, right = (stitching.origin + stitching.scale * (eye[:2] + (xyz[:, :2] - eye[:2]) * (eye[2] / (eye[2] - xyz[:, 2:])))
                    for eye in stitching.eyes)
-    return np.where(stitching.side_of(left)[:, None] == 0, left, right)
+    return right if stitching.side_of(left.mean(axis=0))[0] else left
 
 
 def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
@@ -65,7 +65,8 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
         what.outlines, what.holes = ([uv for uv in map(camera.places, rings) if np.isfinite(uv).all() and len(uv)]
                                      for rings in rings_of(region))
         contacts = found['contacts'].contacts if 'contacts' in found else []
-        what.contacts = camera.places(np.array([(c.position.x, c.position.y, c.position.z) for c in contacts], float).reshape(-1, 3))
+        what.contacts = np.array([camera.places(np.array([(c.position.x, c.position.y, c.position.z)], float))[0] for c in contacts],
+                                 float).reshape(-1, 2)
     return what
 
 

@@ -41,13 +41,16 @@ def camera_at(x):
 
 
 def test_places_in_a_stitched_picture_by_hand():
-    """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the eye."""
+    """Two cameras 5 cm under the sheet and 4 cm apart, 10 px/mm: what lies 1 cm under it is seen a quarter further from the eye; what
+    lies across the seam is drawn in one piece."""
     stitching = Stitching(camera_at(-0.02), camera_at(0.02), (1200, 900), 1e4, np.array([600.0, 450.0]), 600.0, (500.0, 100.0))
     info = CameraInfo(width=1200, height=900)
     drawn = Projection(info, camera_matrices(info), [0.0] * 3, [0.0] * 3, stitching)
-    uv = drawn.places(np.array([(0.01, -0.01, 0), (-0.03, 0.02, -0.01), (0.03, 0.02, -0.01), (np.nan, 0, 0)]))
-    assert uv[:3] == pytest.approx(np.array([(700, 350), (600 - 325, 450 + 250), (600 + 325, 450 + 250)]))
-    assert np.isnan(uv[3]).all()
+    for x, u in ((-0.03, 600 - 325), (0.03, 600 + 325)):
+        uv = drawn.places(np.array([(x, 0.02, -0.01), (np.nan, 0, 0)]))
+        assert uv[0] == pytest.approx((u, 450 + 250)) and np.isnan(uv[1]).all()
+    across = drawn.places(np.array([(-0.02, -0.01, 0.0), (-0.01, 0.0, -0.01), (0.01, 0.0, -0.01)]))
+    assert across == pytest.approx(np.array([(400, 350), (600 - 75, 450), (600 + 175, 450)]))
 
 
 def test_all_that_is_known_comes_into_the_picture():
