@@ -16,7 +16,7 @@ from ..errors import BadCalibration
 FORMAT = 'tactile calibration 1'
 SECTIONS = {'sensor': str, 'date': str, 'units': dict, 'fitted': dict, 'residuals': dict, 'calibrated_range': dict, 'left_out': list}
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
-_DIGITS = 9  # significant, of each number written
+_DIGITS = 7  # significant, of each number written
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # in C it takes a tenth of the time
 
 
