@@ -9,21 +9,23 @@ slope's sine that symmetry asks for, times a parabola in depth. What a camera se
 """
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from scipy.interpolate import BSpline
 
 from ..surface.cap import Cap
 
-KNOTS = np.array([0.0, 0.045, 0.09, 0.135, 0.18, 0.235, 0.3, 0.375, 0.48, 0.62, 0.81, 1.1])  # rad from the touch
+KNOTS = np.array([0.0, 0.06, 0.12, 0.18, 0.25, 0.34, 0.45, 0.6, 0.8, 1.1, 1.5])  # rad from the touch
 NEAR = 0.065                      # rad: within this, directions fade, since at the touch itself there is none
 ORDERS = 3                        # of depth
 ORDER_RIDGE = np.array([0.2, 1.0, 3.0])
-RIDGES = 10.0 ** np.arange(-7, 0)  # of the data's own weight, against large coefficients
 ROUGH = 30.0                      # times that, against kinks along the splines
-FOLDS = 3
+SHALLOW = 0.2                     # of the deepest press: down to this, a dent is as wrong as it is deep
+NEARER = (0.5, 2.5)               # times, at the most, that a point comes nearer to the eye
+UNLIKE = 3.0                      # a press that is further off than so many medians is unlike the others
 MODES = 8
-X, Y, LOG_DEPTH, LOG_SHAPE, BUMP = range(5)  # parameters of a dent: tip m, log amplitude, log depth its shape is taken from, extra depth m
-BUMP_WIDTH = 0.12                 # rad
+LOG_DEPTH, LOG_SHAPE = 2, 3       # parameters of a dent: place of the tip (x, y), m, logs of its depth and of that its shape is taken from
 
 
 class Dent:
@@ -40,13 +42,25 @@ class Dent:
         self.table, self.step = _spline_table()
 
     def appear(self, dent: np.ndarray) -> np.ndarray:
-        """(K, 2) m, apparent displacement under a dent with parameters (5,)."""
+        """(K, 2) m, apparent displacement under a dent with parameters (4,)."""
+        return self.seen_at(self.moved(dent))
+
+    def seen_at(self, moved: np.ndarray) -> np.ndarray:
+        """(K, 2) m, apparent displacement of points that moved by (K, 3) m."""
+        return (self.place + moved[:, :2]) * (self.height / (self.level + moved[:, 2]))[:, None] - self.out
+
+    def with_coefficients(self, coefficients: np.ndarray) -> Dent:
+        """The same with other coefficients."""
+        other = copy(self)
+        other.coefficients = coefficients
+        return other
+
+    def moved(self, dent: np.ndarray) -> np.ndarray:
+        """(K, 3) m, displacement under a dent with parameters (4,)."""
         angle, modes = self._modes(dent[:2])
         powers = np.exp(dent[LOG_DEPTH]) / self.unit * (np.exp(dent[LOG_SHAPE]) / self.unit) ** np.arange(ORDERS)
         size = self._splines(angle) @ np.einsum('mos,o->sm', self.coefficients, powers)
-        moved = np.einsum('km,kmc->kc', size, modes)
-        moved[:, 2] -= dent[BUMP] * np.exp(-0.5 * (angle / BUMP_WIDTH)**2)
-        return (self.place + moved[:, :2]) * (self.height / (self.level + moved[:, 2]))[:, None] - self.out
+        return np.einsum('km,kmc->kc', size, modes)
 
     def equations(self, shift: np.ndarray, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
         """Rows (2 n, MODES * ORDERS * splines), and what they should give (2 n,), m, for a press whose shift (K, 2)
@@ -87,50 +101,46 @@ class Dent:
         return angle, modes
 
 
-def learn_dent(dent: Dent, shifts, places: np.ndarray, depths: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Coefficients (MODES, ORDERS, splines) from presses with shifts (K, 2) m each, tips (M, 2) m and depths (M,) m.
+class DentFit:
+    """Fits dents to presses with shifts (K, 2) m each, tips (M, 2) m and depths (M,) m."""
 
-    groups: (M,) numbers of their places; how much the coefficients are held back is what tells every third place best from the others.
-    """
-    count = MODES * ORDERS * dent.table.shape[1]
-    folds = [_Normal(count) for _ in range(FOLDS)]
-    for shift, place, depth, group in zip(shifts, places, depths, groups):
-        rows, target = dent.equations(shift, place, depth)
-        folds[group % FOLDS].add(rows / depth, target / depth)
-    whole = sum(folds, _Normal(count))
-    penalty = _penalty(dent.table.shape[1]) * np.trace(whole.normal) / count
+    def __init__(self, dent: Dent, shifts, places: np.ndarray, depths: np.ndarray):
+        self._dent, self._shifts, self._places, self._depths = dent, shifts, places, depths
+        self._systems = [dent.equations(shift, place, depth) for shift, place, depth in zip(shifts, places, depths)]
+        self._sure = 1 / np.hypot(depths, SHALLOW * depths.max())
+        self._first = self._normal(self._sure[:, None])
+        self._penalty = _penalty(dent.table.shape[1]) * np.trace(self._first[0]) / len(self._first[1])
 
-    def left_out(ridge):
-        return sum(fold.misfit((whole - fold).solve(ridge * penalty)) for fold in folds)
-    return whole.solve(min(RIDGES, key=left_out) * penalty).reshape(MODES, ORDERS, -1)
+    def coefficients(self, ridge: float) -> np.ndarray:
+        """(MODES, ORDERS, splines), held back by ridge, of the data's own weight.
 
+        Once a first answer tells how near to the eye points come, those nearer are worth more pixels, and presses unlike the others less.
+        """
+        first = self._solve(self._first, ridge)
+        return self._solve(self._normal(self._weights(first)), ridge)
 
-class _Normal:
-    """Normal equations that can be added up and taken apart."""
+    def _normal(self, weights) -> tuple[np.ndarray, np.ndarray]:
+        square, pull = 0.0, 0.0
+        for (rows, target), weight in zip(self._systems, weights):
+            rows = rows * weight.reshape(-1, 1)
+            square, pull = square + rows.T @ rows, pull + rows.T @ (target * weight)
+        return square, pull
 
-    def __init__(self, count: int):
-        self.normal, self.pull, self.square = np.zeros((count, count)), np.zeros(count), 0.0
+    def _solve(self, normal, ridge: float) -> np.ndarray:
+        return np.linalg.solve(normal[0] + ridge * self._penalty, normal[1]).reshape(MODES, ORDERS, -1)
 
-    def add(self, rows, target):
-        self.normal, self.pull, self.square = self.normal + rows.T @ rows, self.pull + rows.T @ target, self.square + target @ target
-
-    def solve(self, penalty) -> np.ndarray:
-        return np.linalg.solve(self.normal + penalty, self.pull)
-
-    def misfit(self, x) -> float:
-        return float(x @ self.normal @ x - 2 * x @ self.pull + self.square)
-
-    def __add__(self, other: _Normal) -> _Normal:
-        return self._joined(other, 1)
-
-    def __sub__(self, other: _Normal) -> _Normal:
-        return self._joined(other, -1)
-
-    def _joined(self, other, sign):
-        joined = _Normal(len(self.pull))
-        joined.normal, joined.pull = self.normal + sign * other.normal, self.pull + sign * other.pull
-        joined.square = self.square + sign * other.square
-        return joined
+    def _weights(self, coefficients: np.ndarray) -> list[np.ndarray]:
+        """Of each equation."""
+        dent = self._dent.with_coefficients(coefficients)
+        nearer, off = [], []
+        for shift, place, depth in zip(self._shifts, self._places, self._depths):
+            moved = dent.moved(np.array([*place, np.log(depth), np.log(depth)]))
+            seen = np.isfinite(shift).all(1)
+            nearer.append(np.repeat(np.clip(dent.level / (dent.level + moved[:, 2]), *NEARER)[seen], 2))
+            off.append(np.sqrt(np.mean((dent.seen_at(moved) - shift)[seen]**2)))
+        off = np.array(off) * self._sure
+        alike = 1 / np.maximum(1, (off / (UNLIKE * np.median(off)))**2)
+        return [share * near for share, near in zip(self._sure * alike, nearer)]
 
 
 def _penalty(splines: int) -> np.ndarray:

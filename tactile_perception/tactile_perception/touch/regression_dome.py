@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contact point on an inflated dome from the whole displacement field: the learned dent (regression_dent) that explains it best.
 
-Place, depth and the depth that the dent's shape is taken from are free, and so is a little depth right under the tip: a larger or smaller
-object than the calibrated one dents the dome more or less around its tip than that.
+Place and depth are free, and so, a little, is the depth that the dent's shape is taken from. The size of what presses hardly shows in
+the markers: an object larger or smaller than the calibrated tip is told with an error that grows with depth and on the slope, and the
+covariance says so (see _size_error).
 """
 from __future__ import annotations
 
@@ -16,20 +17,24 @@ from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .paper_depth import common_rest
 from .presses import Presses
-from .regression_dent import BUMP, LOG_DEPTH, LOG_SHAPE, Dent, learn_dent
+from .regression_dent import LOG_DEPTH, LOG_SHAPE, SHALLOW, Dent, DentFit
 from .regression_start import QUIETER, SEEN, SURE, quiet_noise
 from .rest_surface import dome_cap, first_touch_height, rest_points
 from .sensor import MarkerSensor
 
 FEWEST = 6               # presses
-STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-5])
-LIMIT = np.array([0.01, 0.01, 0.5, 0.5, 0.005])  # of one step
+MOST = 60                # presses that are held out in turn to choose the ridge
+RIDGES = tuple(10.0 ** np.arange(-7, -1))
+DEPTH_COUNTS = 4.0       # times as much as place, in that choice
+MEDIAN_SQUARE = 0.79     # of a third of chi-square with three degrees of freedom
+STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4])
+LIMIT = np.array([0.01, 0.01, 0.5, 0.5])  # of one step
 SETTLED = 3e-3           # of these
 ITERATIONS = 10
-SHAPE_SIGMA = 0.1        # log: how much deeper or shallower a dent may look than it is
-BUMP_SIGMA = 0.05        # of the depth: the same, right under the tip
+SHAPE_SIGMA = 0.03       # log: how much deeper or shallower a dent may look than it is
 MISFIT, MISFIT_TOP = 0.02, 0.006  # of a marker's displacement, and of the greatest: what a dent is wrong by
-TOOL_PLACE = 0.02        # of the way from the apex: what another tool's size shifts the touch on the slope by
+SIZE_SIGMA = 0.3         # log: how much larger or smaller objects are than the calibrated tip
+UNDER_TIP = 0.17         # of the depth, times the log of the size: by how much a smaller tip goes deeper for the same dent around it
 FOLLOW = 3               # iterations for which derivatives are taken anew
 RADII = np.arange(0.0, 0.0801, 0.001)  # m, of the calibrated tip
 RINGS, DEPTHS = (0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42), (0.15, 0.4, 0.7, 1.0)  # of rim radius and deepest press, to start from
@@ -41,8 +46,8 @@ class DomeRegression:
 
     def __init__(self, dent: Dent, sensor: MarkerSensor, numbers: Mapping):
         self.dent, self.sensor = dent, sensor
-        self.noise, self.deepest, self.reach, self.radius, self.widen, quiet = (
-            float(numbers[name]) for name in ('noise', 'deepest', 'reach', 'tip_radius', 'widen', 'quiet'))
+        self.noise, self.deepest, self.farthest, self.radius, self.widen, self.size_sigma, quiet = (
+            float(numbers[name]) for name in ('noise', 'deepest', 'farthest', 'tip_radius', 'widen', 'size_sigma', 'quiet'))
         self.threshold = max(SURE, QUIETER * quiet)
         self._starts = self._library()
         self._shown = np.nan_to_num([dent.appear(start) for start in self._starts]).reshape(len(self._starts), -1)
@@ -86,28 +91,30 @@ class DomeRegression:
                 break
         return parameters, np.linalg.inv(normal)
 
-    def _add_prior(self, parameters, normal, pull):
-        alike = np.zeros(5)
+    @staticmethod
+    def _add_prior(parameters, normal, pull):
+        alike = np.zeros(len(STEPS))
         alike[[LOG_DEPTH, LOG_SHAPE]] = -1.0, 1.0
-        bump = np.zeros(5)
-        bump[BUMP] = 1.0
-        for row, sigma in ((alike, SHAPE_SIGMA), (bump, BUMP_SIGMA * np.exp(parameters[LOG_DEPTH]))):
-            normal = normal + np.outer(row, row) / sigma**2
-            pull = pull - row * (row @ parameters) / sigma**2
-        return normal, pull
+        return normal + np.outer(alike, alike) / SHAPE_SIGMA**2, pull - alike * (alike @ parameters) / SHAPE_SIGMA**2
 
     def _told(self, parameters, covariance) -> TouchEstimate:
         place = parameters[:2] * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*parameters[:2]), 1e-9))
-        amplitude = np.exp(parameters[LOG_DEPTH])
-        depth = float(max(amplitude + parameters[BUMP], 1e-6))
-        row = np.array([0, 0, amplitude, 0, 1.0])
-        depth_variance = row @ covariance @ row * self.widen
-        place_covariance = covariance[:2, :2] * self.widen + TOOL_PLACE**2 * np.outer(place, place)
-        full = np.zeros((3, 3))
-        full[:2, :2], full[2, 2] = place_covariance, depth_variance
-        flags = OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.reach)
+        depth = float(np.exp(parameters[LOG_DEPTH]))
+        turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
+        full = turned @ covariance[:3, :3] @ turned * self.widen + self._size_error(place, depth)
+        flags = OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.farthest)
         height = first_touch_height(place, self.radius, self.sensor)[0] - depth
-        return TouchEstimate(np.append(place, height), depth, full, float(np.sqrt(depth_variance)), flags=int(flags))
+        return TouchEstimate(np.append(place, height), depth, full, float(np.sqrt(full[2, 2])), flags=int(flags))
+
+    def _size_error(self, place: np.ndarray, depth: float) -> np.ndarray:
+        """(3, 3) m^2: what the unknown size of an object adds to the covariance.
+
+        A ball that touches a sphere of radius R at a place stands with its centre, and so its tip, rho / R further out; and under it the
+        skin falls off with the logarithm of the distance, so that one of half the size goes deeper for the same dent around it.
+        """
+        outward = np.append(self.dent.towards * (1 - self.dent.towards) * place, 0.0)
+        under = np.array([0.0, 0.0, (1 - self.dent.towards) * UNDER_TIP * depth])
+        return self.size_sigma**2 * (np.outer(outward, outward) + np.outer(under, under))
 
     def _library(self) -> np.ndarray:
         starts = []
@@ -115,47 +122,62 @@ class DomeRegression:
             count = max(1, round(2 * np.pi * ring / RINGS[1]))
             for turn in np.arange(count) * 2 * np.pi / count:
                 place = ring * self.sensor.rim_radius * np.array([np.cos(turn), np.sin(turn)])
-                starts += [[*place, np.log(part * self.deepest), np.log(part * self.deepest), 0.0] for part in DEPTHS]
+                starts += [[*place, np.log(part * self.deepest), np.log(part * self.deepest)] for part in DEPTHS]
         return np.array(starts)
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Numbers for the calibration file. Raises BadCalibration for too few presses."""
-        numbers = cls._numbers(presses, sensor)
-        squares = []
-        for fitting, held in presses.held_out():
+        """Numbers for the calibration file. Raises BadCalibration for too few presses.
+
+        How much the dent is held back is what tells presses at places held out best.
+        """
+        told = {ridge: [] for ridge in RIDGES}
+        for fitting, held in _some(presses).held_out():
             if fitting.touching.sum() >= FEWEST:
-                squares += cls.from_fitted(cls._numbers(fitting, sensor), sensor)._squares(held)
-        return numbers | {'widen': float(max(1.0, np.mean(squares))) if squares else 1.0}
+                for ridge, numbers in cls._numbers(fitting, sensor, RIDGES).items():
+                    told[ridge] += cls.from_fitted(numbers, sensor)._errors(held)
+        ridge = min(RIDGES, key=lambda ridge: sum(error[0] for error in told[ridge]))
+        widen = max(1.0, np.median([error[1] for error in told[ridge]]) / MEDIAN_SQUARE) if told[ridge] else 1.0
+        return cls._numbers(presses, sensor, [ridge])[ridge] | {'widen': float(widen), 'size_sigma': SIZE_SIGMA}
 
     @classmethod
-    def _numbers(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+    def _numbers(cls, presses: Presses, sensor: MarkerSensor, ridges) -> dict[float, dict]:
+        """Numbers for each of the ridges."""
         touched = presses.select(presses.touching & np.array([field.seen.sum() >= SEEN for field in presses.fields]))
         if len(touched) < FEWEST:
             raise BadCalibration(f'{len(touched)} presses are too few for a regression; {FEWEST} are needed')
         rest, eye = common_rest(presses.fields)
-        tip = _tip_radius(touched, sensor)
-        cap, deepest = dome_cap(sensor), float(touched.depth.max())
+        tip, cap, deepest = _tip_radius(touched, sensor), dome_cap(sensor), float(touched.depth.max())
         towards = tip / (cap.curvature_radius + tip)
         dent = Dent(rest, eye, rest_points(rest, eye, sensor), cap, sensor.plane_z, towards, deepest / 2)
-        dent.coefficients = learn_dent(dent, [field.shift for field in touched.fields], touched.position[:, :2], touched.depth,
-                                       touched.places())
-        reach = np.hypot(*touched.position[:, :2].T).max() + max(sensor.pitch)
+        straight = touched.select(_pressed_again(touched.places()))
+        fit = DentFit(dent, [field.shift for field in straight.fields], straight.position[:, :2], straight.depth)
+        farthest = np.hypot(*touched.position[:, :2].T).max() + max(sensor.pitch)
         numbers = {'rest': rest.tolist(), 'eye': eye.tolist(), 'towards': towards, 'unit': deepest / 2, 'tip_radius': tip, 'quiet': 0.0,
-                   'coefficients': dent.coefficients.tolist(), 'noise': quiet_noise(presses), 'deepest': deepest, 'reach': float(reach),
-                   'widen': 1.0}
-        method = cls(dent, sensor, numbers)
+                   'noise': quiet_noise(presses), 'deepest': deepest, 'farthest': float(farthest), 'widen': 1.0, 'size_sigma': 0.0}
+        return {ridge: cls._with_quiet(dent, numbers | {'coefficients': fit.coefficients(ridge).tolist()}, presses, sensor)
+                for ridge in ridges}
+
+    @classmethod
+    def _with_quiet(cls, dent: Dent, numbers: dict, presses: Presses, sensor: MarkerSensor) -> dict:
+        method = cls(dent.with_coefficients(np.array(numbers['coefficients'])), sensor, numbers)
         quiet = max((method.score(field)[0] for field, on in zip(presses.fields, presses.touching) if not on), default=0.0)
         return numbers | {'quiet': float(quiet)}
 
-    def _squares(self, presses: Presses) -> list[float]:
-        """Normalised squared errors of presses that are found."""
-        squares = []
+    def _errors(self, presses: Presses) -> list[tuple[float, float]]:
+        """Error of place and depth, m, and normalised squared error of each press; what is not found is off by a rim's radius."""
+        errors = []
         for field, position, depth in zip(presses.fields, presses.position, presses.depth):
-            for touch in self.estimate(field):
-                off = (touch.position - position)[:2]
-                squares.append((off @ np.linalg.solve(touch.covariance[:2, :2], off) + ((touch.depth - depth) / touch.depth_sigma)**2) / 3)
-        return squares
+            if depth < SHALLOW * self.deepest:
+                continue
+            told = self.estimate(field)
+            if not told:
+                errors.append((self.sensor.rim_radius, np.inf))
+                continue
+            off, deeper = (told[0].position - position)[:2], told[0].depth - depth
+            squares = off @ np.linalg.solve(told[0].covariance[:2, :2], off) + (deeper / told[0].depth_sigma)**2
+            errors.append((float(np.hypot(*off) + DEPTH_COUNTS * abs(deeper)), float(squares / 3)))
+        return errors
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeRegression:
@@ -167,6 +189,20 @@ class DomeRegression:
             return cls(dent, sensor, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
             raise BadCalibration(f'the regression cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
+
+
+def _some(presses: Presses) -> Presses:
+    """Every so many-th of the presses where there are many, and the untouched frames."""
+    touching = np.flatnonzero(presses.touching)
+    keep = ~presses.touching
+    keep[touching[::max(1, round(len(touching) / MOST))]] = True
+    return presses.select(keep)
+
+
+def _pressed_again(places: np.ndarray) -> np.ndarray:
+    """(M,) bool: presses at places that were pressed to several depths, if these are most; a tip that is dragged is nowhere twice."""
+    again = np.bincount(places)[places] > 1
+    return again if again.mean() > 0.5 else np.ones(len(places), bool)
 
 
 def _tip_radius(touched: Presses, sensor: MarkerSensor) -> float:
