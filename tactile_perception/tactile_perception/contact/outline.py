@@ -69,7 +69,7 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
     if not loops:
         return []
     places = along_lines(surface.fine(row, column, field.shape, refine), np.concatenate(loops))
-    return _grouped([loop / refine + (row, column) for loop in loops], places)
+    return group_loops([loop / refine + (row, column) for loop in loops], places)
 
 
 def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
@@ -149,7 +149,7 @@ def signed_area(loop: np.ndarray) -> float:
     return 0.5 * float(x[:-1] @ y[1:] - x[1:] @ y[:-1])
 
 
-def _grouped(loops: list[np.ndarray], points: np.ndarray) -> list[Outline]:
+def group_loops(loops: list[np.ndarray], points: np.ndarray) -> list[Outline]:
     """Outlines with the holes that lie in them, largest first."""
     if len(loops) == 1:
         return [Outline(points, [], loops[0], [])]

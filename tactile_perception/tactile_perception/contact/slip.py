@@ -72,7 +72,7 @@ class SlipEstimator:
             return SlipEstimate()
         slipping = state == 2
         fraction = float(slipping.sum() / (state > 0).sum())
-        self._state = _next_state(self._state, fraction)
+        self._state = next_state(self._state, fraction)
         estimate = SlipEstimate(self._state, fraction, x=dots.xyz[slipping, 0], y=dots.xyz[slipping, 1])
         centre = None if dots.force is None else friction_centre(dots.xyz[slipping, :2], dots.force[slipping, :2])
         turns = self._state == GROSS and (centre is None or np.isfinite(centre).all())
@@ -133,7 +133,7 @@ def _measured(motion: MotionEstimate) -> np.ndarray:
     return np.full((len(motion.slip), 2), np.nan) if motion.motion is None else -motion.slip[:, :2] / motion.interval
 
 
-def _next_state(state: int, fraction: float) -> int:
+def next_state(state: int, fraction: float) -> int:
     """State by the fraction that slips, with the limit of ending below that of beginning."""
     if fraction >= _GROSS[state == GROSS]:
         return GROSS

@@ -1,0 +1,94 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A taxel array: how its pixels lie in the sensor frame, and the soft pad on it."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import BadArgument, BadFrame
+
+LARGEST = 256
+
+
+@dataclass(frozen=True)
+class SoftPad:
+    """The pad on the array.
+
+    thickness: m; stiffness: Pa, pressure under a wide flat plate over depth / thickness (E of eq 5); shear_modulus: Pa; friction:
+    coefficient between pad and object. Raises BadArgument for what no pad has.
+    """
+
+    thickness: float = 0.002
+    stiffness: float = 3e5
+    shear_modulus: float = 1e5
+    friction: float = 0.6
+
+    def __post_init__(self):
+        for name in ('thickness', 'stiffness', 'shear_modulus', 'friction'):
+            if not 0 < getattr(self, name) < np.inf:
+                raise BadArgument(f'pad: {name} must be positive, got {getattr(self, name)}')
+
+    @property
+    def shear_stiffness(self) -> float:
+        """Pa/m: traction for each m that the pad's surface is dragged along."""
+        return self.shear_modulus / self.thickness
+
+
+@dataclass(frozen=True)
+class TaxelArray:
+    """rows x columns taxels, pitch m apart along both; the sensor frame's origin is in the middle, x along columns, y along rows.
+
+    full_scale: largest value that a taxel can have; inf where there is none. Raises BadArgument for a size that no array has.
+    """
+
+    rows: int
+    columns: int
+    pitch: float
+    full_scale: float = 255.0
+
+    def __post_init__(self):
+        if not (1 <= self.rows <= LARGEST and 1 <= self.columns <= LARGEST and 0 < self.pitch < 1 and self.full_scale > 0):
+            raise BadArgument(f'taxel array: need 1 to {LARGEST} rows and columns, a pitch of 0 to 1 m and a positive full scale, got '
+                              f'{self.rows} x {self.columns}, {self.pitch} m, {self.full_scale}')
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns)."""
+        return self.rows, self.columns
+
+    @property
+    def taxel_area(self) -> float:
+        """m^2."""
+        return self.pitch**2
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """(columns,) m."""
+        return (np.arange(self.columns) - 0.5 * (self.columns - 1)) * self.pitch
+
+    @cached_property
+    def y(self) -> np.ndarray:
+        """(rows,) m."""
+        return (np.arange(self.rows) - 0.5 * (self.rows - 1)) * self.pitch
+
+    def places(self, grid: np.ndarray) -> np.ndarray:
+        """(M, 3) m, on the untouched surface, of grid (M, 2) row and column, whole numbers at the taxels' centres."""
+        middle = 0.5 * np.array([self.rows - 1, self.columns - 1])
+        places = np.zeros((len(grid), 3))
+        places[:, 1::-1] = (grid - middle) * self.pitch
+        return places
+
+    def frame(self, values: np.ndarray) -> np.ndarray:
+        """values (rows, columns) of any real type as float32, infinities as NaN. Raises BadFrame for another shape or type."""
+        values = np.asarray(values)
+        if values.shape != self.shape:
+            raise BadFrame(f'taxel image is {" x ".join(map(str, values.shape))}, the sensor has {self.rows} x {self.columns} taxels')
+        if values.dtype.kind not in 'uifb':
+            raise BadFrame(f'taxel image of type {values.dtype}; whole or real numbers are needed')
+        frame = values.astype(np.float32)
+        if values.dtype.kind == 'f':
+            frame[~np.isfinite(frame)] = np.nan
+        return frame

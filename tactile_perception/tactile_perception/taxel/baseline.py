@@ -1,0 +1,81 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What each taxel reads while nothing presses it: learnt, followed as it drifts, tared on request."""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..errors import BadArgument
+
+_QUANTUM = 0.29  # standard deviation of what rounding to whole numbers adds
+_AROUND = 3  # taxels around a contact that its pressure, blurred by the pad, may reach
+_SETTLED = 5  # quiet frames of a taxel after which it tells of the noise
+_LOOKS_PRESSED = 0.1  # of the full scale: a smooth part of a first baseline that is this far over the rest
+
+
+class Baseline:
+    """Baseline (rows, columns) of raw values.
+
+    frames: quiet ones that are averaged; time_constant: s, with which slow drift is followed after that, taxel by taxel and only while it
+    and what is around it is not touched, so that a lasting contact is not eaten; start: (rows, columns) from calibration, None for the
+    first frame. sigma: standard deviation of a taxel's noise, at least that of rounding.
+    """
+
+    def __init__(self, frames: int, time_constant: float, start: np.ndarray | None = None, full_scale: float = np.inf):
+        if frames < 1 or not time_constant > 0:
+            raise BadArgument(f'baseline: need frames >= 1 and a positive time constant, got {frames}, {time_constant}')
+        self._frames, self._time_constant, self._full_scale = frames, time_constant, full_scale
+        self._start = None if start is None else np.asarray(start, np.float32)
+        self.reset()
+
+    def reset(self, start: bool = True) -> None:
+        """Forget; the next frame is the new baseline. start: go on from the calibration's."""
+        self.values = self._start.copy() if start and self._start is not None else None
+        self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
+        self._square = 0.0
+        self._judged = 0
+        self.suspicion = ''
+
+    @property
+    def sigma(self) -> float:
+        """Of the noise of a taxel, as far as it is known."""
+        return max(_QUANTUM, np.sqrt(self._square / self._judged) if self._judged else 1.0)
+
+    def change(self, frame: np.ndarray) -> np.ndarray:
+        """frame (rows, columns) float32 less the baseline; the first one is the baseline itself, where none is known."""
+        if self.values is None:
+            self.values = frame.copy()
+            self._count = np.ones(frame.shape, np.float32)
+            self._suspect(frame)
+        fresh = np.isnan(self.values)
+        if fresh.any():
+            self.values[fresh] = frame[fresh]
+        return frame - self.values
+
+    def follow(self, change: np.ndarray, touched: np.ndarray | None, interval_s: float) -> None:
+        """Take the quiet part of a frame's change (rows, columns; NaN is passed over) interval_s after the last; touched: (rows, columns)
+        bool, None where nothing is."""
+        quiet = np.ones(change.shape, bool) if touched is None else ~_grown(touched)
+        quiet &= np.isfinite(change)
+        self._count += quiet
+        settled = quiet & (self._count > _SETTLED)
+        if settled.any():
+            residual = change[settled]
+            new, keep = float(np.median(np.abs(residual)) * 1.4826)**2, min(self._judged, 50)
+            self._square = (self._square * (keep / self._judged) if self._judged else 0.0) + new
+            self._judged = keep + 1
+        slow = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
+        gain = np.where(self._count <= self._frames, 1 / self._count, slow)
+        self.values += np.where(quiet, change * gain, np.float32(0))
+
+    def _suspect(self, frame: np.ndarray) -> None:
+        """A baseline with a smooth hill in it may have been taken while something pressed."""
+        smooth = cv2.medianBlur(np.nan_to_num(frame), 3)
+        if np.isfinite(self._full_scale) and np.ptp(smooth) > _LOOKS_PRESSED * self._full_scale:
+            self.suspicion = 'the reference looks pressed: free the sensor and call set_reference'
+
+
+def _grown(touched: np.ndarray) -> np.ndarray:
+    size = 2 * _AROUND + 1
+    return cv2.boxFilter(touched.astype(np.float32), -1, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT) > 0.5

@@ -1,0 +1,208 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""All that one taxel image after the other tells: regions, contacts, slip, wrench. The methods by name, behind one call."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate
+from ..contact.region import ContactRegionEstimate, axes, quaternion
+from ..contact.slip import SlipEstimate
+from ..errors import BadArgument, BadFrame
+from .array import SoftPad, TaxelArray
+from .baseline import Baseline
+from .contacts import NumberedRegion, RegionNumbers
+from .direction import ContinuousDirection
+from .imprint import Imprint, ImprintMotion
+from .paper import PaperMethod
+from .regions import Regions, TaxelRegion, find_regions
+from .repair import DeadTaxels, dead_mask
+from .response import Response
+from .score import ContactScore
+from .slip import TaxelSlip
+from .wrench import GraspedObject, normal_force, wrench_of
+
+_FULL = 0.995  # of the full scale: a taxel there is saturated
+_CERTAIN = 0.5  # outlines between taxels, over those between printed dots
+_PLACE_SD = 0.03  # pitches: standard deviation of a centroid
+_ASSUMED_SLIDE = 0.1  # thicknesses by which an object drags a pad of unknown pressure before it slips
+
+
+@dataclass(frozen=True)
+class TaxelSettings:
+    """What a sensor is, besides array and pad.
+
+    method: name in TAXEL_METHODS; dead: taxels, row * columns + column; reference_frames, time_constant (s): of the baseline; response: of
+    the taxels.
+    """
+
+    method: str = 'mechanics'
+    dead: tuple = ()
+    reference_frames: int = 10
+    time_constant: float = 30.0
+    response: Response = field(default_factory=Response)
+
+
+@dataclass(frozen=True)
+class TaxelResult:
+    """region, contacts, slip of one frame; wrench (6,) N and N m, NaN where not known; direction: rad, of the region, continuous in time;
+    pressure: (rows, columns), Pa where known."""
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    slip: SlipEstimate
+    wrench: np.ndarray
+    direction: float
+    pressure: np.ndarray
+
+
+class MechanicsMethod:
+    """Contact by the pad's mechanics: border, lead of the picture under traction, friction."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad, known: bool):
+        self._array, self._pad, self._known = array, pad, known
+        self._score = ContactScore(array, pad)
+        self._imprint = Imprint(array, pad)
+        self._slip = TaxelSlip(array)
+        self._assumed = 1.0
+
+    def reset(self) -> None:
+        """Nothing is known of earlier frames."""
+        self._imprint.reset()
+        self._slip.reset()
+
+    def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
+        """Regions, and pressure (rows, columns) on the pad's surface, from pressure under it with noise sigma."""
+        lead = self._imprint.lead()
+        surface = pressure
+        if lead is not None:  # which can at most double a pressure, or take it away
+            bound = np.maximum(pressure, 0)
+            surface = pressure - np.clip(lead / np.float32(self._assumed), -bound, bound)
+        score = self._score.of(surface, sigma)
+        self._last = score
+        return find_regions(score, surface, self._array), surface
+
+    def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ImprintMotion | None]:
+        """Slip in the frame of the last call of regions."""
+        if not regions.all:
+            self.reset()
+            return self._slip.none(), None
+        touched = regions.labels > 0
+        if not self._known:
+            self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction *
+                                                                                                max(float(surface[touched].mean()), 1e-6))
+        motion = self._imprint.process(self._last, surface * np.float32(self._assumed), touched, stamp_s)
+        return self._slip.process(motion, self._imprint, touched), motion
+
+
+TAXEL_METHODS = {
+    'mechanics': MechanicsMethod,
+    'paper': lambda array, pad, known: PaperMethod(array),
+}
+
+
+class TaxelEstimator:
+    """Frame by frame. Raises BadArgument, listing the methods, for an unknown one."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad, settings: TaxelSettings = TaxelSettings()):
+        if settings.method not in TAXEL_METHODS:
+            raise BadArgument(f'method {settings.method!r} is unknown; choose one of {", ".join(TAXEL_METHODS)}')
+        self.array, self.pad, self.settings = array, pad, settings
+        self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
+        self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
+        self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
+        self._numbers, self._direction = RegionNumbers(), ContinuousDirection()
+        self._stamp_s: float | None = None
+        self.grasped = GraspedObject()
+
+    def set_reference(self) -> None:
+        """The next frame is untouched: take it as the baseline."""
+        self.baseline.reset(start=False)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._method.reset()
+        self._numbers.reset()
+        self._direction.reset()
+
+    def process(self, values: np.ndarray, stamp_s: float) -> TaxelResult:
+        """What values (rows, columns) tell. Raises BadFrame for another shape, a frame without any number, or a stamp that is not later
+        than the last."""
+        frame = self.array.frame(values)
+        if not np.isfinite(frame).any():
+            raise BadFrame('taxel image holds no number; frame skipped')
+        if not np.isfinite(stamp_s) or (self._stamp_s is not None and stamp_s <= self._stamp_s):
+            raise BadFrame(f'taxels: stamp {stamp_s} s is not later than the last; frame skipped')
+        interval = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
+        self._stamp_s = stamp_s
+        sigma, response = self.baseline.sigma, self.settings.response
+        change = self.baseline.change(frame)
+        repaired = self._dead.repaired(change, sigma)
+        pressure = response.pressure(repaired)
+        regions, surface = self._method.regions(pressure, sigma * max(response.scale[0], 1e-30))
+        self.baseline.follow(change, regions.labels > 0 if regions.all else None, interval)
+        slip, motion = self._method.slip(regions, surface, stamp_s)
+        numbered = self._numbers.assign(regions)
+        normal = self._normal_forces(regions)
+        contacts = [self._contact(*one, frame, regions.labels) for one in zip(regions.all, numbered, normal)]
+        region = self._region(regions, motion, interval)
+        direction = self._direction.process(region.orientation)
+        if not regions.all:
+            self._direction.reset()
+        return TaxelResult(region, contacts, slip, self._wrench(regions, normal), direction, pressure)
+
+    def _normal_forces(self, regions: Regions) -> list[float]:
+        """N, of each region: by depth and area where the depth is known (eq 5), else by pressure; NaN where neither is."""
+        if np.isfinite(self.grasped.depth):
+            return [normal_force(region.moments.area, self.grasped.depth, self.pad) for region in regions.all]
+        return [max(region.force, 0.0) if self.settings.response.known else np.nan for region in regions.all]
+
+    def _wrench(self, regions: Regions, normal: list[float]) -> np.ndarray:
+        if not regions.all:
+            return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
+        total = float(np.sum(normal))
+        weights = np.array([region.force for region in regions.all])
+        centre = np.array([region.pressure_centre for region in regions.all])
+        mean = weights @ centre / weights.sum() if weights.sum() > 0 else np.full(2, np.nan)
+        contact = regions.total.centroid.copy()
+        contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
+        return wrench_of(total, mean, contact, self.grasped)
+
+    def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, labels: np.ndarray):
+        depth = self.grasped.depth
+        if not np.isfinite(depth) and self.settings.response.known:
+            depth = region.peak * self.pad.thickness / self.pad.stiffness
+        position = region.moments.centroid.copy()
+        position[2] = -depth
+        loop = region.outline.grid_points
+        flags = AMBIGUOUS if numbered.merged else 0
+        rows, columns = self.array.shape
+        if loop.min() < 0 or loop[:, 0].max() > rows - 1 or loop[:, 1].max() > columns - 1:
+            flags |= AT_EDGE
+        if np.isfinite(self.array.full_scale):
+            box = slice(max(int(loop[:, 0].min()), 0), int(loop[:, 0].max()) + 2), slice(max(int(loop[:, 1].min()), 0),
+                                                                                         int(loop[:, 1].max()) + 2)
+            full = (frame[box] >= _FULL * self.array.full_scale) & (labels[box] == region.label)
+            flags |= SATURATED if full.any() else 0
+        covariance = np.diag([(_PLACE_SD * self.array.pitch)**2] * 2 + [np.nan])
+        return ContactEstimate(numbered.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
+                               np.zeros(0, bool))
+
+    def _region(self, regions: Regions, motion: ImprintMotion | None, interval: float) -> ContactRegionEstimate:
+        estimate = ContactRegionEstimate(np.zeros(0, int), np.zeros(0, np.uint8))
+        if not regions.all:
+            return estimate
+        total = regions.total
+        estimate.outlines = [region.outline.points for region in regions.all]
+        estimate.holes = [hole for region in regions.all for hole in region.outline.holes]
+        estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
+        loops = estimate.outlines + estimate.holes
+        estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
+        if motion is not None and np.isfinite([*motion.step, motion.step_turn]).all() and interval > 0:
+            turn = motion.step_turn
+            estimate.motion_translation = np.array([*motion.step, 0.0])
+            estimate.motion_rotation = quaternion(np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]))
+            estimate.motion_interval = interval
+        return estimate

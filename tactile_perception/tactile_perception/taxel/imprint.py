@@ -1,0 +1,139 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The object's motion along the pad frame by frame, from the picture of where it touches, and its slip over the pad's surface."""
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from .array import SoftPad, TaxelArray
+from .registration import KeyPicture, PictureMotion
+from .shear import LEAD, SurfaceShear
+
+_KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels, from which on another key is taken
+_WINDOW_S = 0.06  # over which velocity and slip are told
+_FEWEST = 4  # frames that a velocity needs
+# Slip over the window that is noise: taxels, and standard deviations of the picture's place.
+_STILL, _DOUBT = 0.003, 0.4
+# Growth, taxels, of the contact from which its picture changes by load, if it is so many times its shift: that is no motion.
+_LOADED, _LOADING = 0.08, 1.5
+
+
+@dataclass(frozen=True)
+class ImprintMotion:
+    """Of one frame. linear (2,) m/s of the object at the sensor's origin and turn rad/s over the window, NaN where not known; turns:
+    whether a turn can be seen in this picture; slipped: (2, rows, columns) m over the window, of the object over the pad; step (2,) m
+    and step_turn rad: the motion since the last frame."""
+
+    linear: np.ndarray
+    turn: float
+    turns: bool
+    slipped: np.ndarray
+    step: np.ndarray
+    step_turn: float
+
+
+class Imprint:
+    """Follows all contacts of an array as one object; process is given pressure in Pa."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad):
+        self._array, self._pad = array, pad
+        self.shear = SurfaceShear(array, pad)
+        self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing touches."""
+        self.shear.reset()
+        self._key: KeyPicture | None = None
+        self._seen: PictureMotion | None = None
+        self._pose = np.zeros(3)  # since the key, of the key's middle: m, m, rad
+        self._total = np.zeros(3)  # of the object's point at the origin, and its turn, since it touched
+        self._past: deque[tuple[float, np.ndarray]] = deque()
+        self._slips: deque[tuple[float, np.ndarray]] = deque()
+        self._slipping, self._sigma = 0.0, 0.0
+        self._along = np.zeros(3)
+
+    def lead(self) -> np.ndarray | None:
+        """(rows, columns) Pa that traction adds to the pressure, as it will be in the next frame."""
+        return self.shear.leading()
+
+    def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float) -> ImprintMotion:
+        """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty."""
+        if self._key is None:
+            self._rekey(score)
+        seen = self._key.motion(score, self._seen)
+        if seen is None:
+            self._rekey(score)
+            self._past.clear()
+            return self._unknown()
+        if abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
+            self._rekey(score)
+            seen = PictureMotion(np.zeros(2), seen.turn * 0, 0.0, seen.spread, seen.middle, seen.reach, seen.sigma)
+        step = self._step(seen, pressure, touched)
+        about = (self._key.middle - self._middle) * self._array.pitch
+        at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
+        self._seen, self._sigma = seen, seen.sigma
+        slip = self.shear.move(touched, pressure, at_origin, step[2])
+        self._total = self._total + [*at_origin, step[2]]
+        self._remember(slip, stamp_s)
+        if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
+            self._rekey(score)
+        linear, turn = self._velocity()
+        self._along = self._direction(linear, turn, seen)
+        turns = bool(np.isfinite(seen.turn))
+        slipped = sum(part for _, part in self._slips)
+        self._slipping = self._share(slipped, touched)
+        return ImprintMotion(linear, turn if turns else np.nan, turns, slipped, at_origin, float(step[2]))
+
+    def slips(self, slipped: np.ndarray) -> np.ndarray:
+        """(rows, columns) bool: where the object slips, from ImprintMotion.slipped."""
+        return slipped[0]**2 + slipped[1]**2 > (max(_STILL, _DOUBT * self._sigma) * self._array.pitch)**2
+
+    def _share(self, slipped: np.ndarray, touched: np.ndarray) -> float:
+        return float((self.slips(slipped) & touched).sum() / max(touched.sum(), 1))
+
+    def _unknown(self) -> ImprintMotion:
+        zero = np.zeros((2, *self._array.shape), np.float32)
+        return ImprintMotion(np.full(2, np.nan), np.nan, False, zero, np.full(2, np.nan), np.nan)
+
+    def _step(self, seen: PictureMotion, pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
+        """(3,) m, m, rad since the last frame, at the key's middle. The picture has been freed of the lead that traction was to have
+        made; what the object has moved since shows in it together with the lead of that."""
+        found = np.array([*(seen.shift * self._array.pitch), np.nan_to_num(seen.turn)])
+        mean = max(float(pressure[touched].mean()), 1.0)
+        stiff = LEAD * self._pad.thickness * self._pad.shear_stiffness / mean
+        moved = found - self._pose
+        # Where the object slips, traction has its size already and only changes its direction.
+        along = self._along * float(self._along @ (moved * [1, 1, seen.reach * self._array.pitch])) / [1, 1, seen.reach * self._array.pitch]
+        step = (moved - along) / (1 + stiff) + along / (1 + stiff * (1 - self._slipping))
+        self._pose = self._pose + step
+        return step
+
+    def _direction(self, linear: np.ndarray, turn: float, seen: PictureMotion) -> np.ndarray:
+        """(3,) unit, of the motion at the key's middle with turns as paths of the key's edges; 0 where it is not known."""
+        about = (self._key.middle - self._middle) * self._array.pitch
+        motion = np.array([linear[0] - turn * about[1], linear[1] + turn * about[0], turn * seen.reach * self._array.pitch])
+        length = np.linalg.norm(motion)
+        return motion / length if length > 0 else np.zeros(3)
+
+    def _rekey(self, score: np.ndarray) -> None:
+        self._key, self._seen, self._pose = KeyPicture(score), None, np.zeros(3)
+
+    def _remember(self, slip: np.ndarray, stamp_s: float) -> None:
+        self._past.append((stamp_s, self._total))
+        self._slips.append((stamp_s, slip))
+        for kept in (self._past, self._slips):
+            while len(kept) > _FEWEST and kept[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
+                kept.popleft()
+
+    def _velocity(self) -> tuple[np.ndarray, float]:
+        if len(self._past) < _FEWEST:
+            return np.full(2, np.nan), np.nan
+        stamps = np.array([stamp for stamp, _ in self._past])
+        places = np.array([place for _, place in self._past])
+        off = stamps - stamps.mean()
+        slope = off @ places / (off @ off)
+        return slope[:2], float(slope[2])

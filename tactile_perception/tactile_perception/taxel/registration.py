@@ -1,0 +1,141 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a contact's picture has moved and turned since a key picture: a robust rigid fit to the flow across its edges.
+
+Where the picture has a gradient, its change tells the flow along it (Lucas and Kanade's normal flow); a rigid motion of all edges, and a
+growth of the contact along their normals, are fitted to it at once. A change of load makes a contact grow or shrink, and is no motion.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
+_FEWEST = 6
+_ROUNDS = 4
+_SETTLED = 5e-3  # taxels
+_TUKEY = 4.685
+_SPREAD = 0.03  # least standard deviation of a score that is expected
+_OPEN = 0.02  # information on a direction, of that on the best one, under which it is open
+_FAR = 5.0  # taxels: what has moved farther is not found from the last place
+# Two pictures are of one object's motion where the score is left with less than the first (a standard deviation), at more than the second
+# of the edges.
+_ALIKE, _AGREED = 0.2, 0.7
+
+
+def read_between(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(M,) values of picture (rows, columns) at column x and row y (M,), by Catmull and Rom's cubic; beyond the rim as on it."""
+    rows, columns = picture.shape
+    left, top = np.floor(x), np.floor(y)
+    across, down = _cubic(x - left), _cubic(y - top)
+    column = np.clip(left.astype(int) + _FOUR, 0, columns - 1)
+    row = np.clip(top.astype(int) + _FOUR, 0, rows - 1) * columns
+    return np.einsum('im,jm,ijm->m', down, across, picture.ravel()[row[:, None] + column[None]])
+
+
+_FOUR = np.arange(-1, 3)[:, None]
+
+
+def _cubic(part: np.ndarray) -> np.ndarray:
+    """(4, M) weights of four neighbours at a part (M,) of the way between the middle two."""
+    square = part * part
+    cube = square * part
+    return 0.5 * np.stack([2 * square - cube - part, 3 * cube - 5 * square + 2, 4 * square - 3 * cube + part, cube - square])
+
+
+@dataclass(frozen=True)
+class PictureMotion:
+    """Motion since the key: a point of the contact at p (column, row, taxels) comes to middle + R(turn) (p - middle) + shift.
+
+    shift: (2,) column and row, taxels; turn: rad, NaN where the picture does not tell; growth: taxels along the edges' normals; spread:
+    standard deviation of what is left of the score; reach: largest distance of an edge from the middle, taxels; sigma: standard deviation
+    of an edge's place by all of it, taxels.
+    """
+
+    shift: np.ndarray
+    turn: float
+    growth: float
+    spread: float
+    middle: np.ndarray
+    reach: float
+    sigma: float
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement, taxels."""
+        return float(np.hypot(*self.shift) + abs(np.nan_to_num(self.turn)) * self.reach)
+
+
+class KeyPicture:
+    """A picture to which later ones are compared. score: (rows, columns) float32."""
+
+    def __init__(self, score: np.ndarray):
+        self.score = score
+        # A picture is differentiated as it is interpolated: between neighbours two apart.
+        gx = np.zeros_like(score)
+        gy = np.zeros_like(score)
+        gx[:, 1:-1] = 0.5 * (score[:, 2:] - score[:, :-2])
+        gy[1:-1] = 0.5 * (score[2:] - score[:-2])
+        steep = np.hypot(gx, gy)
+        # The array's rim tells nothing: what leaves it there is not seen.
+        steep[:2], steep[-2:], steep[:, :2], steep[:, -2:] = 0, 0, 0, 0
+        rows, columns = np.nonzero(steep > _EDGE)
+        self._place = np.stack([columns, rows]).astype(np.float32)
+        self._used, self.middle, self.reach = None, np.zeros(2), 1.0
+        if len(rows) < _FEWEST:
+            return
+        self.middle = self._place.mean(axis=1, dtype=float)
+        arm = self._place - self.middle[:, None].astype(np.float32)
+        gx, gy = gx[rows, columns], gy[rows, columns]
+        self.reach = float(np.hypot(*arm).max())
+        # Columns: shift along columns and rows, turn (times the reach), growth.
+        self._slopes = np.stack([gx, gy, (arm[0] * gy - arm[1] * gx) / self.reach, -np.hypot(gx, gy)], axis=1).astype(float)
+        self._arm, self._value = arm, score[rows, columns]
+        self._used = self._determined()
+
+    def motion(self, score: np.ndarray, start: PictureMotion | None = None) -> PictureMotion | None:
+        """The motion from the key to score (rows, columns); start: that of the last frame. None where the pictures do not tell."""
+        if self._used is None:
+            return None
+        used = self._used
+        guess = np.zeros(4) if start is None else np.array([*start.shift, np.nan_to_num(start.turn) * self.reach, start.growth])
+        for _ in range(_ROUNDS):
+            left = self._value - self._sampled(score, guess)
+            step, spread = self._solve(left, used)
+            guess[used] += step
+            if np.abs(step).max() < _SETTLED:
+                break
+        if not np.isfinite(guess).all() or np.hypot(*guess[:2]) + abs(guess[2]) > _FAR or spread > _ALIKE or \
+                np.mean(np.abs(left) < _TUKEY * spread) < _AGREED:
+            return None
+        turn = guess[2] / self.reach if 2 in used else np.nan
+        return PictureMotion(guess[:2], float(turn), float(guess[3]), spread, self.middle, self.reach, spread * self._doubt)
+
+    def _determined(self) -> list[int] | None:
+        """The columns that the key's edges determine; None where a shift is open."""
+        normal = self._slopes.T @ self._slopes
+        shifts = np.linalg.eigvalsh(normal[:2, :2])
+        if shifts[0] < _OPEN * shifts[1]:
+            return None
+        turning = normal[2, 2] - normal[2, :2] @ np.linalg.solve(normal[:2, :2], normal[:2, 2])
+        used = [0, 1, 2, 3] if turning > _OPEN * shifts.sum() else [0, 1, 3]
+        covariance = np.linalg.pinv(normal[np.ix_(used, used)])[:-1, :-1]
+        self._doubt = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+        return used
+
+    def _sampled(self, score: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """score where the key's edges are by guess, without its growth, which is linear."""
+        cosine, sine = np.cos(guess[2] / self.reach), np.sin(guess[2] / self.reach)
+        x = self._place[0] + np.float32(guess[0]) + (cosine - 1) * self._arm[0] - sine * self._arm[1]
+        y = self._place[1] + np.float32(guess[1]) + sine * self._arm[0] + (cosine - 1) * self._arm[1]
+        return read_between(score, x, y) + self._slopes[:, 3] * guess[3]
+
+    def _solve(self, left: np.ndarray, used: list[int]) -> tuple[np.ndarray, float]:
+        """Step of the used columns, by Tukey's biweight from the present residuals."""
+        spread = max(1.4826 * float(np.median(np.abs(left))), _SPREAD)
+        weight = np.maximum(1 - (left / (_TUKEY * spread))**2, 0)**2
+        slopes = self._slopes[:, used]
+        normal = (slopes * weight[:, None]).T @ slopes
+        normal[np.diag_indices(len(used))] += 1e-9 * np.trace(normal) + 1e-12
+        return np.linalg.solve(normal, slopes.T @ (weight * left)), spread

@@ -1,0 +1,106 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the object does along the pad's surface: how far it drags each place of the pad, and what that does to the picture under it.
+
+The surface above each taxel is held by the pad's shear stiffness and by its neighbours, and follows the object up to friction times
+pressure: a bristle, as the paper's virtual cantilevers, but with neighbours, for which a contact's rim is pulled most and slips first.
+Traction on the surface is balanced by pressure under the pad: it rises where traction converges, so that the picture runs ahead of an
+object that drags the pad.
+"""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from .array import SoftPad, TaxelArray
+
+# Pressure under a bonded layer from traction on it, over the thin layer's (thickness times divergence of the traction), by wave number
+# times thickness, for Poisson ratios of 0.3 to 0.49, which hardly matter: two Gaussians (share, width over thickness) fitted within 0.03.
+_SPREADS = ((0.47, 0.62), (0.53, 1.85))
+
+# A wave of pressure is weaker under the pad by this times the square of (wave number times thickness).
+_FLATTENED = 0.15
+# Neighbouring places pull at each other: a wave of the surface is stiffer by this times the square of (wave number times thickness); mean
+# of the waves along (0.8) and across (0.3), by the same theory.
+_COUPLED = 0.5
+_SWEEPS = 3
+# The border of a picture is ahead by this many thicknesses for each part of the pressure that traction is, by the same theory.
+LEAD = 0.5
+
+
+class SurfaceShear:
+    """Frame by frame; dragged: whether there is any."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad):
+        self._array, self._pad = array, pad
+        self._gaps = [(share, width * pad.thickness / array.pitch) for share, width in _SPREADS]
+        thickness = pad.thickness / array.pitch
+        self._coupling, self._margin = _COUPLED * thickness**2, max(1, round(thickness))
+        self._neighbours = np.float32(self._coupling) * np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32)
+        self._x, self._y = array.x.astype(np.float32)[None, :], array.y.astype(np.float32)[:, None]
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is dragged."""
+        self._drag = np.zeros((2, *self._array.shape), np.float32)
+        self._pull = np.zeros_like(self._drag)
+        self.dragged = False
+
+    def leading(self) -> np.ndarray | None:
+        """(rows, columns) Pa by which the pressure under the pad is changed by traction; None where there is none."""
+        if not self.dragged:
+            return None
+        traction = self._pull * np.float32(self._pad.shear_stiffness * self._pad.thickness / self._array.pitch)
+        spread = 0.0
+        for share, width in self._gaps:
+            spread = spread + share * np.stack([cv2.GaussianBlur(part, (0, 0), width, borderType=cv2.BORDER_CONSTANT) for part in traction])
+        change = np.zeros(self._array.shape, np.float32)
+        change[:, 1:-1] -= 0.5 * (spread[0, :, 2:] - spread[0, :, :-2])
+        change[1:-1] -= 0.5 * (spread[1, 2:] - spread[1, :-2])
+        return change
+
+    @property
+    def force(self) -> np.ndarray:
+        """(2,) N that the object exerts along the surface."""
+        return self._pull.sum(axis=(1, 2), dtype=float) * self._pad.shear_stiffness * self._array.taxel_area
+
+    def move(self, touched: np.ndarray, pressure: np.ndarray, velocity: np.ndarray, turn: float) -> np.ndarray:
+        """Carry the surface along, in the taxels touched (rows, columns) bool under pressure (rows, columns) Pa; the object moves by
+        velocity (2,) m at the origin and turn, rad. (2, rows, columns) m, by which it slips over the surface there."""
+        box = self._around(touched)
+        here, drag = touched[box], self._drag[(slice(None), *box)]
+        step = np.empty_like(drag)
+        step[0] = np.float32(velocity[0]) - np.float32(turn) * self._y[box[0]]
+        step[1] = np.float32(velocity[1]) + np.float32(turn) * self._x[:, box[1]]
+        limit = (np.maximum(self._on_top(pressure[box]), 0) * np.float32(self._pad.friction / self._pad.shear_stiffness)) * here
+        carried = drag + step * here
+        drag, pull = self._balanced(carried, here, limit)
+        self._drag[:] = 0
+        self._pull[:] = 0
+        self._drag[(slice(None), *box)], self._pull[(slice(None), *box)] = drag, pull
+        self.dragged = True
+        slip = np.zeros_like(self._drag)
+        slip[(slice(None), *box)] = (carried - drag) * here
+        return slip
+
+    def _around(self, touched: np.ndarray) -> tuple[slice, slice]:
+        """The part of the array that the contact drags."""
+        rows, columns = np.flatnonzero(touched.any(1)), np.flatnonzero(touched.any(0))
+        return (slice(max(rows[0] - self._margin, 0), rows[-1] + 1 + self._margin),
+                slice(max(columns[0] - self._margin, 0), columns[-1] + 1 + self._margin))
+
+    def _balanced(self, carried: np.ndarray, touched: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: where touched it goes with the object
+        unless the traction would be over limit, elsewhere there is none. A few steps of relaxation, which go on in the next frame."""
+        drag, self_stiff = carried, np.float32(1 + 4 * self._coupling)
+        for _ in range(_SWEEPS):
+            others = np.stack([cv2.filter2D(part, -1, self._neighbours, borderType=cv2.BORDER_REPLICATE) for part in drag])
+            pull = self_stiff * carried - others
+            length = np.sqrt(pull[0] * pull[0] + pull[1] * pull[1])
+            pull = pull * (np.minimum(limit / np.maximum(length, 1e-12), 1) * touched)
+            drag = (pull + others) / self_stiff
+        return drag, pull
+
+    def _on_top(self, pressure: np.ndarray) -> np.ndarray:
+        """Pressure on the pad's surface from that under it, which is smoother; to second order in thickness over wave length."""
+        return pressure - np.float32(_FLATTENED * (self._pad.thickness / self._array.pitch)**2) * cv2.Laplacian(pressure, cv2.CV_32F)

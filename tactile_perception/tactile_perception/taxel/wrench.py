@@ -1,0 +1,56 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The wrench of a grasped object on the finger (paper taxel_array_image_processing, eqs 5 to 9), at the sensor frame's origin."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .array import SoftPad
+
+
+@dataclass(frozen=True)
+class GraspedObject:
+    """What is known of the object between two fingers; NaN: not.
+
+    depth: m, by which it stands in the pad (half of what the gap between the fingers is narrower than it); weight: (3,) N in the sensor
+    frame, of which each finger holds half; centre_of_mass: (3,) m in the sensor frame.
+    """
+
+    depth: float = np.nan
+    weight: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    centre_of_mass: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+
+
+def normal_force(area: float, depth: float, pad: SoftPad) -> float:
+    """N, by which a flat face of that area, m^2, presses at that depth, m (eq 5)."""
+    return pad.stiffness / pad.thickness * depth * area
+
+
+def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, grasped: GraspedObject) -> np.ndarray:
+    """(6,) N and N m of the object on the sensor.
+
+    normal: N, NaN where not known; pressure_centre: (2,) m, of it; contact: (3,) m, where friction acts. Friction is half of the weight
+    (eqs 6, 7) where that is known, else the forces along the surface and the moment about its normal are NaN. A centre of mass beside the
+    contact turns the object about the fingers' common normal; each holds half of that by friction, which eq 9 leaves out; what else it
+    turns, the two fingers' pressure holds, as the pressure's centre tells.
+    """
+    x, y = pressure_centre
+    wrench = np.array([np.nan, np.nan, -normal, -y * normal, x * normal, np.nan])
+    half = 0.5 * grasped.weight
+    if not np.isfinite(half).all():
+        return wrench
+    wrench[:2] = half[:2]
+    wrench[3] += -contact[2] * half[1]
+    wrench[4] += contact[2] * half[0]
+    arm = (grasped.centre_of_mass if np.isfinite(grasped.centre_of_mass).all() else contact)[:2]
+    wrench[5] = arm[0] * half[1] - arm[1] * half[0]
+    return wrench
+
+
+def shifted(wrench: np.ndarray, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
+    """The wrench (6,) in a frame where a point x of the sensor frame is rotation (3, 3) @ x + translation (3,), about that one's origin
+    (eqs 8, 9)."""
+    force = rotation @ wrench[:3]
+    return np.concatenate([force, rotation @ wrench[3:] + np.cross(translation, force)])

@@ -1,0 +1,57 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument
+from tactile_perception.taxel.baseline import Baseline
+
+OFFSET = np.random.default_rng(5).uniform(0, 20, (12, 12)).astype(np.float32)
+
+
+def noisy(rng, extra=0.0):
+    return (OFFSET + extra + rng.normal(0, 0.7, OFFSET.shape)).astype(np.float32)
+
+
+def test_offsets_are_learnt_and_the_noise_known():
+    baseline, rng = Baseline(20, 30.0), np.random.default_rng(0)
+    for _ in range(60):
+        baseline.follow(baseline.change(noisy(rng)), None, 0.01)
+    assert np.abs(baseline.values - OFFSET).max() < 0.8
+    assert baseline.sigma == pytest.approx(0.7, rel=0.1)
+
+
+def test_drift_is_followed_and_a_lasting_contact_is_not_eaten():
+    baseline, rng = Baseline(5, 2.0), np.random.default_rng(0)
+    touched = np.zeros(OFFSET.shape, bool)
+    touched[5, 5] = True
+    for k in range(400):
+        drift = 0.01 * k
+        frame = noisy(rng, drift)
+        frame[5, 5] += 50 if k > 20 else 0
+        baseline.follow(baseline.change(frame), touched if k > 20 else None, 0.05)
+    change = baseline.change(noisy(rng, 4.0))
+    assert abs(np.median(change[:2])) < 0.8  # drifts 0.2 a second, behind by 2 s of it
+    frame = noisy(rng, 4.0)
+    frame[5, 5] += 50
+    assert baseline.change(frame)[5, 5] > 50
+
+
+def test_first_frame_that_looks_pressed_is_said():
+    hill = OFFSET.copy()
+    hill[3:9, 3:9] += 100
+    baseline = Baseline(5, 30.0, full_scale=255.0)
+    baseline.change(hill)
+    assert 'set_reference' in baseline.suspicion
+    baseline.reset()
+    assert baseline.suspicion == ''
+
+
+def test_start_of_calibration_holds_though_touched_from_the_first():
+    frame = OFFSET.copy()
+    frame[5, 5] += 50
+    assert Baseline(5, 30.0, OFFSET).change(frame)[5, 5] == pytest.approx(50)
+
+
+def test_wrong_numbers():
+    with pytest.raises(BadArgument):
+        Baseline(0, 1.0)

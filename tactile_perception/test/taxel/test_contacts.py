@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.contacts import RegionNumbers
+from tactile_perception.taxel.regions import find_regions
+from tactile_perception.taxel.score import ContactScore
+from taxel_pictures import ARRAY, bar, both, picture
+
+SCORE = ContactScore(ARRAY, SoftPad())
+
+
+def assigned(numbers, inside):
+    image = picture(inside)
+    regions = find_regions(SCORE.of(image, 0.05), image, ARRAY)
+    found = numbers.assign(regions)
+    return {one.number: (round(float(region.moments.centroid[0]), 3), one.merged) for one, region in zip(found, regions.all)}
+
+
+def two(gap):
+    return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 8))
+
+
+def test_numbers_last_while_a_contact_moves():
+    numbers = RegionNumbers()
+    assert [list(assigned(numbers, bar(x0))) for x0 in np.arange(0, 5, 0.5)] == [[1]] * 10
+
+
+def test_two_equal_regions_merge_and_part_with_their_numbers():
+    numbers = RegionNumbers()
+    seen = [assigned(numbers, two(gap)) for gap in (8, 6, 5, 5, 5, 0, 0, 5, 6, 8)]
+    assert sorted(seen[0]) == sorted(seen[4]) == sorted(seen[-1]) == [1, 2]
+    assert {n: at[0] for n, at in seen[0].items()} == {n: at[0] for n, at in seen[-1].items()}
+    assert len(seen[5]) == 1 and list(seen[5].values())[0][1]
+
+
+def test_a_jump_and_a_gap_make_a_new_contact():
+    numbers = RegionNumbers()
+    assert list(assigned(numbers, bar(-12, length=10))) == [1]
+    assert list(assigned(numbers, bar(12, length=10))) == [2]
+    assert assigned(numbers, lambda x, y: x > 1e9) == {}
+    assert list(assigned(numbers, bar(12, length=10))) == [3]

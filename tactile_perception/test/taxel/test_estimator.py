@@ -1,0 +1,142 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED
+from tactile_perception.contact.slip import NONE
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.taxel.array import SoftPad, TaxelArray
+from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
+from tactile_perception.taxel.response import Response
+from tactile_perception.taxel.wrench import GraspedObject
+from taxel_pictures import ARRAY, bar, both, disc, picture, ring
+
+KNOWN = TaxelSettings(response=Response((500.0, 0.0), known=True))
+
+
+def whole(image):
+    return np.clip(np.round(image + 3), 0, 255).astype(np.uint8)
+
+
+def run(images, settings=KNOWN, array=ARRAY, untouched=8, estimator=None):
+    """Results of images after some untouched frames."""
+    estimator = estimator or TaxelEstimator(array, SoftPad(), settings)
+    rest = [np.full(array.shape, 3, np.uint8)] * untouched
+    return [estimator.process(values, 1 + 0.01 * k) for k, values in enumerate([*rest, *images])][untouched:]
+
+
+@pytest.mark.parametrize('method', TAXEL_METHODS)
+@pytest.mark.parametrize('image', [np.zeros((44, 44)), np.full((44, 44), 255.0), np.full((44, 44), 40.0),
+                                   255.0 * (np.indices((44, 44)).sum(axis=0) % 2), np.eye(44) * 200])
+def test_hard_pictures_are_survived_and_quiet(method, image):
+    settings = TaxelSettings(method=method, response=KNOWN.response)
+    for result in run([whole(image)] * 6, settings)[1:]:
+        assert result.slip.state == NONE and np.isfinite(result.region.area)
+
+
+def test_empty_image():
+    result = run([whole(np.zeros((44, 44)))])[0]
+    assert result.region.area == 0 and not result.contacts and not result.wrench.any()
+    assert np.isnan(result.region.centroid).all() and np.isnan(result.direction)
+
+
+def test_one_taxel():
+    image = np.zeros((44, 44))
+    image[10, 12] = 200
+    result = run([whole(image)])[0]
+    assert result.region.centroid[:2] == pytest.approx([-9.5e-3, -11.5e-3], abs=1e-4) and np.isnan(result.region.orientation)
+
+
+def test_full_saturation_is_flagged():
+    flags = run([np.full((44, 44), 255, np.uint8)] * 2)[1].contacts[0].flags
+    assert flags & SATURATED and flags & AT_EDGE
+
+
+def test_uniform_load():
+    result = run([whole(np.full((44, 44), 40.0))] * 2)[1]
+    assert result.region.area == pytest.approx(44e-3**2, rel=0.06) and np.isnan(result.region.orientation)
+    assert result.wrench[2] == pytest.approx(-40 * 500 * 44e-3**2, rel=0.02)
+
+
+@pytest.mark.parametrize('inside', [disc(0.3, -0.4), bar(length=12, width=12), ring()])
+def test_no_direction(inside):
+    assert np.isnan(run([whole(picture(inside))])[0].region.orientation)
+
+
+def test_direction_is_continuous_through_a_turn():
+    found = [result.direction for result in run([whole(picture(bar(angle=angle))) for angle in np.arange(1.3, 1.9, 0.02)])]
+    assert np.abs(np.diff(found) - 0.02).max() < np.radians(1.5)
+
+
+def test_contacts_of_two_regions_that_merge_and_part():
+    def two(gap):
+        return whole(picture(both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 8))))
+    results = run([two(gap) for gap in (8, 6, 5, 5, 0, 5, 8)])
+    assert [sorted(c.id for c in result.contacts) for result in results[:4]] == [[1, 2]] * 4
+    assert [c.flags for c in results[4].contacts] == [AMBIGUOUS]
+    assert sorted(c.id for c in results[-1].contacts) == [1, 2]
+
+
+def test_jump_of_half_the_array_is_another_contact_and_no_slip():
+    results = run([whole(picture(bar(-12, length=10)))] * 8 + [whole(picture(bar(12, length=10)))] * 8)
+    assert [results[k].contacts[0].id for k in (7, 8)] == [1, 2]
+    assert all(result.slip.state == NONE for result in results)
+
+
+def test_dead_rows_through_the_contact():
+    image = whole(picture(bar(0.4, 0.3, 0.2)))
+    image[[15, 21]] = 0
+    dead = tuple(int(n) for row in (15, 21) for n in range(44 * row, 44 * row + 44))
+    region = run([image], TaxelSettings(response=KNOWN.response, dead=dead))[0].region
+    assert region.centroid[:2] == pytest.approx([0.4e-3, 0.3e-3], abs=0.1e-3)
+    assert region.orientation == pytest.approx(0.2, abs=np.radians(0.6))
+
+
+def test_nan_in_float_input():
+    image = picture(bar())
+    image[20:22, 20] = np.nan
+    result = run([image + 3], untouched=8)[0]
+    assert result.region.area == pytest.approx(160e-6, rel=0.08) and np.isfinite(result.pressure).all()
+
+
+@pytest.mark.parametrize('shape', [(1, 30), (30, 1), (1, 1), (2, 2), (256, 256)])
+def test_any_size(shape):
+    array = TaxelArray(*shape, 1e-3)
+    image = np.zeros(shape)
+    image[:, shape[1] // 3:2 * shape[1] // 3 + 1] = 100
+    for result in run([whole(image)] * 3, array=array):
+        assert result.region.area > 0 and result.slip.state == NONE
+
+
+def test_depth_and_weight_give_the_wrench():
+    estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
+    estimator.grasped = GraspedObject(4e-4, np.array([0.0, 2.0, 0.0]), np.array([0.01, 0.0, 0.0]))
+    result = run([whole(picture(bar()))], estimator=estimator)[0]
+    assert result.wrench[2] == pytest.approx(-3e5 / 0.002 * 4e-4 * result.region.area)
+    assert result.wrench[[0, 1, 5]] == pytest.approx([0, 1.0, 0.01])
+    assert result.contacts[0].position[2] == pytest.approx(-4e-4)
+
+
+def test_without_calibration_force_is_not_known():
+    result = run([whole(picture(bar()))], TaxelSettings())[0]
+    assert np.isnan(result.wrench).all() and np.isnan(result.contacts[0].force) and np.isnan(result.contacts[0].depth)
+
+
+def test_refused_frames():
+    estimator = TaxelEstimator(ARRAY, SoftPad())
+    estimator.process(np.zeros((44, 44)), 1.0)
+    for values, stamp in ((np.zeros((43, 44)), 2.0), (np.full((44, 44), np.nan), 2.0), (np.zeros((44, 44)), 1.0)):
+        with pytest.raises(BadFrame):
+            estimator.process(values, stamp)
+
+
+def test_tare_takes_the_next_frame():
+    estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
+    first = run([whole(picture(bar()))], estimator=estimator)[0]
+    estimator.set_reference()
+    assert first.contacts and not estimator.process(whole(picture(bar())), 5.0).contacts
+
+
+def test_unknown_method_lists_the_known():
+    with pytest.raises(BadArgument, match='mechanics, paper'):
+        TaxelEstimator(ARRAY, SoftPad(), TaxelSettings(method='magic'))

@@ -1,0 +1,39 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.imprint import Imprint
+from tactile_perception.taxel.score import LEVEL, ContactScore
+from taxel_pictures import ARRAY, bar, picture
+
+PAD = SoftPad()
+SCORE = ContactScore(ARRAY, PAD)
+
+
+def played(places, load=lambda k: 3e4, rate=100.0):
+    """Motions of each frame of a bar at places (x mm, y mm, turn), seen without the lead that traction makes."""
+    imprint, found = Imprint(ARRAY, PAD), []
+    imprint.lead = lambda: None
+    for k, (x, y, turn) in enumerate(places):
+        image = picture(bar(x, y, turn), load(k))
+        score = SCORE.of(image, 20.0)
+        found.append((imprint.process(score, image, score > LEVEL, 1 + k / rate), imprint, score > LEVEL))
+    return found
+
+
+def test_velocity_of_a_fast_translation():
+    motion, _, _ = played([(0.05 * k, 0.02 * k, 0.0) for k in range(60)])[-1]
+    assert motion.linear == pytest.approx([5e-3, 2e-3], rel=0.1) and motion.turn == pytest.approx(0, abs=0.05)
+
+
+def test_grip_force_alone_is_no_slip():
+    for motion, imprint, touched in played([(0, 0, 0.3)] * 60, lambda k: 2e4 + 1e4 * np.sin(k / 5)):
+        assert not (imprint.slips(motion.slipped) & touched).any()
+
+
+def test_motion_of_a_picture_without_features_is_not_known():
+    imprint = Imprint(ARRAY, PAD)
+    full = np.ones((44, 44), np.float32)
+    motion = imprint.process(full, full * 3e4, full > 0, 1.0)
+    assert np.isnan(motion.linear).all() and not motion.slipped.any()

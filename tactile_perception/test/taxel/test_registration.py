@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.registration import KeyPicture
+from tactile_perception.taxel.score import ContactScore
+from taxel_pictures import ARRAY, bar, disc, picture
+
+SCORE = ContactScore(ARRAY, SoftPad())
+
+
+def score(inside, load=60.0):
+    return SCORE.of(picture(inside, load), 0.05)
+
+
+@pytest.mark.parametrize('shift, turn', [((0.3, 0.1), 0.0), ((-0.5, 0.4), 0.02), ((0.0, 0.0), -0.05), ((0.0, 0.0), 0.0)])
+def test_shift_and_turn_of_a_bar(shift, turn):
+    key = KeyPicture(score(bar(angle=0.3)))
+    seen = key.motion(score(bar(*shift, 0.3 + turn)))
+    about_origin = seen.shift - seen.turn * np.array([-(key.middle - 21.5)[1], (key.middle - 21.5)[0]])
+    assert about_origin == pytest.approx(shift, abs=0.04) and seen.turn == pytest.approx(turn, abs=0.004)
+
+
+def test_disc_tells_no_turn():
+    seen = KeyPicture(score(disc())).motion(score(disc(0.4, 0.0)))
+    assert np.isnan(seen.turn) and seen.shift == pytest.approx([0.4, 0.0], abs=0.04)
+
+
+def test_growth_is_no_shift():
+    seen = KeyPicture(score(bar())).motion(score(bar(length=21, width=9)))
+    assert seen.growth == pytest.approx(0.5, abs=0.1) and np.abs(seen.shift).max() < 0.08
+
+
+def test_a_straight_edge_and_nothing_tell_no_motion():
+    half = score(lambda x, y: x > 3)
+    assert KeyPicture(half).motion(half) is None
+    assert KeyPicture(np.zeros((44, 44), np.float32)).motion(half) is None
+
+
+def test_a_jump_of_half_the_array_is_no_motion():
+    assert KeyPicture(score(bar(x0=-10, length=10))).motion(score(bar(x0=11, length=10))) is None

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.taxel.response import Response, fit_gains, fit_response
+from taxel_pictures import bar, picture
+
+GAIN = 1 + 0.08 * np.random.default_rng(2).normal(size=(44, 44))
+
+
+def test_gains_come_back_from_even_loads():
+    loads = np.array([20, 60, 100, 160.0])
+    found = fit_gains(loads[:, None, None] * GAIN)
+    assert np.abs(found / found.mean() - GAIN / GAIN.mean()).max() < 1e-3
+
+
+def test_no_gains_from_a_stamp():
+    assert fit_gains(np.stack([picture(bar(), load) for load in (20, 50, 100)])) is None
+
+
+def test_unseen_weights_on_a_stamp():
+    truth = [500.0, 0.8]
+    forces, changes = [], []
+    for load in (10, 20, 40, 60, 80, 100.0):
+        image = picture(bar(), load).astype(float)
+        changes.append(image)
+        forces.append(1e-6 * (truth[0] * image + truth[1] * image**2).sum())
+    scale, predicted = fit_response(np.array(changes[::2]), np.array(forces[::2]), 1e-6)
+    assert scale == pytest.approx(truth, rel=1e-3)
+    unseen = Response(scale, known=True).pressure(changes[3].astype(np.float32)).sum() * 1e-6
+    assert unseen == pytest.approx(forces[3], rel=1e-3)
+
+
+def test_one_weight_is_not_enough():
+    with pytest.raises(BadCalibration, match='at least 3'):
+        fit_response(np.ones((4, 3, 3)), np.full(4, 2.0), 1e-6)
+
+
+@pytest.mark.parametrize('scale', [(0.0, 0.0), (-1.0, 0.0), (np.nan, 0.0), (1.0,)])
+def test_wrong_scale(scale):
+    with pytest.raises(BadArgument):
+        Response(scale)
