@@ -12,10 +12,10 @@ from ..errors import BadCalibration
 from ..touch.judge import Score
 from .files import CalibrationFile, read_calibration, write_calibration
 
-UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px',
+UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
          'residuals': 'm; normalised squared error and errors of the wrench 1'}
-WRENCH, STITCHING, METHODS = 'wrench', 'stitching', 'methods'
-_PLACE, _DEPTH = 'place_mean', 'depth_mean'
+WRENCH, STITCHING, METHODS, PATTERN = 'wrench', 'stitching', 'methods', 'pattern'
+_PLACE, _DEPTH = 'place_median', 'depth_median'
 _EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
 _ABSENT, _VALUES = 'never_seen', 'values'
 
@@ -23,13 +23,15 @@ _ABSENT, _VALUES = 'never_seen', 'values'
 @dataclass(frozen=True)
 class TouchCalibration:
     """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
-    held-out presses best, '' where the file holds the stitching alone; file: the whole."""
+    held-out presses best, '' where the file holds the stitching alone; file: the whole; pattern: (K, 2) px, untouched places of
+    markers that are printed in no grid, by which they are numbered, None for a grid."""
 
     methods: dict
     wrench: dict | None
     stitching: dict | None
     best: str
     file: CalibrationFile
+    pattern: np.ndarray | None = None
 
     def fitted(self, method: str) -> dict:
         """The numbers of a method. Raises BadCalibration where it was not fitted."""
@@ -42,7 +44,8 @@ class TouchCalibration:
 
 def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
                 left_out: list[str]) -> None:
-    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ...}) and how the methods did on held-out presses.
+    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ...}) and how the methods did on presses held
+    out.
 
     wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m.
     Raises BadCalibration or OSError as write_calibration does.
@@ -63,7 +66,16 @@ def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
-    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file)
+    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, _pattern(file.fitted, path))
+
+
+def _pattern(fitted: dict, path: str | Path) -> np.ndarray | None:
+    if PATTERN not in fitted:
+        return None
+    pattern = np.array(fitted[PATTERN], float)
+    if pattern.ndim != 2 or pattern.shape[1] != 2:
+        raise BadCalibration(f'{path}: the pattern must be a list of pairs of numbers; calibrate again')
+    return pattern
 
 
 def _packed(numbers):
@@ -94,10 +106,20 @@ def _unpacked(numbers):
 
 
 def best_method(residuals: dict, methods) -> str:
-    """The method whose held-out errors of place and depth are least, each in proportion to the least of all methods."""
-    known = {name: (residuals[name][_PLACE], residuals[name][_DEPTH]) for name in methods
-             if isinstance(residuals.get(name), dict) and np.isfinite([residuals[name].get(k, np.nan) for k in (_PLACE, _DEPTH)]).all()}
+    """The method whose median errors of held-out presses' place and depth are least, each in proportion to the least of all methods, and
+    the more presses it misses or takes for several, the larger. A mean would be that of the presses too shallow to be located, which
+    another method does not find at all."""
+    known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
+    known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}
     if not known:
         return next(iter(methods))
     least = np.maximum(np.min(list(known.values()), axis=0), 1e-9)
-    return min(known, key=lambda name: float(np.sum(np.asarray(known[name]) / least)))
+    return min(known, key=lambda name: float(np.sum(known[name] / least)))
+
+
+def _typical(numbers: dict) -> np.ndarray:
+    """(2,) m: median errors of place and depth over the share of presses that are told as one; NaN where not known."""
+    errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
+    presses = numbers.get('presses', 0)
+    told = presses - numbers.get('missed', 0) - numbers.get('split', 0)
+    return errors * presses / told if told > 0 else np.full(2, np.nan)

@@ -16,7 +16,8 @@ from .sensor import MarkerSensor
 class Score:
     """Errors over presses: mean and 95th percentile of place (over x and y) and depth, m; squares: mean normalised squared error of
     place and depth (1 where the stated covariance is honest); missed: presses not found; split: presses told as several; presses: in
-    all; false: touches told in untouched frames. NaN where no press was found."""
+    all; false: touches told in untouched frames; place_median, depth_median: m, which presses too shallow to be located do not change.
+    NaN where no press was found."""
 
     place_mean: float
     place_95: float
@@ -27,6 +28,8 @@ class Score:
     split: int
     presses: int
     false: int
+    place_median: float = float('nan')
+    depth_median: float = float('nan')
 
     def numbers(self) -> dict:
         """Name -> value."""
@@ -53,9 +56,9 @@ def score(found: list[list[TouchEstimate]], presses: Presses) -> Score:
     errors = np.array(rows).reshape(-1, 3)
     if not len(errors):
         return Score(*[float('nan')] * 5, missed, split, int(presses.touching.sum()), false)
-    (place, deep, squares), (place_95, deep_95, _) = errors.mean(0), np.percentile(errors, 95, axis=0)
+    (place, deep, squares), (place_95, deep_95, _), middle = errors.mean(0), np.percentile(errors, 95, axis=0), np.median(errors, axis=0)
     return Score(float(place), float(place_95), float(deep), float(deep_95), float(squares), missed, split, int(presses.touching.sum()),
-                 false)
+                 false, float(middle[0]), float(middle[1]))
 
 
 def held_out_score(method: type, presses: Presses, sensor: MarkerSensor) -> Score:

@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_perception.calibration.touch_file import best_method, read_touch, write_touch
@@ -7,7 +9,7 @@ from tactile_perception.errors import BadCalibration
 from tactile_perception.touch.judge import Score
 
 NAN = float('nan')
-GOOD, BAD = Score(2e-4, 5e-4, 1e-4, 3e-4, 1.0, 0, 0, 9, 0), Score(2e-3, 5e-3, 9e-5, 3e-4, 1.0, 0, 0, 9, 0)
+GOOD, BAD = Score(2e-4, 5e-4, 1e-4, 3e-4, 1.0, 0, 0, 9, 0, 2e-4, 1e-4), Score(2e-3, 5e-3, 9e-5, 3e-4, 1.0, 0, 0, 9, 0, 2e-3, 9e-5)
 SPAN = {'depth': [1e-3, 5e-3], 'x': [-0.01, 0.01], 'y': [-0.02, 0.02]}
 
 
@@ -57,5 +59,12 @@ def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path)
 def test_the_best_is_the_one_with_the_least_errors_in_proportion():
     both = {'a': GOOD.numbers(), 'b': BAD.numbers()}
     assert best_method(both, ['a', 'b']) == 'a'
-    assert best_method({'a': {'place_mean': NAN}, 'b': BAD.numbers()}, ['a', 'b']) == 'b'
+    assert best_method({'a': {'place_median': NAN}, 'b': BAD.numbers()}, ['a', 'b']) == 'b'
     assert best_method({}, ['only']) == 'only'
+
+
+def test_a_method_that_finds_shallow_presses_badly_is_better_than_one_that_does_not_find_them():
+    found_all, missed_some = replace(GOOD, place_mean=2e-2), replace(GOOD, missed=2)
+    assert best_method({'all': found_all.numbers(), 'some': missed_some.numbers()}, ['some', 'all']) == 'all'
+    split = replace(GOOD, place_median=1.9e-4, split=3)
+    assert best_method({'whole': GOOD.numbers(), 'split': split.numbers()}, ['split', 'whole']) == 'whole'
