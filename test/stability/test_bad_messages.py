@@ -40,7 +40,7 @@ class Feed:
         message = image_to_message(Frame(image, self.count * 100_000_000 + 10**9, 'bgr8'), '', header)
         if spoil:
             spoil(message)
-        return dict(self.replay.on_image(message))
+        return dict(self.replay.on_raw(message))
 
 
 @pytest.fixture(scope='module')
@@ -103,7 +103,7 @@ def test_without_camera_info_nothing_is_placed(pad):
 def test_a_camera_info_of_zeros_gives_dots_but_no_places_and_no_contact(pad):
     feed = Feed(pad)
     feed.info(k=np.zeros(9), d=[])
-    replay = feed.replay.on_image(image_to_message(Frame(pad.rest[0], 10**9, 'bgr8'), '', header_of(10**9, 'pad')))
+    replay = feed.replay.on_raw(image_to_message(Frame(pad.rest[0], 10**9, 'bgr8'), '', header_of(10**9, 'pad')))
     topic, dots = next(replay)
     assert topic == 'dots' and len(dots.id) > 515 and not len(dots.x)
     with pytest.raises(BadFrame, match='camera'):

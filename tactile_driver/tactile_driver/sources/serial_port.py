@@ -32,7 +32,8 @@ def find_port(wanted: str) -> str:
 
 
 def _known() -> str:
-    ports = '; '.join(f'{p.device} ({p.description}{f", serial {p.serial_number}" if p.serial_number else ""})' for p in list_ports.comports())
+    ports = '; '.join(f'{p.device} ({p.description}' + (f', serial {p.serial_number})' if p.serial_number else ')')
+                      for p in list_ports.comports())
     return f'there are: {ports or "none at all"}. Name one by path or serial number, and check the cable'
 
 

@@ -25,9 +25,11 @@ class StageNode(Node):
     """A node over one stage.
 
     source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message) -> {topic: message}
-    what is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info. Frames that raise a
-    TactileError are counted, said once, skipped.
+    what is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info, or with_camera to
+    False. Frames that raise a TactileError are counted, said once, skipped.
     """
+
+    with_camera = True
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
         super().__init__(name)
@@ -53,11 +55,9 @@ class StageNode(Node):
         """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
         if self.wanted and not self._inputs:
             topic, kind, qos = self._source
-            self._inputs = [
-                self.create_subscription(CameraInfo, 'camera_info', self._guarded(lambda info: self.stage.on_camera_info(info)),
-                                         qos_profile_sensor_data),
-                self.create_subscription(kind, topic, self._process, qos),
-            ]
+            cameras = [self.create_subscription(CameraInfo, 'camera_info', self._guarded(lambda info: self.stage.on_camera_info(info)),
+                                                qos_profile_sensor_data)] if self.with_camera else []
+            self._inputs = [*cameras, self.create_subscription(kind, topic, self._process, qos)]
         elif not self.wanted and self._inputs:
             for subscription in self._inputs:
                 self.destroy_subscription(subscription)
@@ -73,7 +73,7 @@ class StageNode(Node):
 
     def _is_early(self) -> bool:
         """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
-        if not self.stage.needs_camera:
+        if not self.with_camera or not self.stage.needs_camera:
             return False
         self._first_s = self._first_s or time.monotonic()
         return time.monotonic() - self._first_s < _PATIENCE_S
@@ -90,7 +90,8 @@ class StageNode(Node):
         for topic, result in results.items():
             publisher = self._outputs[topic]
             if publisher.get_subscription_count():
-                publisher.publish(result)
+                for part in result if isinstance(result, list) else [result]:
+                    publisher.publish(part)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
         self.say.forget('frame')
@@ -104,7 +105,7 @@ class StageNode(Node):
             self.say.error('frame', f'frame refused: {error}')
 
     def on_message(self, message) -> dict[str, object]:
-        """Topic -> result of one message. Raises TactileError for a message that cannot be used."""
+        """Topic -> result of one message, or list of them. Raises TactileError for a message that cannot be used."""
         raise NotImplementedError
 
     def remarks(self) -> tuple[str, dict]:

@@ -19,6 +19,11 @@ def contact_point_node() -> None:
     start_node('tactile_perception.nodes.contact_point_node')
 
 
+def psd_contact_node() -> None:
+    """The process psd_contact_node."""
+    start_node('tactile_perception.nodes.psd_contact_node')
+
+
 def process_bag() -> None:
     """The command process_bag."""
     start_tool('tactile_perception.offline.process_bag')

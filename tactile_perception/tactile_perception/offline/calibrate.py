@@ -9,15 +9,15 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from tactile_driver.nodes.parameters import Parameter
-
+from ..calibration.psd_file import SENSOR as PSD_FINGER
 from ..errors import BadArgument, TactileError
 from ..pipeline.parameter_file import read_parameters
 from ..touch.sensor import MARKER_SENSORS
 from .calibrate_markers import calibrate_markers
+from .calibrate_psd import calibrate_psd
 from .calibrate_touchpad import calibrate_touchpad
+from .replay import SENSOR_TYPE
 
-_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
@@ -31,21 +31,24 @@ def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable
         raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
     if sensor_type in MARKER_SENSORS:
         return calibrate_markers
-    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS])}')
+    if sensor_type == PSD_FINGER:
+        return calibrate_psd
+    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, PSD_FINGER])}')
 
 
 def main(args: list[str] | None = None) -> int:
     """The command calibrate; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)
     parser.add_argument('bags', type=Path, nargs='+', metavar='BAG',
-                        help='rosbag2 recording with images, camera_info, ground_truth/contacts; for forces ground_truth/wrench')
+                        help='rosbag2 recording with images, camera_info (or voltages), ground_truth/contacts; for forces '
+                        'ground_truth/wrench')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
     parser.add_argument('--sphere-radius', type=float, help='m; touchpad: without it the radius is fitted too')
     parser.add_argument('--namespace', default='', help='of the sensor, where a recording holds several')
     given = parser.parse_args(args)
     try:
-        sensor_type = read_parameters(given.params, 'dot_tracker_node', _TYPE)['sensor_type']
+        sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
         print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace))
     except TactileError as error:
         print(f'calibrate: {error}', file=sys.stderr)

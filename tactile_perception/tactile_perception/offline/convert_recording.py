@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""convert_recording: a camera sensor's recording folder (sensor.json, frames, truth.npz) as a bag with ground truth, and the parameter
-file beside it.
+"""convert_recording: a recording folder of a camera sensor (sensor.json, frames, truth.npz) or a PSD finger (meta.json, input.npz,
+truth.npz) as a bag with ground truth, and the parameter file beside it.
 """
 from __future__ import annotations
 
@@ -22,14 +22,17 @@ from ..nodes.conversions import camera_info_message
 from ..nodes.serialization import MessageCodec
 from .bags import BagWriter
 from .progress import Progress
+from .psd_recording import PsdRecording
 from .recording import Recording
 
 
-def convert(recording: Recording, target: Path, namespace: str) -> int:
-    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames. Raises TactileError."""
+def convert(recording: Recording | PsdRecording, target: Path, namespace: str) -> int:
+    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples. Raises
+    TactileError."""
     codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
+    messages = recording.messages(namespace) if isinstance(recording, PsdRecording) else _messages(recording, namespace)
     with BagWriter(target, codec.store) as writer:
-        for stamp_ns, topic, message in Progress(_messages(recording, namespace), 'messages'):
+        for stamp_ns, topic, message in Progress(messages, 'messages'):
             writer.write(prefix + topic, *_typed(codec, message, stamp_ns))
     return len(recording)
 
@@ -111,19 +114,21 @@ def _pitch(dots: dict) -> list[float]:
 def main(args: list[str] | None = None) -> int:
     """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
-    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/ and truth.npz')
+    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/, truth.npz, or with meta.json, input.npz, truth.npz')
     parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
     parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
     given = parser.parse_args(args)
     try:
-        recording = Recording(given.input)
+        recording = (PsdRecording if (given.input / 'meta.json').exists() else Recording)(given.input)
         frames = convert(recording, given.output, given.namespace)
     except TactileError as error:
         print(f'convert_recording: {error}', file=sys.stderr)
         return 1
+    parameters = recording.parameters() if isinstance(recording, PsdRecording) else sensor_parameters(recording.sensor)
     params = given.output.with_name(given.output.name + '.yaml')
-    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': sensor_parameters(recording.sensor)}}, sort_keys=False))
-    print(f'{given.output}: {frames} frames; parameters of the sensor: {params}')
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}, sort_keys=False))
+    unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'
+    print(f'{given.output}: {frames} {unit}; parameters of the sensor: {params}')
     return 0
 
 

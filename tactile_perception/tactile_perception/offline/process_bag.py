@@ -15,7 +15,7 @@ from ..errors import BadFrame, TactileError
 from ..nodes.serialization import MessageCodec
 from .bags import BagReader, BagWriter, RawMessage
 from .progress import Progress
-from .replay import DotReplay, make_replay
+from .replay import Replay, make_replay
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 
@@ -32,16 +32,16 @@ class Summary:
     seconds: float = 0.0
 
 
-def process_bag(source: Path, target: Path, replay: DotReplay, namespace: str = '',
+def process_bag(source: Path, target: Path, replay: Replay, namespace: str = '',
                 open_bag: Callable[[Path], BagReader] = BagReader) -> Summary:
     """Write the estimates of replay for source to target, a new bag; stamps are source's; open_bag: reads source. Raises TactileError for
     a bag that cannot be used.
     """
     codec, summary = MessageCodec(), Summary()
     with open_bag(source) as reader:
-        prefix = find_prefix(reader.topics, namespace)
+        prefix = find_prefix(reader.topics, namespace, replay.raw, replay.raw_type)
         with BagWriter(target, codec.store) as writer:
-            for message in Progress(reader.messages({prefix + name for name in (*_KEPT, 'image_raw')}), 'messages'):
+            for message in Progress(reader.messages({prefix + name for name in (*_KEPT, replay.raw)}), 'messages'):
                 begin = time.perf_counter()
                 for topic, type_name, data in _results(message, message.topic.removeprefix(prefix), replay, codec, summary):
                     writer.write(prefix + topic, type_name, message.stamp_ns, data)
@@ -50,16 +50,16 @@ def process_bag(source: Path, target: Path, replay: DotReplay, namespace: str = 
     return summary
 
 
-def _results(message: RawMessage, topic: str, replay: DotReplay, codec: MessageCodec, summary: Summary):
-    """(topic, type, bytes) that come of one message: of an image its estimates, of the rest itself."""
-    if topic != 'image_raw':
+def _results(message: RawMessage, topic: str, replay: Replay, codec: MessageCodec, summary: Summary):
+    """(topic, type, bytes) that come of one message: of a raw one its estimates, of the rest itself."""
+    if topic != replay.raw:
         if topic == 'camera_info':
             replay.on_camera_info(codec.decode(message.data, message.type_name))
         yield topic, message.type_name, message.data
         return
     summary.frames += 1
     try:
-        for name, result in replay.on_image(codec.decode(message.data, message.type_name)):
+        for name, result in replay.on_raw(codec.decode(message.data, message.type_name)):
             yield (name, *codec.encode(result))
     except BadFrame as error:
         summary.refused[str(error)] += 1

@@ -12,6 +12,7 @@ from .bags import BagReader
 from .progress import Progress
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
+IMAGE, VOLTAGES = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages'
 
 
 def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
@@ -42,9 +43,10 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
                 yield f'{bag.name} at {stamp} s', waiting.pop(stamp)
 
 
-def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw') -> str:
-    """'/ns/' of the sensor in a bag with these topics. Raises BadRecording where there is none, or more than one and none is named."""
-    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind == 'sensor_msgs/msg/Image')
+def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw', raw_type: str = IMAGE) -> str:
+    """'/ns/' of the sensor in a bag with these topics (topic -> type), whose raw data are on images, of raw_type. Raises BadRecording where
+    there is none, or more than one and none is named."""
+    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind == raw_type)
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted not in found:
         raise BadRecording(f'no {wanted}{images} in the bag; it has {", ".join(p + images for p in found) or f"no {images} at all"}')

@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""psd_contact_node: voltages of a PSD finger -> contacts, with the reference and its service."""
+from __future__ import annotations
+
+import sys
+
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_srvs.srv import Trigger
+from tactile_driver.nodes.run import run_node
+from tactile_msgs.msg import Contacts, PsdVoltages
+
+from ..pipeline.psd_parameters import PSD_PARAMETERS
+from .psd_stages import PsdMessages
+from .stage_node import StageNode
+
+_STALE_S = 2.0
+_QUEUE = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # a second of blocks: every sample counts
+
+
+class PsdContactNode(StageNode):
+    """Tells where the finger is touched, and how certain that is."""
+
+    with_camera = False
+
+    def __init__(self):
+        super().__init__('psd_contact_node', PSD_PARAMETERS, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts})
+        self.messages = PsdMessages(self.settings.values())
+        self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
+
+    def on_message(self, message: PsdVoltages) -> dict[str, object]:
+        """The contacts of one block."""
+        return {'contacts': self.messages.on_voltages(message)}
+
+    def remarks(self) -> tuple[str, dict]:
+        """Whether outputs can be trusted."""
+        suspicion, reference = self.messages.stage.suspicion, self.messages.stage.finger.reference
+        return suspicion, {'reference': 'in order' if reference.ready else 'being taken', 'noise of the sum (V)': reference.sigma}
+
+    def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = not self.log.age > _STALE_S and self.log.done > 0
+        if response.success:
+            self.messages.stage.set_reference()
+        response.message = 'the next samples are the new reference; nothing may touch the finger now' if response.success else \
+            'no voltages come, so there is nothing to take: subscribe to contacts, and see that voltages is published'
+        return response
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process psd_contact_node."""
+    sys.exit(run_node(PsdContactNode, args))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,81 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a block of voltages to contacts: what psd_contact_node and process_bag run."""
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import BadFrame
+from ..psd.finger import Touch
+from ..psd.kalman import SphereFilter
+from ..psd.methods import make_finger
+from ..psd.model import FingerModel
+
+_OUTPUTS = ('x1', 'y1', 'x2', 'y2')
+_LONGEST_STEP_S = 1.0  # between single samples of unknown rate
+
+
+class PsdStage:
+    """Contacts block by block. model: of the finger; values: of PSD_PARAMETERS. Raises BadArgument for an unknown method."""
+
+    def __init__(self, model: FingerModel, values: Mapping):
+        self.finger = make_finger(values['method'], model, values)
+        self._each = values['results'] == 'sample'
+        self._radius = values['radius']
+        self._filter = SphereFilter(values['filter.acceleration']) if values['filter'] else None
+        self._filtered: tuple[int, float] = (0, 0.0)  # contact, s
+        self._last_s = math.nan
+
+    def set_reference(self) -> None:
+        """The next samples are untouched."""
+        self.finger.set_reference()
+
+    @property
+    def suspicion(self) -> str:
+        """Why results cannot be trusted, ''."""
+        stuck = [name for name, dead in zip(_OUTPUTS, self.finger.stuck) if dead]
+        return f'output {", ".join(stuck)} does not change: check its amplifier and cable' if stuck else ''
+
+    def process(self, volts: np.ndarray, stamp_s: float, period_s: float) -> list[tuple[int, list[Touch]]]:
+        """(sample, contacts) of a block (N, 4), V, whose first sample was taken at stamp_s: of the first sample that can be told, and of
+        each with which a contact begins or ends; of each sample with results sample. Raises BadFrame."""
+        period_s = self._period(len(volts), stamp_s, period_s)
+        samples = self.finger.process(volts, period_s)
+        found = []
+        for run in samples.runs():
+            for part in self._parts(run):
+                touches = [self.finger.touch(samples, part)] if samples.contact[part].any() else []
+                found.append((part.start, [self._smoothed(t, stamp_s + part.start * period_s) for t in touches]))
+        return found
+
+    def _parts(self, run: slice) -> Iterator[slice]:
+        if not self._each:
+            yield run
+            return
+        for k in range(run.start, run.stop):
+            yield slice(k, k + 1)
+
+    def _period(self, count: int, stamp_s: float, period_s: float) -> float:
+        """The block's period, s; of a single sample of unknown rate the time since the last one."""
+        since, self._last_s = stamp_s - self._last_s, stamp_s
+        if period_s > 0:
+            return period_s
+        if count != 1 or not math.isnan(period_s):
+            raise BadFrame(f'sample_period is {period_s} s; it must be above 0 (NaN only for a single sample)')
+        if not 0 < since < _LONGEST_STEP_S:
+            raise BadFrame('a single sample, of which nobody can tell yet how far it is from the next')
+        return since
+
+    def _smoothed(self, touch: Touch, at_s: float) -> Touch:
+        if self._filter is None or not np.isfinite(touch.normal).all():
+            return touch
+        number, last_s = self._filtered
+        if number != touch.id:
+            self._filter.begin()
+        self._filtered = touch.id, at_s
+        normal, spread = self._filter.update(touch.normal, touch.covariance / self._radius**2, at_s - last_s)
+        return replace(touch, normal=normal, position=self._radius * normal, covariance=self._radius**2 * spread)

@@ -1,0 +1,33 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The methods that tell a finger's contacts, by name."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from ..errors import BadArgument
+from .finger import FingerSettings, PsdFinger
+from .model import FingerModel
+from .paper_finger import PaperFinger
+
+
+def _map(model: FingerModel, values: Mapping) -> PsdFinger:
+    return PsdFinger(model, _settings(values))
+
+
+def _paper(model: FingerModel, values: Mapping) -> PsdFinger:
+    return PaperFinger(model, _settings(values), values['paper.threshold'])
+
+
+def _settings(values: Mapping) -> FingerSettings:
+    return FingerSettings(values['radius'], values['saturation'], values['reference.seconds'], values['reference.fastest_drift'])
+
+
+PSD_METHODS: dict[str, Callable[[FingerModel, Mapping], PsdFinger]] = {'map': _map, 'paper': _paper}
+
+
+def make_finger(name: str, model: FingerModel, values: Mapping) -> PsdFinger:
+    """The method of that name for a finger; values: of PSD_PARAMETERS. Raises BadArgument, listing the names."""
+    if name not in PSD_METHODS:
+        raise BadArgument(f'no method {name!r}; there are {", ".join(sorted(PSD_METHODS))}')
+    return PSD_METHODS[name](model, values)

@@ -1,0 +1,242 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The core on the simulated finger: exactness, onsets, lamps, and every hard case."""
+from dataclasses import replace
+
+import numpy as np
+import played
+import pytest
+from tactile_driver.simulation.psd_scene import Act, Ambient, PsdScript
+
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.psd.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED, FingerSettings, PsdFinger
+from tactile_perception.psd.model import FingerModel
+from tactile_perception.psd.sphere import error_angle
+
+PERIOD = played.PERIOD
+
+
+def touched(finger, samples, truth):
+    """(touches, their true normals) of all runs in contact."""
+    found, true = [], []
+    for run in samples.runs():
+        chosen = samples.contact[run] & (truth.touching[run] > 0)
+        if chosen.sum() > 20:
+            found.append(finger.touch(samples, run))
+            true.append(truth.normal[run][chosen].mean(0))
+    return found, np.array(true)
+
+
+@pytest.fixture(scope='module')
+def grid(model):
+    finger = PsdFinger(model)
+    volts, truth = played.scene('grid')
+    samples = finger.process(volts, PERIOD)
+    return finger, samples, truth
+
+
+def test_places_are_exact_to_the_rim(grid):
+    found, true = touched(*grid)
+    error = np.degrees(error_angle(np.array([t.normal for t in found]), true))
+    assert len(found) == 25 and error.mean() < 0.4 and error.max() < 1.2
+    assert np.linalg.norm([t.position for t in found], axis=1) == pytest.approx(0.016)
+    assert not any(t.flags for t in found)
+
+
+def test_the_deviation_from_sample_to_sample_is_under_the_papers(grid):
+    finger, samples, truth = grid
+    normals = finger.normals(samples)
+    for run in samples.runs():
+        if samples.contact[run].sum() > 200 and truth.normal[run][150, 2] > np.cos(np.radians(46)):
+            held = normals[run][50:-50]
+            assert np.degrees(error_angle(held, held.mean(0) / np.linalg.norm(held.mean(0)))).mean() < 1.5
+
+
+def test_covariances_are_honest(grid):
+    finger, samples, truth = grid
+    squares = []
+    for run in samples.runs():
+        if samples.contact[run].sum() < 200:
+            continue
+        for k in range(run.start + 60, run.stop - 60, 15):
+            touch = finger.touch(samples, slice(k, k + 1))
+            error = touch.position - 0.016 * truth.normal[k]
+            squares.append(error @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ error / 2)
+    assert len(squares) > 200 and 0.6 < np.mean(squares) < 1.4
+
+
+def test_force_and_depth_follow_from_light(grid):
+    finger, samples, truth = grid
+    runs = [run for run in samples.runs() if samples.contact[run].sum() > 200]
+    held = [slice(run.start + 100, run.start + 150) for run in runs]
+    force = np.array([finger.touch(samples, r).force / truth.force[r].mean() for r in held])
+    depth = np.array([finger.touch(samples, r).depth / truth.depth[r].mean() for r in held])
+    assert np.median(np.abs(force - 1)) < 0.1 and np.median(np.abs(depth - 1)) < 0.06
+
+
+@pytest.mark.parametrize('size', [1, 5, 1000])
+def test_onset_and_release_come_within_a_sample_or_two(model, size):
+    finger = PsdFinger(model)
+    volts, truth = played.scene('taps')
+    contact = np.concatenate([finger.process(volts[k:k + size], PERIOD).contact for k in range(0, len(volts), size)])
+    (on, off), (true_on, true_off) = played.onsets(contact), played.onsets(truth.touching > 0)
+    late = np.r_[played.lags(true_on, on), played.lags(true_off, off)]
+    assert np.mean(np.abs(late) <= 1) > 0.85 and np.abs(late).max() <= 3
+
+
+@pytest.mark.parametrize('size', [1, 5, 1000, 10**6])
+def test_drift_flicker_and_lamps_are_no_contacts(model, size):
+    finger = PsdFinger(model)
+    volts, _ = played.scene('light')
+    volts = volts[:15_900] if size == 1 else volts
+    assert not any(finger.process(volts[k:k + size], PERIOD).contact.any() for k in range(0, len(volts), size))
+
+
+def test_the_offset_is_held_while_something_touches(model):
+    finger = PsdFinger(model)
+    place = (1.0, 0.4)
+    volts, truth = played.script(PsdScript([Act(0.5, 30.5, place, place, 3e-4)], 31.5))
+    samples = finger.process(volts, PERIOD)
+    assert samples.contact[truth.touching > 0].mean() > 0.999 and not samples.contact[-900:].any()
+    first, last = finger.touch(samples, slice(700, 1200)), finger.touch(samples, slice(29_700, 30_200))
+    assert np.degrees(error_angle(first.normal, last.normal)) < 0.15
+
+
+def test_two_objects_across_both_axes_are_doubtful_and_one_is_not(model):
+    finger = PsdFinger(model)
+    volts, _ = played.scene('two')
+    samples = finger.process(volts, PERIOD)
+    assert not finger.touch(samples, slice(700, 1100)).flags & AMBIGUOUS
+    assert finger.touch(samples, slice(1400, 1800)).flags & AMBIGUOUS
+
+
+def ready(model, **settings):
+    """A finger with its reference taken, and what it is then over."""
+    finger = PsdFinger(model, replace(FingerSettings(), **settings))
+    rest = played.scene('rest')[0][:400]
+    finger.process(rest, PERIOD)
+    return finger, finger.reference.offset
+
+
+def pressed(finger, net, count=50):
+    """Samples of net voltages that rise within 20 ms and stay."""
+    ramp = np.r_[np.linspace(0, 1, 20), np.ones(count)][:, None]
+    rng = np.random.default_rng(0)
+    return finger.process(finger.reference.offset + ramp * np.asarray(net, float) + rng.normal(0, 0.005, (len(ramp), 4)), PERIOD)
+
+
+def test_light_near_zero_and_all_four_equal(model):
+    finger, offset = ready(model)
+    samples = finger.process(np.tile(offset, (50, 1)), PERIOD)
+    assert not samples.contact.any() and np.isnan(samples.place).all() and np.isnan(finger.normals(samples)).all()
+    samples = pressed(finger, [0.5, 0.5, 0.5, 0.5])
+    assert samples.contact[-40:].all()
+    assert samples.place[-40:].mean(0) == pytest.approx([0, 0], abs=0.01)
+
+
+@pytest.mark.parametrize('phi', [np.pi - 1e-6, -np.pi + 1e-6, 0.0])
+def test_the_pole_and_azimuth_pi_are_nothing_special(model, phi):
+    for theta in (0.0, 1e-7, 0.6):
+        finger = PsdFinger(model)
+        volts, truth = played.script(PsdScript([Act(0.5, 1.0, (phi, theta), (phi, theta), 3e-4)], 1.2))
+        found, true = touched(finger, finger.process(volts, PERIOD), truth)
+        assert np.degrees(error_angle(found[0].normal, true[0])) < 0.6
+        assert np.isfinite(found[0].covariance).all()
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_samples_that_are_no_numbers_are_passed_over(model, bad):
+    finger, plain = PsdFinger(model), PsdFinger(model)
+    volts, _ = played.scene('grid')
+    volts = volts[:1000]
+    spoiled = np.repeat(volts, 2, axis=0)
+    spoiled[1::2, 2] = bad
+    samples = finger.process(spoiled, PERIOD)
+    assert not samples.known[1::2].any() and np.isnan(samples.place[1::2]).all()
+    assert np.array_equal(samples.contact[::2], plain.process(volts, PERIOD).contact)
+    assert not finger.process(np.full((7, 4), bad), PERIOD).known.any()
+
+
+def test_a_dead_output_is_told_and_no_place_is_made_up(model):
+    finger = PsdFinger(model)
+    volts, _ = played.scene('grid')
+    volts[:, 1] = 0.0
+    samples = finger.process(volts[:800], PERIOD)
+    assert finger.stuck.tolist() == [False, True, False, False]
+    run = next(r for r in samples.runs() if samples.contact[r].any())
+    touch = finger.touch(samples, run)
+    assert np.isnan(touch.position).all() and np.isnan(touch.covariance).all() and touch.flags & AMBIGUOUS
+
+
+def test_saturated_outputs_are_flagged(model):
+    finger, _ = ready(model, saturation=1.0)
+    samples = pressed(finger, [0.6, 1.2, 0.6, 0.5])
+    assert finger.touch(samples, slice(30, 60)).flags & SATURATED
+    assert not samples.saturated[:5].any()
+
+
+def test_negative_net_voltages_make_no_place_beyond_the_detector(model):
+    finger, _ = ready(model)
+    samples = pressed(finger, [-0.08, 0.9, -0.09, 0.1])
+    touch = finger.touch(samples, slice(40, 60))
+    assert touch.flags & OUT_OF_RANGE and np.isfinite(touch.position).all() and np.abs(samples.place[40:]).max() <= 1
+    assert not pressed(ready(model)[0], [-0.5, -0.5, -0.5, -0.5]).contact.any()
+
+
+def test_beyond_the_calibrated_cap_is_flagged(model):
+    finger, _ = ready(model)
+    corner = pressed(finger, [0.0, 0.02, 0.9, 0.02])
+    assert finger.touch(corner, slice(40, 60)).flags & OUT_OF_RANGE
+
+
+@pytest.mark.parametrize('period', [0.0, -1e-3, np.nan, np.inf])
+def test_a_period_that_is_none(model, period):
+    with pytest.raises(BadFrame, match='period'):
+        PsdFinger(model).process(np.zeros((5, 4)), period)
+
+
+@pytest.mark.parametrize('shape', [(0, 4), (5, 3), (4,)])
+def test_a_shape_that_is_none(model, shape):
+    with pytest.raises(BadFrame, match='shape'):
+        PsdFinger(model).process(np.zeros(shape), 1e-3)
+
+
+def test_one_to_a_million_samples_in_a_call(model):
+    finger = PsdFinger(model)
+    volts, truth = played.scene('demo')
+    big = np.tile(volts, (100, 1))
+    assert len(big) == 1_000_000
+    samples = finger.process(big, PERIOD)
+    contact = np.tile(truth.touching > 0, 100)
+    assert (samples.contact != contact).mean() < 1e-3 and samples.id.max() == 700
+    one = PsdFinger(model)
+    assert len(one.process(volts[:1], PERIOD).id) == 1
+
+
+def test_without_a_calibration_it_works_as_the_nominal_sensor():
+    finger = PsdFinger(FingerModel())
+    volts, truth = played.scene('grid')
+    samples = finger.process(volts, PERIOD)
+    assert samples.contact[truth.touching > 0].mean() > 0.98
+    found, true = touched(finger, samples, truth)
+    assert np.degrees(error_angle(np.array([t.normal for t in found]), true)).mean() < 20
+    assert np.isnan(found[0].force) and np.isnan(found[0].depth)
+
+
+def test_ambient_light_that_changes_during_a_contact_does_not_last(model):
+    place = (2.0, 0.3)
+    lamp = Ambient(steps=((1.5, -0.2),))
+    finger = PsdFinger(model)
+    volts, truth = played.script(PsdScript([Act(0.5, 2.5, place, place, 3e-4), Act(4.0, 5.0, place, place, 3e-4)], 5.5, lamp))
+    samples = finger.process(volts, PERIOD)
+    assert not samples.contact[2600:4000].any()
+    again = finger.touch(samples, slice(4200, 4800))
+    assert np.degrees(error_angle(again.normal, truth.normal[4500])) < 0.8
+
+
+def test_bad_settings(model):
+    with pytest.raises(BadArgument, match='radius'):
+        PsdFinger(model, FingerSettings(radius=0.0))
+    finger, offset = ready(model)
+    with pytest.raises(BadArgument, match='not in contact'):
+        finger.touch(finger.process(np.tile(offset, (5, 1)), PERIOD), slice(0, 5))
