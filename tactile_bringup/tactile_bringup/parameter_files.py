@@ -19,7 +19,7 @@ from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from .parameters import MARKERS_PARAMETERS
 
-_HEAD = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
+LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
@@ -54,7 +54,7 @@ def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], chang
     """
     tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
               for node, table in sections if not node.endswith(left_out)]
-    return _HEAD + about + '\n'.join(to_yaml(table, node) for node, table in tables)
+    return LICENCE + about + '\n'.join(to_yaml(table, node) for node, table in tables)
 
 
 def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:

@@ -1,0 +1,96 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Simulated sheets and cushion, calibrated as they ship, and what reads them."""
+import dataclasses
+
+import numpy as np
+import pytest
+from tactile_bringup.sensor_launch import share
+from tactile_driver.simulation import scenes
+from tactile_driver.stitchers import make_stitcher
+from tactile_driver.stitching import stitching_from_dict
+from tactile_perception.calibration.touch_file import read_touch
+from tactile_perception.dots.dots import DotTracks
+from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
+from tactile_perception.pipeline.marker_views import view_maker
+from tactile_perception.pipeline.parameter_file import read_parameters
+from tactile_perception.pipeline.parameters import DOT_PARAMETERS
+from tactile_perception.pipeline.sensor import Touchpad, camera_pose
+from tactile_perception.pipeline.touch_stage import TouchStage
+
+RATE = 10.0
+SENSORS = ('areal_single', 'areal_dual', 'air_cushion')
+PRESSED_AT = {'areal_single': 2.9, 'areal_dual': 2.9, 'air_cushion': 3.2}  # s into the scenes of one press
+
+
+class Sheet:
+    """A simulated sensor, calibrated as it ships. rest: untouched images; pressed: (image, truth) at each depth where the tip stops."""
+
+    def __init__(self, kind, name, at, scene=None):
+        two = kind == 'areal_dual'
+        self.kind, self.calibration = kind, read_touch(share('calibration', f'{kind}_sim.yaml'), kind)
+        self.scene = scene or (scenes.open_dual_scene if two else scenes.open_scene)(name, rate=RATE)
+        stitching = stitching_from_dict(self.calibration.stitching, kind) if two else None
+        self._stitcher = make_stitcher('plane', stitching) if two else None
+        params = share('params', f'{kind}_sim.yaml')
+        self.dot_values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+        self.values = read_parameters(params, 'contact_point_node', POINT_PARAMETERS)
+        self.sensor, camera = marker_sensor(self.values), self.scene.camera
+        self.make_view = view_maker(self.sensor, (camera.matrix, camera.distortion), self.calibration.stitching, camera_pose(self.values))
+        self.rest = [self.image(k / RATE)[0] for k in range(6)]
+        self.pressed, self.truth = self.image(at)
+
+    def image(self, t):
+        """(image, contacts) at t s."""
+        if self._stitcher is None:
+            seen = self.scene.render(t)
+            return seen.image, seen.truth.contacts
+        left, right, truth = self.scene.render(t)
+        return self._stitcher.stitch(left, right), truth.contacts
+
+    def chain(self):
+        return Chain(self)
+
+
+class Chain:
+    """Tracker and touch stage; each call is a tenth of a second later, unless a stamp is given."""
+
+    def __init__(self, sheet):
+        self.sheet, self.stamp = sheet, 1.0
+        self.tracker = make_tracker(Touchpad.from_parameters(sheet.dot_values), sheet.dot_values)
+        self.stage = TouchStage(sheet.sensor, sheet.make_view, sheet.values, sheet.calibration)
+        for image in sheet.rest:
+            self(image)
+
+    def __call__(self, image, keep=None, stamp=None):
+        tracks = self.tracker.process(image, self._next(stamp))
+        return self.touch(tracks if keep is None else part_of(tracks, keep(tracks)), self.stamp)
+
+    def _next(self, stamp=None):
+        self.stamp = self.stamp + 1 / RATE if stamp is None else stamp
+        return self.stamp
+
+    def touch(self, tracks, stamp=None):
+        result = self.stage.process(tracks, self._next() if stamp is None else stamp)
+        for contact in result.contacts:
+            assert np.isfinite(contact.position).all() and np.isfinite(contact.depth) and contact.depth >= 0
+            assert np.linalg.eigvalsh(contact.position_covariance).min() >= 0
+        return result
+
+
+def part_of(tracks, keep):
+    """The tracks of the dots where keep (N,) bool."""
+    fields = {field.name: getattr(tracks, field.name) for field in dataclasses.fields(tracks)}
+    return DotTracks(**{name: value[keep] if isinstance(value, np.ndarray) and len(value) == len(keep) else value
+                        for name, value in fields.items()})
+
+
+def nothing(result):
+    return not result.contacts and result.region.area == 0 and np.isnan(result.wrench).all()
+
+
+def check_right(result, truth, place, depth):
+    assert len(result.contacts) == len(truth) == 1
+    assert np.hypot(*(result.contacts[0].position - truth[0].position)[:2]) < place
+    assert result.contacts[0].depth == pytest.approx(truth[0].depth, abs=depth)

@@ -1,0 +1,169 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sheets and cushion in hard cases, with the calibration that ships: what must come out, and that it is never made up."""
+import dataclasses
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+from tactile_bringup.sensor_launch import share
+from tactile_driver.simulation import scenes
+from tactile_driver.simulation.areal_single import areal_single
+from tactile_driver.simulation.specimen import Script, one_after_the_other, press
+from tactile_perception.calibration.touch_file import read_touch
+from tactile_perception.dots.dots import DotTracks
+from tactile_perception.errors import BadCalibration, BadFrame
+from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.touch.methods import make_method
+from tactile_perception.touch.rest_markers import RestMarkers
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing  # noqa: E402
+
+HARD = {'border': (0.0255, 0.0150, 0.003), 'corner': (0.0262, 0.0187, 0.0015), 'deep': (0.002, -0.003, 0.0155)}
+
+
+@pytest.fixture(scope='module')
+def single():
+    return Sheet('areal_single', 'areal_single_press', PRESSED_AT['areal_single'])
+
+
+@pytest.fixture(scope='module', params=SENSORS)
+def any_sheet(request):
+    kind = request.param
+    return request.getfixturevalue('single') if kind == 'areal_single' else Sheet(kind, f'{kind}_press', PRESSED_AT[kind])
+
+
+def test_a_press_is_told_right_and_nothing_before_it(any_sheet):
+    chain = any_sheet.chain()
+    assert nothing(chain(any_sheet.rest[0]))
+    check_right(chain(any_sheet.pressed), any_sheet.truth, *{'areal_single': (1e-3, 4e-4), 'areal_dual': (1.5e-3, 2e-4),
+                                                             'air_cushion': (6e-3, 2e-3)}[any_sheet.kind])
+
+
+@pytest.mark.parametrize('count', [0, 1, 5])
+def test_hardly_a_marker_tells_nothing(any_sheet, count):
+    chain = any_sheet.chain()
+    assert nothing(chain(any_sheet.pressed, lambda tracks: np.arange(len(tracks)) < count))
+
+
+def test_all_markers_gone_for_a_second_and_back(any_sheet):
+    chain = any_sheet.chain()
+    first = chain(any_sheet.pressed)
+    for _ in range(10):
+        assert nothing(chain(any_sheet.pressed, lambda tracks: np.zeros(len(tracks), bool)))
+    again = chain(any_sheet.pressed)
+    assert len(first.contacts) == len(again.contacts) == 1
+    assert again.contacts[0].position == pytest.approx(first.contacts[0].position, abs=2e-4)
+    assert again.contacts[0].id != first.contacts[0].id, 'whether it is the same touch nobody knows'
+
+
+def test_half_of_the_markers_hidden_here_and_there(any_sheet):
+    chain, seen = any_sheet.chain(), np.random.default_rng(1).random(400) < 0.5
+    assert nothing(chain(any_sheet.rest[0], lambda tracks: seen[tracks.id]))
+    check_right(chain(any_sheet.pressed, lambda tracks: seen[tracks.id]), any_sheet.truth,
+                *{'areal_single': (1.5e-3, 6e-4), 'areal_dual': (3e-3, 4e-4), 'air_cushion': (9e-3, 3e-3)}[any_sheet.kind])
+
+
+@pytest.mark.parametrize('side', [-1, 1])
+@pytest.mark.parametrize('axis', [0, 1])
+def test_one_half_of_the_markers_hidden(single, side, axis):
+    """The touch stands at (7, -5) mm: it is told where its half is seen; from the other half alone it is told with less or not at all."""
+    chain, middle = single.chain(), (320, 240)[axis]
+    assert nothing(chain(single.rest[0], lambda tracks: side * (tracks.uv[:, axis] - middle) > 0))
+    result = chain(single.pressed, lambda tracks: side * (tracks.uv[:, axis] - middle) > 0)
+    if side * single.truth[0].position[axis] > 0:
+        check_right(result, single.truth, 2e-3, 1.5e-3)
+    for contact in result.contacts:
+        assert (np.abs(contact.position[:2]) < np.array(single.sensor.size) / 2).all()
+
+
+@pytest.fixture(scope='module')
+def field(single):
+    """The field of the press."""
+    chain = single.chain()
+    rest = RestMarkers(len(single.sensor.grid()), single.make_view)
+    for image in (*single.rest, single.pressed):
+        found = rest.field(chain.tracker.process(image, chain._next()))
+    return found
+
+
+@pytest.mark.parametrize('name, told', [('shift', False), ('rest', None), ('growth', True), ('sigma', True), ('eye', None), ('area', True)])
+def test_fields_of_nothing_but_nan(single, field, name, told):
+    """Without displacements nothing is told; without areas or their uncertainty the touch is still there."""
+    method = make_method(single.calibration.best, single.calibration.fitted(single.calibration.best), single.sensor)
+    touches = method.estimate(dataclasses.replace(field, **{name: np.full_like(getattr(field, name), np.nan)}))
+    assert all(np.isfinite(touch.position).all() and np.isfinite(touch.covariance).all() for touch in touches)
+    if told is not None:
+        assert bool(touches) == told
+    if told:
+        assert np.hypot(*(touches[0].position - single.truth[0].position)[:2]) < 2e-3
+
+
+@pytest.mark.parametrize('level', [0, 255])
+def test_black_and_saturated_frames_are_refused_and_change_nothing(any_sheet, level):
+    chain = any_sheet.chain()
+    first = chain(any_sheet.pressed)
+    for _ in range(2):
+        with pytest.raises(BadFrame):
+            chain(np.full_like(any_sheet.pressed, level))
+    again = chain(any_sheet.pressed)
+    assert [c.id for c in again.contacts] == [c.id for c in first.contacts]
+    assert again.contacts[0].depth == pytest.approx(first.contacts[0].depth, abs=3e-4)
+
+
+def test_a_glaring_spot_over_the_touch_makes_up_nothing_far_away(single):
+    image, chain = single.pressed.copy(), single.chain()
+    image[180:220, 350:420] = 255
+    for contact in chain(image).contacts:
+        assert np.hypot(*(contact.position - single.truth[0].position)[:2]) < 3e-3
+
+
+def played(name):
+    """The sheet of one camera, pressed as HARD says."""
+    x, y, depth = HARD[name]
+    script = Script(areal_single, one_after_the_other([lambda start: press('ball_6mm', x, y, depth, start=start)]))
+    return Sheet('areal_single', name, 2.25, scenes.Scene(script.build(0), *scenes._play(script, script.build(0)), RATE, script.friction))
+
+
+@pytest.mark.parametrize('name', ['border', 'corner'])
+def test_a_touch_at_the_border_stays_on_the_sheet(name):
+    """4.5 and 3.8 mm from the clamp: told there, or near it with a flag, or not at all; never outside."""
+    sheet = played(name)
+    assert sheet.truth
+    for contact in sheet.chain()(sheet.pressed).contacts:
+        off = np.hypot(*(contact.position - sheet.truth[0].position)[:2])
+        assert off < (4e-3 if contact.flags & (AT_EDGE | OUT_OF_RANGE) else 1.5e-3)
+        assert (np.abs(contact.position[:2]) < np.array(sheet.sensor.size) / 2).all()
+
+
+def test_a_press_deeper_than_calibrated_is_flagged():
+    sheet = played('deep')
+    deepest = sheet.calibration.file.calibrated_range['depth'][1]
+    assert sheet.truth[0].depth > 1.1 * deepest
+    contact, = sheet.chain()(sheet.pressed).contacts
+    assert contact.flags & OUT_OF_RANGE and 0.9 * deepest < contact.depth < 1.3 * sheet.truth[0].depth
+
+
+def test_the_calibration_of_another_sensor_is_refused():
+    for own in SENSORS:
+        for other in set(SENSORS) - {own}:
+            with pytest.raises(BadCalibration, match=f'for sensor type .{own}.'):
+                read_touch(share('calibration', f'{own}_sim.yaml'), other)
+
+
+@pytest.mark.parametrize('stamp', [0.5, 1.0, np.nan])
+def test_time_that_goes_back_is_refused_and_the_touch_goes_on(single, stamp):
+    chain = single.chain()
+    first = chain(single.pressed)
+    tracks = chain.tracker.process(single.pressed, chain._next())
+    with pytest.raises(BadFrame):
+        chain.stage.process(tracks, stamp)
+    again = chain.touch(tracks, chain.stamp)
+    assert again.contacts[0].id == first.contacts[0].id
+
+
+def test_markers_of_another_grid_are_refused(single):
+    with pytest.raises(BadFrame, match='rows and columns'):
+        single.chain().touch(DotTracks(3, 3, np.arange(9), np.ones((9, 2)), np.ones(9), np.ones(9), np.zeros((9, 2))))
