@@ -26,6 +26,7 @@ setup(
             'contact_region_node = tactile_perception.nodes.start:contact_region_node',
             'contact_point_node = tactile_perception.nodes.start:contact_point_node',
             'psd_contact_node = tactile_perception.nodes.start:psd_contact_node',
+            'taxel_contact_node = tactile_perception.nodes.start:taxel_contact_node',
             'process_bag = tactile_perception.nodes.start:process_bag',
             'calibrate = tactile_perception.nodes.start:calibrate',
             'convert_recording = tactile_perception.nodes.start:convert_recording',

@@ -33,7 +33,7 @@ class StageNode(Node):
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
         super().__init__(name)
-        self.settings = NodeParameters(self, table)
+        self.settings = NodeParameters(self, table, self.check_change, self.apply_change)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
         self._source, self._inputs = source, []
@@ -107,6 +107,12 @@ class StageNode(Node):
     def on_message(self, message) -> dict[str, object]:
         """Topic -> result of one message, or list of them. Raises TactileError for a message that cannot be used."""
         raise NotImplementedError
+
+    def check_change(self, changes: dict) -> None:
+        """Whether parameters that can change while the node runs may become changes (name -> value). Raises TactileError to refuse."""
+
+    def apply_change(self, changes: dict) -> None:
+        """Parameters have changed (name -> new value)."""
 
     def remarks(self) -> tuple[str, dict]:
         """Something to warn of ('' for nothing) and more values for /diagnostics."""

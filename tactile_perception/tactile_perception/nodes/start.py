@@ -24,6 +24,11 @@ def psd_contact_node() -> None:
     start_node('tactile_perception.nodes.psd_contact_node')
 
 
+def taxel_contact_node() -> None:
+    """The process taxel_contact_node."""
+    start_node('tactile_perception.nodes.taxel_contact_node')
+
+
 def process_bag() -> None:
     """The command process_bag."""
     start_tool('tactile_perception.offline.process_bag')

@@ -10,11 +10,13 @@ from functools import partial
 from pathlib import Path
 
 from ..calibration.psd_file import SENSOR as PSD_FINGER
+from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
 from ..errors import BadArgument, TactileError
 from ..pipeline.parameter_file import read_parameters
 from ..touch.sensor import MARKER_SENSORS
 from .calibrate_markers import calibrate_markers
 from .calibrate_psd import calibrate_psd
+from .calibrate_taxels import calibrate_taxels
 from .calibrate_touchpad import calibrate_touchpad
 from .replay import SENSOR_TYPE
 
@@ -31,9 +33,10 @@ def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable
         raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
     if sensor_type in MARKER_SENSORS:
         return calibrate_markers
-    if sensor_type == PSD_FINGER:
-        return calibrate_psd
-    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, PSD_FINGER])}')
+    others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels}
+    if sensor_type in others:
+        return others[sensor_type]
+    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, *others])}')
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""convert_recording: a recording folder of a camera sensor (sensor.json, frames, truth.npz) or a PSD finger (meta.json, input.npz,
-truth.npz) as a bag with ground truth, and the parameter file beside it.
+"""convert_recording: a recording of a camera sensor (sensor.json, frames, truth.npz), of a PSD finger or a taxel array
+(meta.json, input.npz, truth.npz) as a bag with ground truth, and the parameter file beside it.
 """
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import header_of, image_to_message
 from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
 
+from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
 from ..errors import TactileError
 from ..nodes.conversions import camera_info_message
 from ..nodes.serialization import MessageCodec
@@ -24,13 +25,22 @@ from .bags import BagWriter
 from .progress import Progress
 from .psd_recording import PsdRecording
 from .recording import Recording
+from .taxel_recording import TaxelRecording
 
 
-def convert(recording: Recording | PsdRecording, target: Path, namespace: str) -> int:
+def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
+    """The recording in a folder or file, of whichever sensor. Raises BadRecording."""
+    meta = path / 'meta.json'
+    if path.suffix == '.npz' or meta.exists() and TAXEL_ARRAY in meta.read_text(errors='replace'):
+        return TaxelRecording(path)
+    return (PsdRecording if meta.exists() else Recording)(path)
+
+
+def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, namespace: str) -> int:
     """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples. Raises
     TactileError."""
     codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
-    messages = recording.messages(namespace) if isinstance(recording, PsdRecording) else _messages(recording, namespace)
+    messages = _messages(recording, namespace) if isinstance(recording, Recording) else recording.messages(namespace)
     with BagWriter(target, codec.store) as writer:
         for stamp_ns, topic, message in Progress(messages, 'messages'):
             writer.write(prefix + topic, *_typed(codec, message, stamp_ns))
@@ -114,17 +124,18 @@ def _pitch(dots: dict) -> list[float]:
 def main(args: list[str] | None = None) -> int:
     """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
-    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/, truth.npz, or with meta.json, input.npz, truth.npz')
+    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/, truth.npz, or with meta.json, input.npz, truth.npz; '
+                        '.npz with imprints of weights')
     parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
     parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
     given = parser.parse_args(args)
     try:
-        recording = (PsdRecording if (given.input / 'meta.json').exists() else Recording)(given.input)
+        recording = open_recording(given.input)
         frames = convert(recording, given.output, given.namespace)
     except TactileError as error:
         print(f'convert_recording: {error}', file=sys.stderr)
         return 1
-    parameters = recording.parameters() if isinstance(recording, PsdRecording) else sensor_parameters(recording.sensor)
+    parameters = sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
     params = given.output.with_name(given.output.name + '.yaml')
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}, sort_keys=False))
     unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'

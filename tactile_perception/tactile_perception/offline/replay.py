@@ -12,13 +12,16 @@ from tactile_driver.stitching import Stitching, stitching_from_dict
 
 from ..calibration.touch_file import read_touch
 from ..calibration.psd_file import SENSOR as PSD_FINGER
+from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
 from ..nodes.psd_stages import PsdMessages
+from ..nodes.taxel_stages import TaxelMessages
 from ..nodes.touch_stages import TouchMessages
 from ..nodes.touchpad_stages import ContactMessages, DotMessages
 from ..pipeline.marker_parameters import POINT_PARAMETERS
 from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
 from ..pipeline.psd_parameters import PSD_PARAMETERS
+from ..pipeline.taxel_parameters import TAXEL_PARAMETERS
 from ..touch.sensor import MARKER_SENSORS
 from .stamped import IMAGE, VOLTAGES
 
@@ -66,6 +69,22 @@ class PsdReplay:
             yield 'contacts', contacts
 
 
+class TaxelReplay:
+    """The node of a taxel array; values: of TAXEL_PARAMETERS."""
+
+    raw, raw_type, stitching = 'image_raw', IMAGE, None
+
+    def __init__(self, values: dict):
+        self._messages = TaxelMessages(values)
+
+    def on_camera_info(self, message) -> None:
+        """There is no camera."""
+
+    def on_raw(self, message) -> Iterator[tuple[str, object]]:
+        """Every estimate for one image. Raises TactileError where the node would refuse it."""
+        yield from self._messages.on_image(message).items()
+
+
 class DotReplay:
     """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D,
     or that is not calibrated where it has to be; stitching: of two cameras, None of one."""
@@ -92,7 +111,10 @@ class DotReplay:
 def make_replay(params: Path, calibration: Path | None = None) -> Replay:
     """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError."""
     own = {'calibration': str(calibration)} if calibration else {}
-    if read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type'] == PSD_FINGER:
+    sensor_type = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
+    if sensor_type == TAXEL_ARRAY:
+        return TaxelReplay(read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS) | own)
+    if sensor_type == PSD_FINGER:
         return PsdReplay(read_parameters(params, 'psd_contact_node', PSD_PARAMETERS) | own)
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
     markers = dots.values['sensor_type'] in MARKER_SENSORS

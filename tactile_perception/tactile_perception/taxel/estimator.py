@@ -26,6 +26,7 @@ from .wrench import GraspedObject, normal_force, wrench_of
 
 _FULL = 0.995  # of the full scale: a taxel there is saturated
 _CERTAIN = 0.5  # outlines between taxels, over those between printed dots
+_NOISE_AT = 5.0  # standard deviations of a value's noise, where its pressure is judged
 _PLACE_SD = 0.03  # pitches: standard deviation of a centroid
 _ASSUMED_SLIDE = 0.1  # thicknesses by which an object drags a pad of unknown pressure before it slips
 
@@ -141,7 +142,7 @@ class TaxelEstimator:
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
         pressure = response.pressure(repaired)
-        regions, surface = self._method.regions(pressure, sigma * max(response.scale[0], 1e-30))
+        regions, surface = self._method.regions(pressure, sigma * response.slope(_NOISE_AT * sigma))
         self.baseline.follow(change, regions.labels > 0 if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)
         numbered = self._numbers.assign(regions)

@@ -89,8 +89,12 @@ class Imprint:
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipped, at_origin, float(step[2]))
 
     def slips(self, slipped: np.ndarray) -> np.ndarray:
-        """(rows, columns) bool: where the object slips, from ImprintMotion.slipped."""
-        return slipped[0]**2 + slipped[1]**2 > (max(_STILL, _DOUBT * self._sigma) * self._array.pitch)**2
+        """(rows, columns) bool: where the object slips, from ImprintMotion.slipped: the surface has lagged behind, and the object moves. A
+        pad that lets go as the load falls is no slip."""
+        least = (max(_STILL, _DOUBT * self._sigma) * self._array.pitch)**2
+        moved = self._past[-1][1] - self._past[0][1] if self._past else np.zeros(3)
+        along_x, along_y = moved[0] - moved[2] * self._array.y[:, None], moved[1] + moved[2] * self._array.x
+        return (slipped[0]**2 + slipped[1]**2 > least) & (along_x**2 + along_y**2 > least)
 
     def _share(self, slipped: np.ndarray, touched: np.ndarray) -> float:
         return float((self.slips(slipped) & touched).sum() / max(touched.sum(), 1))

@@ -11,7 +11,7 @@ from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 
-KNOWN = TaxelSettings(response=Response((500.0, 0.0), known=True))
+KNOWN = TaxelSettings(response=Response((500.0, 0.0, 0.0), known=True))
 
 
 def whole(image):

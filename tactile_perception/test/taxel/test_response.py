@@ -20,16 +20,18 @@ def test_no_gains_from_a_stamp():
 
 
 def test_unseen_weights_on_a_stamp():
-    truth = [500.0, 0.8]
-    forces, changes = [], []
-    for load in (10, 20, 40, 60, 80, 100.0):
-        image = picture(bar(), load).astype(float)
-        changes.append(image)
-        forces.append(1e-6 * (truth[0] * image + truth[1] * image**2).sum())
-    scale, predicted = fit_response(np.array(changes[::2]), np.array(forces[::2]), 1e-6)
-    assert scale == pytest.approx(truth, rel=1e-3)
-    unseen = Response(scale, known=True).pressure(changes[3].astype(np.float32)).sum() * 1e-6
-    assert unseen == pytest.approx(forces[3], rel=1e-3)
+    truth = Response((500.0, 0.8, 2000.0), 5.0)
+    changes = np.array([picture(bar(), load) for load in (10, 20, 40, 60, 80, 100.0)], np.float64)
+    forces = 1e-6 * np.array([truth.pressure(image).sum() for image in changes])
+    response, _ = fit_response(changes[::2], forces[::2], 1e-6)
+    assert response.known
+    assert [1e-6 * response.pressure(image).sum() for image in changes[1::2]] == pytest.approx(forces[1::2], rel=1e-2)
+
+
+def test_slope_is_the_pressures():
+    response = Response((500.0, 0.8, 2000.0), 5.0)
+    step = response.pressure(np.array([[10.001]])) - response.pressure(np.array([[9.999]]))
+    assert response.slope(10.0) == pytest.approx(step[0, 0] / 0.002, rel=1e-3)
 
 
 def test_one_weight_is_not_enough():
@@ -37,7 +39,7 @@ def test_one_weight_is_not_enough():
         fit_response(np.ones((4, 3, 3)), np.full(4, 2.0), 1e-6)
 
 
-@pytest.mark.parametrize('scale', [(0.0, 0.0), (-1.0, 0.0), (np.nan, 0.0), (1.0,)])
+@pytest.mark.parametrize('scale', [(0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (np.nan, 0.0, 0.0), (1.0,)])
 def test_wrong_scale(scale):
     with pytest.raises(BadArgument):
         Response(scale)

@@ -1,0 +1,71 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node over ROS: results under the images' stamps, nothing done for nobody, reference and object on request."""
+import os
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_msgs.msg import Contacts  # noqa: E402
+from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def bench():
+    rclpy.init(domain_id=100 + os.getpid() % 100)
+    node, helper = TaxelContactNode(), rclpy.create_node('helper')
+    executor = SingleThreadedExecutor()
+    executor.add_node(node), executor.add_node(helper)
+
+    def until(condition, seconds=10.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.02)
+        assert condition()
+    yield node, helper, until
+    node.destroy_node(), helper.destroy_node()
+    rclpy.try_shutdown()
+
+
+def image(level, number):
+    values = np.full((44, 44), 3, np.uint8)
+    values[15:30, 10:35] += np.uint8(level)
+    return image_to_message(Frame(values, 0, 'mono8'), '', header_of(10**9 + number * 10**7, 'pad'))
+
+
+def test_contacts_reference_and_object(bench):
+    node, helper, until = bench
+    publisher = helper.create_publisher(Image, 'image_raw', 100)
+    assert publisher.get_subscription_count() == 0 and not node.wanted
+    heard = []
+    helper.create_subscription(Contacts, 'contacts', heard.append, 100)
+    until(lambda: publisher.get_subscription_count() == 1)
+    for number, level in enumerate([0] * 5 + [100] * 5):
+        publisher.publish(image(level, number))
+    until(lambda: len(heard) == 10)
+    assert [len(message.contacts) for message in heard] == [0] * 5 + [1] * 5
+    assert [message.header.stamp.nanosec for message in heard] == [k * 10**7 for k in range(10)]
+
+    assert not node.set_parameters([Parameter('object.gravity', value=[0.0, 0.0, 0.0])])[0].successful
+    assert node.set_parameters([Parameter('object.depth', value=3e-4)])[0].successful
+    assert node.messages.estimator.grasped.depth == 3e-4
+
+    client = helper.create_client(Trigger, 'set_reference')
+    until(client.service_is_ready)
+    answer = client.call_async(Trigger.Request())
+    until(answer.done)
+    assert answer.result().success
+    publisher.publish(image(100, 20))
+    until(lambda: len(heard) == 11)
+    assert not heard[-1].contacts

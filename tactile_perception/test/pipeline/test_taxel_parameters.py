@@ -1,0 +1,31 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_driver.nodes.parameters import defaults
+from tactile_perception.errors import BadArgument
+from tactile_perception.pipeline.taxel_parameters import TAXEL_PARAMETERS, grasped_object, taxel_estimator
+
+VALUES = defaults(TAXEL_PARAMETERS)
+
+
+def test_defaults_are_the_papers_array_and_nothing_is_known_of_the_object():
+    estimator = taxel_estimator(VALUES)
+    assert estimator.array.shape == (44, 44) and estimator.array.full_scale == 255
+    assert np.isnan(estimator.grasped.depth) and np.isnan(estimator.grasped.weight).all()
+
+
+def test_weight_along_gravity():
+    known = grasped_object(VALUES | {'object.weight': 3.0, 'object.gravity': [0.0, 0.0, 0.5], 'object.depth': 1e-3})
+    assert known.weight.tolist() == [0, 0, 3] and known.depth == 1e-3
+
+
+@pytest.mark.parametrize('wrong', [{'object.gravity': [0.0, 0.0, 0.0]}, {'object.gravity': [1.0]}, {'object.centre_of_mass': [0.0]}])
+def test_wrong_object(wrong):
+    with pytest.raises(BadArgument, match='three numbers'):
+        grasped_object(VALUES | wrong)
+
+
+def test_dead_taxels_reach_the_estimator():
+    with pytest.raises(BadArgument, match='dead'):
+        taxel_estimator(VALUES | {'dead_taxels': [44 * 44]})
