@@ -50,4 +50,5 @@ def tracks(pattern: np.ndarray | None = None) -> Linker:
 
 
 METHODS = {'lattice': number_grid, 'paper': paper, 'nearest': nearest}
-WITHOUT_GRID = {'tracks': tracks, 'register': PatternNumbers}
+REGISTER = 'register'
+WITHOUT_GRID = {'tracks': tracks, REGISTER: PatternNumbers}

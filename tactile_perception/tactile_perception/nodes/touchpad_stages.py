@@ -20,6 +20,7 @@ from ..pipeline.marker_parameters import sheet_sensor
 from ..pipeline.marker_views import view_maker
 from ..pipeline.sensor import Touchpad
 from ..pipeline.sheet_places import SheetPlaces
+from ..touch.sensor import MARKER_SENSORS
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
 
@@ -50,8 +51,8 @@ class DotMessages(_TouchpadSide):
     def __init__(self, values: Mapping):
         super().__init__(values)
         self._sheet = sheet_sensor(values) if values['surface'] == 'sheet' else None
-        calibrated = self._sheet is not None and values['calibration']
-        self._stitching = read_touch(values['calibration'], values['sensor_type']).stitching if calibrated else None
+        markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
+        self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
 
     @property
     def needs_places(self) -> bool:
@@ -61,11 +62,11 @@ class DotMessages(_TouchpadSide):
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
         """See CameraSide; without a camera dots have no places in 3D."""
         if self._sheet is not None:
-            make_view = view_maker(self._sheet, matrices, self._stitching)
+            make_view = view_maker(self._sheet, matrices, self._markers and self._markers.stitching)
             return DotStage(self.sensor, None, self.values, places=SheetPlaces(self._sheet, make_view) if make_view else None)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
-        return DotStage(self.sensor, camera, self.values, water)
+        return DotStage(self.sensor, camera, self.values, water, pattern=self._markers and self._markers.pattern)
 
     @property
     def suspicion(self) -> str:

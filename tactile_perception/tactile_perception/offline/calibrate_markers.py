@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.touch_file import METHODS, STITCHING, WRENCH, best_method, write_touch
+from ..calibration.touch_file import METHODS, PATTERN, STITCHING, WRENCH, best_method, write_touch
+from ..dots.tracker import DotTracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes import conversions as convert
-from ..pipeline.dot_stage import make_tracker
+from ..pipeline.dot_stage import find_pattern, make_tracker
 from ..pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, marker_sensor
 from ..pipeline.marker_views import view_maker
 from ..pipeline.parameter_file import read_parameters
@@ -34,6 +35,7 @@ class PressReader:
     """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp.
 
     stitching: how pictures are made of two views: that of the calibration file that the parameters name until another is set; None: of one.
+    pattern: (K, 2) px, untouched places of markers that are in no grid, from the first image; None of a grid.
     """
 
     def __init__(self, params: Path, namespace: str):
@@ -42,22 +44,29 @@ class PressReader:
         self.sensor = marker_sensor(self._values)
         self.left_out: list[str] = []
         self._namespace, self._rows, self._matrices = namespace, [], None
+        self.pattern: np.ndarray | None = None
         self._params, self.stitching = params, stitching_in(self._values['calibration'], self.sensor.type)
 
     def read(self, bag: Path) -> None:
         """Take every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
-        tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values)
-        rest: RestMarkers | None = None
+        tracker, rest = None, None
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
-            if rest is None:
-                rest = RestMarkers(self.sensor.rows * self.sensor.columns, self._view_maker(bag))
-            image = found['image_raw']
+            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), convert.image_to_array(found['image_raw'])
             try:
-                tracks = tracker.process(convert.image_to_array(image), convert.stamp_seconds(image.header))
-                self._rows.append((rest.field(tracks), *_truth(found)))
+                if rest is None:
+                    tracker, rest = self._begin(image, self._view_maker(bag))
+                self._rows.append((rest.field(tracker.process(image, stamp_s)), *_truth(found)))
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')
+
+    def _begin(self, image: np.ndarray, make_view) -> tuple[DotTracker, RestMarkers]:
+        """What numbers the markers of a recording and follows their untouched state. Raises BadFrame for a first image without markers."""
+        count = self.sensor.rows * self.sensor.columns
+        if not count and self.pattern is None:
+            self.pattern = find_pattern(image, self._dot_values)
+        tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values, self.pattern)
+        return tracker, RestMarkers(count or len(self.pattern), make_view)
 
     def presses(self) -> Presses:
         """All that were read. Raises BadCalibration where there is none."""
@@ -143,6 +152,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
     fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
+    fitted |= {PATTERN: reader.pattern.tolist()} if reader.pattern is not None else {}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
     write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out)

@@ -9,7 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from ..camera import CameraModel
+from ..dots.detect import DotDetector
 from ..dots.dots import DotTracks
+from ..dots.numbering import REGISTER
 from ..dots.reference import Reference
 from ..dots.tracker import DotTracker
 from ..surface.optics import WaterModel
@@ -17,10 +19,18 @@ from .dot_places import DotPlaces
 from .sensor import Touchpad
 
 
-def make_tracker(sensor: Touchpad, values: Mapping) -> DotTracker:
-    """The tracker that values (of DOT_PARAMETERS) describe."""
+def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None) -> DotTracker:
+    """The tracker that values (of DOT_PARAMETERS) describe; pattern: (K, 2) px, untouched places by which dots are numbered that are in
+    no grid."""
     reference = Reference(values['reference.time_constant'], values['reference.frames'])
-    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], values['numbering'], reference=reference)
+    numbering = values['numbering'] if pattern is None else REGISTER
+    return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)
+
+
+def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
+    """(K, 2) px, places of the dots in an image of the untouched sensor, from top to bottom. Raises BadFrame."""
+    uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
+    return uv[np.argsort(uv[:, 1])]
 
 
 class Places(Protocol):
@@ -35,11 +45,11 @@ class Places(Protocol):
 
 class DotStage:
     """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that a touchpad's dots have no places
-    in 3D; places: what places the dots of another sensor."""
+    in 3D; places: what places the dots of another sensor; pattern: see make_tracker."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
-                 places: Places | None = None):
-        self._tracker, self._places = make_tracker(sensor, values), places
+                 places: Places | None = None, pattern: np.ndarray | None = None):
+        self._tracker, self._places = make_tracker(sensor, values, pattern), places
         if sensor.cap is not None and camera is not None:
             self._places = DotPlaces(sensor, camera, values['pace'], water)
 

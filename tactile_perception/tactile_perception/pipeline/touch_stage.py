@@ -48,7 +48,8 @@ class TouchStage:
         self._sensor, self._tip_radius = sensor, values['tip_radius']
         self._method = make_method(name, calibration.fitted(name), sensor)
         self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
-        self._rest = RestMarkers(sensor.rows * sensor.columns, make_view)
+        count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
+        self._rest = RestMarkers(count, make_view)
         self._tracker = TouchTracker(values['filter'])
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:

@@ -68,3 +68,12 @@ def test_a_method_that_finds_shallow_presses_badly_is_better_than_one_that_does_
     assert best_method({'all': found_all.numbers(), 'some': missed_some.numbers()}, ['some', 'all']) == 'all'
     split = replace(GOOD, place_median=1.9e-4, split=3)
     assert best_method({'whole': GOOD.numbers(), 'split': split.numbers()}, ['split', 'whole']) == 'whole'
+
+
+def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
+    pattern = [[100.5, 20.25], [310.0, 22.0], [200.0, 230.0]]
+    write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': pattern}, {}, {}, SPAN, [])
+    np.testing.assert_allclose(read_touch(path, 'air_cushion').pattern, pattern)
+    write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': [1.0, 2.0]}, {}, {}, SPAN, [])
+    with pytest.raises(BadCalibration, match='pairs of numbers'):
+        read_touch(path, 'air_cushion')

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from tactile_perception.errors import BadFrame
-from tactile_perception.pipeline.dot_stage import DotStage, make_tracker
+from tactile_perception.pipeline.dot_stage import DotStage, find_pattern, make_tracker
 
 
 def rms(values):
@@ -67,3 +67,12 @@ def test_the_tracker_is_as_the_parameters_say(ball):
     first = tracker.reference.uv.copy()
     tracker.process(ball.rest[1], 1.001)
     assert np.abs(tracker.reference.uv - first).max() < 1e-4, 'the average of one frame is that frame'
+
+
+def test_a_pattern_without_a_grid_numbers_any_image_of_it(ball):
+    sensor, values = dataclasses.replace(ball.sensor, cap=None, rows=0, columns=0), {**ball.values, 'numbering': 'tracks'}
+    pattern = find_pattern(ball.rest[0], values)
+    assert len(pattern) > 515 and (np.diff(pattern[:, 1]) >= 0).all()
+    for image, far in ((ball.rest[1], 0.1), (ball.pressed, 12.0)):  # each the first that a tracker sees
+        tracks = make_tracker(sensor, values, pattern).process(image, 1.0)
+        assert len(tracks) > 0.9 * len(pattern) and np.abs(tracks.uv - pattern[tracks.id]).max() < far

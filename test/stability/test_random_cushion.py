@@ -1,0 +1,54 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A cushion whose circles are printed anywhere: from a recording of presses to touches in another one."""
+import numpy as np
+import pytest
+from tactile_bringup.sensor_launch import share
+from tactile_bringup.simulated_bag import write_scene
+from tactile_perception.calibration.touch_file import read_touch
+from tactile_perception.nodes.serialization import MessageCodec
+from tactile_perception.offline.bags import BagReader
+from tactile_perception.offline.calibrate_markers import calibrate_markers
+from tactile_perception.offline.process_bag import process_bag
+from tactile_perception.offline.replay import make_replay
+
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('random')
+    text = open(share('params', 'air_cushion_sim.yaml'), encoding='utf-8').read()
+    (folder / 'params.yaml').write_text(text.replace('rows: 17', 'rows: 0').replace('columns: 17', 'columns: 0'), encoding='utf-8')
+    write_scene(folder / 'calibration', 'air_cushion_random_calibration', rate=1.5, frames=70)
+    write_scene(folder / 'demo', 'air_cushion_random_demo', rate=2.0, frames=16)
+    calibrate_markers([folder / 'calibration'], folder / 'params.yaml', folder / 'cushion.yaml')
+    return folder
+
+
+def _messages(bag):
+    codec, found = MessageCodec(), {}
+    with BagReader(bag) as reader:
+        for message in reader.messages():
+            if message.topic.split('/', 2)[2] in ('dots', 'contacts', 'ground_truth/contacts'):
+                found.setdefault(message.stamp_ns, {})[message.topic.split('/', 2)[2]] = codec.decode(message.data, message.type_name)
+    return list(found.values())
+
+
+def test_circles_have_the_numbers_of_the_calibration_in_another_recording(folder):
+    known = read_touch(folder / 'cushion.yaml', 'air_cushion')
+    assert 150 < len(known.pattern) < 400
+    summary = process_bag(folder / 'demo', folder / 'out', make_replay(folder / 'params.yaml', folder / 'cushion.yaml'))
+    assert summary.frames == 16 and not summary.refused
+    frames = _messages(folder / 'out')
+    for frame in frames:
+        dots = frame['dots']
+        place = np.column_stack([dots.u, dots.v]) - np.column_stack([dots.du, dots.dv])
+        assert len(dots.id) > 0.97 * len(known.pattern) and np.abs(place - known.pattern[np.array(dots.id)]).max() < 1.0
+    told = [(frame['ground_truth/contacts'].contacts, frame['contacts'].contacts) for frame in frames]
+    assert not any(found for truth, found in told if not truth)
+    deep = [(truth[0], found) for truth, found in told if truth and truth[0].depth > 0.008]
+    assert deep and all(found for _, found in deep)
+    off = [np.hypot(truth.position.x - found[0].position.x, truth.position.y - found[0].position.y) for truth, found in deep]
+    assert np.median(off) < 8e-3
