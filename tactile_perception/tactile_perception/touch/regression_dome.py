@@ -17,7 +17,8 @@ from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .paper_depth import common_rest
 from .presses import Presses
-from .regression_dent import LOG_DEPTH, LOG_SHAPE, SHALLOW, Dent, DentFit
+from .regression_dent import LOG_DEPTH, SHALLOW, Dent, DentFit
+from .regression_dome_fit import APART, DentFound, DentSolver
 from .regression_start import QUIETER, SEEN, SURE, quiet_noise
 from .rest_surface import dome_cap, first_touch_height, rest_points
 from .sensor import MarkerSensor
@@ -27,79 +28,51 @@ MOST = 60                # presses that are held out in turn to choose the ridge
 RIDGES = tuple(10.0 ** np.arange(-7, -1))
 DEPTH_COUNTS = 4.0       # times as much as place, in that choice
 MEDIAN_SQUARE = 0.79     # of a third of chi-square with three degrees of freedom
-STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4])
-LIMIT = np.array([0.01, 0.01, 0.5, 0.5])  # of one step
-SETTLED = 3e-3           # of these
-ITERATIONS = 10
-SHAPE_SIGMA = 0.03       # log: how much deeper or shallower a dent may look than it is
-MISFIT, MISFIT_TOP = 0.02, 0.006  # of a marker's displacement, and of the greatest: what a dent is wrong by
 SIZE_SIGMA = 0.3         # log: how much larger or smaller objects are than the calibrated tip
 UNDER_TIP = 0.17         # of the depth, times the log of the size: by how much a smaller tip goes deeper for the same dent around it
-FOLLOW = 3               # iterations for which derivatives are taken anew
 RADII = np.arange(0.0, 0.0801, 0.001)  # m, of the calibrated tip
-RINGS, DEPTHS = (0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42), (0.15, 0.4, 0.7, 1.0)  # of rim radius and deepest press, to start from
-BEYOND = 1.15            # times the deepest calibrated press: deeper is out of range
+SEVERAL = 1.5            # mean square left by one dent, in units of what is expected, from where on two are tried
+BETTER, LESSER = 2.5, 0.2  # times that two must leave less than one; depth of the lesser over the other's
+BEYOND, DEEPEST = 1.15, 2.0  # times the deepest calibrated press: deeper is out of range; no depth is told that is more
 
 
 class DomeRegression:
-    """Fitted for one dome. Tells one touch at the most."""
+    """Fitted for one dome. Tells two touches at the most."""
 
     def __init__(self, dent: Dent, sensor: MarkerSensor, numbers: Mapping):
         self.dent, self.sensor = dent, sensor
         self.noise, self.deepest, self.farthest, self.radius, self.widen, self.size_sigma, quiet = (
             float(numbers[name]) for name in ('noise', 'deepest', 'farthest', 'tip_radius', 'widen', 'size_sigma', 'quiet'))
         self.threshold = max(SURE, QUIETER * quiet)
-        self._starts = self._library()
-        self._shown = np.nan_to_num([dent.appear(start) for start in self._starts]).reshape(len(self._starts), -1)
-        self._sizes = np.sum(self._shown**2, axis=1)
+        self.solver = DentSolver(dent, self.noise, self.deepest, max(sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame; empty where displacements are no more than noise. Raises BadArgument for another pattern."""
+        """The touches of one frame; empty where displacements are no more than noise. Raises BadArgument for another pattern."""
+        found = self.dents(field)
+        return [] if found is None else [self._told(one, found.covariance[4 * k:4 * k + 4, 4 * k:4 * k + 4])
+                                         for k, one in enumerate(found.parameters)]
+
+    def dents(self, field: MarkerField) -> DentFound | None:
+        """What dents one frame; None where nothing does. Raises BadArgument for another pattern."""
         if len(field) != len(self.dent.out):
             raise BadArgument(f'calibrated for {len(self.dent.out)} markers, got a field of {len(field)}')
-        if field.seen.sum() < SEEN:
-            return []
-        score, start = self.score(field)
-        return [self._told(*self._fit(field, start))] if score > self.threshold else []
+        if field.seen.sum() < SEEN or not self.solver.score(field) > self.threshold:
+            return None
+        one = self.solver.solve(field, self.solver.start(field))
+        if not one.squares > SEVERAL * 2 * field.seen.sum():
+            return one
+        two = self.solver.solve(field, self.solver.start_of_two(field))
+        return two if self._are_two(one, two) else one
 
-    def score(self, field: MarkerField) -> tuple[float, np.ndarray]:
-        """How many standard deviations of noise the best of the starting dents stands out by, and its parameters."""
-        shift = np.nan_to_num(field.shift).ravel()
-        match = self._shown @ shift
-        score = match / np.sqrt(self._sizes) / np.median(self._sigma(field)[field.seen])
-        nearest = int(np.argmin(self._sizes - 2 * match))
-        return float(score.max()), self._starts[nearest]
-
-    def _sigma(self, field):
-        return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.noise / 2), self.noise)
-
-    def _fit(self, field: MarkerField, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        parameters, seen, sigma = start.copy(), np.repeat(field.seen, 2), self._sigma(field)
-        for turn in range(ITERATIONS):
-            told = self.dent.appear(parameters)
-            if turn < FOLLOW:
-                slope = np.stack([(self.dent.appear(parameters + step) - told).ravel() for step in np.diag(STEPS)], axis=1) / STEPS
-                slope = np.where(seen[:, None], np.nan_to_num(slope), 0.0)
-                size = np.hypot(*np.nan_to_num(told).T)
-                weight = 1 / np.repeat(sigma**2 + (MISFIT * size)**2 + (MISFIT_TOP * size.max())**2, 2)
-            off = np.where(seen, np.nan_to_num(field.shift - told).ravel(), 0.0)
-            normal, pull = self._add_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ (off * weight))
-            step = np.linalg.solve(normal, pull)
-            step *= min(1.0, (LIMIT / np.maximum(np.abs(step), 1e-15)).min())
-            parameters += step
-            if (np.abs(step) < SETTLED * LIMIT).all():
-                break
-        return parameters, np.linalg.inv(normal)
-
-    @staticmethod
-    def _add_prior(parameters, normal, pull):
-        alike = np.zeros(len(STEPS))
-        alike[[LOG_DEPTH, LOG_SHAPE]] = -1.0, 1.0
-        return normal + np.outer(alike, alike) / SHAPE_SIGMA**2, pull - alike * (alike @ parameters) / SHAPE_SIGMA**2
+    def _are_two(self, one: DentFound, two: DentFound) -> bool:
+        """Whether two dents explain so much more than one that they are two."""
+        depth = np.exp(two.parameters[:, LOG_DEPTH])
+        apart = np.hypot(*(two.parameters[0, :2] - two.parameters[1, :2]))
+        return bool(two.squares * BETTER < one.squares and depth.min() > LESSER * depth.max() and apart > APART * max(self.sensor.pitch))
 
     def _told(self, parameters, covariance) -> TouchEstimate:
         place = parameters[:2] * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*parameters[:2]), 1e-9))
-        depth = float(np.exp(parameters[LOG_DEPTH]))
+        depth = float(min(np.exp(parameters[LOG_DEPTH]), DEEPEST * self.deepest))
         turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
         full = turned @ covariance[:3, :3] @ turned * self.widen + self._size_error(place, depth)
         flags = OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.farthest)
@@ -115,15 +88,6 @@ class DomeRegression:
         outward = np.append(self.dent.towards * (1 - self.dent.towards) * place, 0.0)
         under = np.array([0.0, 0.0, (1 - self.dent.towards) * UNDER_TIP * depth])
         return self.size_sigma**2 * (np.outer(outward, outward) + np.outer(under, under))
-
-    def _library(self) -> np.ndarray:
-        starts = []
-        for ring in RINGS:
-            count = max(1, round(2 * np.pi * ring / RINGS[1]))
-            for turn in np.arange(count) * 2 * np.pi / count:
-                place = ring * self.sensor.rim_radius * np.array([np.cos(turn), np.sin(turn)])
-                starts += [[*place, np.log(part * self.deepest), np.log(part * self.deepest)] for part in DEPTHS]
-        return np.array(starts)
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -161,7 +125,7 @@ class DomeRegression:
     @classmethod
     def _with_quiet(cls, dent: Dent, numbers: dict, presses: Presses, sensor: MarkerSensor) -> dict:
         method = cls(dent.with_coefficients(np.array(numbers['coefficients'])), sensor, numbers)
-        quiet = max((method.score(field)[0] for field, on in zip(presses.fields, presses.touching) if not on), default=0.0)
+        quiet = max((method.solver.score(field) for field, on in zip(presses.fields, presses.touching) if not on), default=0.0)
         return numbers | {'quiet': float(quiet)}
 
     def _errors(self, presses: Presses) -> list[tuple[float, float]]:

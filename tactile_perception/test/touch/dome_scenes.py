@@ -14,7 +14,7 @@ RADIUS = (DOME.rim_radius**2 + DOME.height**2) / (2 * DOME.height)
 CENTRE = np.array([0.0, 0.0, DOME.height - RADIUS])
 EYE = np.array([0.001, -0.0005, -0.045])
 BALL, FAR = 0.025, 0.11
-PX = 2000.0
+PX, NOISE = 2000.0, 1.5e-5
 
 
 def markers():
@@ -48,7 +48,7 @@ def seen(points):
     return EYE[:2] + (points[:, :2] - EYE[:2]) * ((DOME.plane_z - EYE[2]) / (points[:, 2] - EYE[2]))[:, None]
 
 
-def dome_field(touches=(), noise=1.5e-5, seed=0):
+def dome_field(touches=(), noise=NOISE, seed=0):
     """The MarkerField under touches [(place, depth)] or [(place, depth, ball)]."""
     rest = markers()
     now = rest.copy()

@@ -32,7 +32,18 @@ def test_the_calibrated_tip_is_told_elsewhere_and_at_other_depths(method):
 def test_smaller_and_larger_balls_are_told_with_honest_covariance(method):
     scores = [judge(method, dome_presses(PLACES, (0.009, 0.018, 0.033), ball=ball, seed=9)) for ball in (0.0175, 0.025, 0.035)]
     assert max(score.place_mean for score in scores) < 1.5e-3 and max(score.depth_mean for score in scores) < 1.2e-3
-    assert 0.3 < np.mean([score.squares for score in scores]) < 1.5
+    assert 0.3 < np.mean([score.squares for score in scores]) < 1.5 and not any(score.split for score in scores)
+
+
+def test_two_touches_three_pitches_apart_are_both_told(method):
+    rng, found = np.random.default_rng(12), []
+    for angle in rng.uniform(0, 2 * np.pi, 30):
+        half = rng.uniform(0.021, 0.03) * np.array([np.cos(angle), np.sin(angle)])
+        middle, depths = rng.uniform(-0.015, 0.015, 2), rng.uniform(0.008, 0.025, 2)
+        told = method.estimate(dome_field([(middle + half, depths[0]), (middle - half, depths[1])]))
+        off = [min(np.hypot(*(touch.position[:2] - place)) for touch in told) for place in (middle + half, middle - half)]
+        found.append(len(told) == 2 and max(off) < 3e-3)
+    assert np.mean(found) > 0.95
 
 
 def test_untouched_frames_are_told_as_such(method):
