@@ -36,7 +36,7 @@ def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool =
         ('camera_node', camera_parameters(values, frame_id))
     actions = [nodes.node('tactile_driver', *driver),
                nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
-    if _tells_touches(values['calibration'] or _calibration_of(values['params'])):
+    if _tells_touches(values['calibration'] or calibration_of(values['params'])):
         actions.append(nodes.node('tactile_perception', 'contact_point_node', nodes.calibrated()))
     else:
         actions.append(LogInfo(msg='not calibrated (calibration:=FILE): markers are tracked, touches are not told; record presses at '
@@ -48,7 +48,7 @@ def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool =
 def two_camera_parameters(values: dict[str, str], frame_id: str) -> dict:
     """The parameters of dual_camera_node that the arguments set. Raises LaunchError."""
     chosen = {name: values[name] for name in ('right_device', 'right_path') if values[name]}
-    calibration = values['calibration'] or _calibration_of(values['params'])
+    calibration = values['calibration'] or calibration_of(values['params'])
     return camera_parameters(values, frame_id) | chosen | ({'stitching_path': calibration} if calibration else {})
 
 
@@ -67,9 +67,9 @@ def _tells_touches(calibration: str) -> bool:
     return not ('\n  stitching:' in text and '\n  methods:' not in text)
 
 
-def _calibration_of(params: str) -> str:
-    """The calibration file that a parameter file names. Raises LaunchError."""
+def calibration_of(params: str, node: str = 'contact_point_node') -> str:
+    """The calibration file that a parameter file names for a node. Raises LaunchError."""
     try:
-        return read_parameters(params, 'contact_point_node', _CALIBRATION)['calibration']
+        return read_parameters(params, node, _CALIBRATION)['calibration']
     except TactileError as error:
         raise LaunchError(' '.join(str(error).split())) from error  # a parser's message has many lines

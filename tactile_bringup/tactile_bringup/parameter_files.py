@@ -12,12 +12,14 @@ from scipy.spatial.transform import Rotation
 from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.dual_camera_parameters import DUAL_CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import Parameter, to_yaml
+from tactile_driver.nodes.psd_parameters import PSD_DRIVER_PARAMETERS
 from tactile_driver.simulation.scenes import open_scene
 from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
 from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
+from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
-from .parameters import MARKERS_PARAMETERS
+from .parameters import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
@@ -83,6 +85,14 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
     return _text(about, sections, values)
 
 
+def finger_file(about: str) -> str:
+    """The text of a parameter file for the nodes of a PSD finger."""
+    sections = [('/**', PSD_SENSOR_PARAMETERS), ('/**/psd_node', _without(PSD_DRIVER_PARAMETERS, PSD_SENSOR_PARAMETERS)),
+                ('/**/psd_contact_node', _without(PSD_PARAMETERS, PSD_SENSOR_PARAMETERS)),
+                ('/**/finger_markers_node', _without(FINGER_MARKERS_PARAMETERS, PSD_SENSOR_PARAMETERS))]
+    return _text(about, sections, {})
+
+
 def simulated_specimen() -> dict[str, object]:
     """Name -> value of what a user would measure on the simulated pad: where its camera stands, its skin's tension and pressure.
 
@@ -115,7 +125,8 @@ def parameter_files() -> dict[str, str]:
     for sensor_type in MARKER_SENSORS:
         files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
         files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
-    return files | _touchpad_files()
+    return files | _touchpad_files() | {'psd_finger.yaml': finger_file(_MARKERS.format('psd_finger')),
+                                        'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger'))}
 
 
 def _touchpad_files() -> dict[str, str]:

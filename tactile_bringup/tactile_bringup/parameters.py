@@ -22,6 +22,16 @@ MARKERS_PARAMETERS = (
     Parameter('torque_scale', float, 0.4, 'm/(N m)', 'length of the torque arrow for each N m', 0.0, 1e6),
 )
 
+FINGER_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'psd_finger', '', 'the sensor frame; /tf_static tells where its tip is', read_only=True),
+    Parameter('radius', float, 0.016, 'm', "of the hemisphere's outside", 1e-4, 1.0, read_only=True),
+    Parameter('point_size', float, 0.0015, 'm', 'diameter of a contact among the markers; lines and arrows are in proportion', 1e-5, 1.0,
+              read_only=True),
+    Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    Parameter('trail', float, 2.0, 's', 'how long the way of a contact is shown', 0.0, 3600.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+)
+
 RECORD_PARAMETERS = (
     Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
     Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),

@@ -6,13 +6,15 @@ import pytest
 import yaml
 from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import defaults
+from tactile_driver.nodes.psd_parameters import PSD_DRIVER_PARAMETERS
 from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.pipeline.parameter_file import read_parameters
 from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS
+from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from tactile_bringup.parameter_files import parameter_files
-from tactile_bringup.parameters import MARKERS_PARAMETERS
+from tactile_bringup.parameters import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS
 
 FOLDER = Path(__file__).resolve().parents[1] / 'params'
 BY_LAUNCH = {'source', 'frame_id'}
@@ -53,3 +55,12 @@ def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
     assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
     assert marker_sensor(point) == MARKER_SENSORS[name]
     assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'none')
+
+
+@pytest.mark.parametrize(('node', 'table'), [('psd_node', PSD_DRIVER_PARAMETERS), ('psd_contact_node', PSD_PARAMETERS),
+                                             ('finger_markers_node', FINGER_MARKERS_PARAMETERS)])
+def test_the_finger_file_holds_every_parameter_with_its_default(node, table):
+    content = yaml.safe_load((FOLDER / 'psd_finger.yaml').read_text())
+    named = set(content['/**']['ros__parameters']) | set(content[f'/**/{node}']['ros__parameters'])
+    assert {p.name for p in table} - BY_LAUNCH <= named
+    assert read_parameters(FOLDER / 'psd_finger.yaml', node, table) == defaults(table)

@@ -9,6 +9,11 @@ def markers_node() -> None:
     start_node('tactile_bringup.nodes.markers_node')
 
 
+def finger_markers_node() -> None:
+    """The process finger_markers_node."""
+    start_node('tactile_bringup.nodes.finger_markers_node')
+
+
 def record_node() -> None:
     """The process record_node."""
     start_node('tactile_bringup.nodes.record_node')

@@ -71,11 +71,11 @@ class VoltageStream(BaseStream):
             if self.source.on_demand:
                 self._publishers.voltages.wait_for_all_acked(_ACKNOWLEDGE)
         if block.truth is not None and self._publishers.truth.wanted:
-            for k in _instants(block.truth.touching):
+            for k in instants(block.truth.touching):
                 stamp = block.stamp_ns + (round(k * block.period_s * NS) if k else 0)
                 self._publishers.truth.publish_contacts(block.truth.touches(k), header_of(stamp, self._values['frame_id']))
 
 
-def _instants(touching: np.ndarray) -> list[int]:
+def instants(touching: np.ndarray) -> list[int]:
     """The first sample of a block and those with which contacts begin or end, by how many there are (N,)."""
     return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]

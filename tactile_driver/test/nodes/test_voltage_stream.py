@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_driver.nodes.voltage_stream import _instants, voltages_message  # noqa: E402
+from tactile_driver.nodes.voltage_stream import instants, voltages_message  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
 
 
@@ -18,5 +18,5 @@ def test_a_block_as_a_message():
 
 
 def test_truth_is_told_at_the_first_sample_and_where_it_changes():
-    assert _instants(np.array([0, 0, 1, 1, 2, 0])) == [0, 2, 4, 5]
-    assert _instants(np.array([1])) == [0]
+    assert instants(np.array([0, 0, 1, 1, 2, 0])) == [0, 2, 4, 5]
+    assert instants(np.array([1])) == [0]
