@@ -73,7 +73,7 @@ def calibrate(source: touch_sources.Source, detection: str, names: list[str]) ->
     reader.read(source.calibration)
     presses, table = reader.presses(), methods_for(reader.sensor)
     fitted = {name: table[name].fit(presses, reader.sensor) for name in names}
-    return Calibrated(parameters, reader.sensor, reader.stitching, fitted, fit_wrench(presses, reader))
+    return Calibrated(parameters, reader.sensor, reader.stitching, fitted, fit_wrench(presses, reader, fitted))
 
 
 class Chain:
@@ -104,13 +104,12 @@ class Chain:
         for name in np.roll(list(self._methods), self._turn).tolist():
             method, tracker = self._methods[name]
             touches, telling = _timed(lambda: method.estimate(field))
-            place = touches[0].position if len(touches) == 1 else None
-            wrench, pushing = _timed(lambda: self._wrench_of(field, place))
+            wrench, pushing = _timed(lambda: self._wrench_of(field, touches))
             _, following = _timed(lambda: self._follow(tracker, touches, field, frame.stamp))
             self._scores[name].add(touches, wrench, frame.contacts, frame.wrench, [finding, placing, telling, pushing, following])
 
-    def _wrench_of(self, field, place) -> np.ndarray:
-        return np.full(6, np.nan) if self._wrench is None else self._wrench.wrench(field.rest, field.shift, place)
+    def _wrench_of(self, field, touches) -> np.ndarray:
+        return self._wrench.wrench(field, touches[0]) if self._wrench and len(touches) == 1 else np.full(6, np.nan)
 
     def _follow(self, tracker: TouchTracker, touches: list, field, stamp: float) -> None:
         """Numbers, filter and region: part of the time, but not judged."""

@@ -22,12 +22,14 @@ from ..touch.judge import Score, held_out_score
 from ..touch.methods import methods_for
 from ..touch.presses import SAME_PLACE, Presses
 from ..touch.rest_markers import RestMarkers
-from ..touch.wrench_map import fit_wrench_map
+from ..touch.sheet_model import SheetMaterial
+from ..touch.wrench_map import AXES, fit_wrench_map
+from ..touch.wrench_sheet import SheetWrench
 from .calibrate_stitching import find_stitching, tell_truth, write_stitching
+from .progress import log_told
 from .stamped import TRUE_WRENCH, TRUTH, pairs_of
 from .stitched_bag import bag_opener, stitching_in
 
-_AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
 _TOUCHES = 1e-4  # m: depth from which a frame counts as a press
 
 
@@ -112,8 +114,9 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
     for name, method in methods_for(reader.sensor).items():
         print(f'fitting {name} to {presses.touching.sum()} presses, and again without a third of the places', file=sys.stderr, flush=True)
         try:
-            fitted[name] = method.fit(presses, reader.sensor)
-            scores[name] = held_out_score(method, presses, reader.sensor)
+            with log_told():
+                fitted[name] = method.fit(presses, reader.sensor)
+                scores[name] = held_out_score(method, presses, reader.sensor, fitted[name])
         except BadCalibration as error:
             fitted.pop(name, None)
             reader.left_out.append(f'method {name}: {error}')
@@ -122,18 +125,30 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
     return fitted, scores
 
 
-def fit_wrench(presses: Presses, reader: PressReader) -> dict | None:
+def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> dict | None:
     """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out)."""
     known = presses.select(presses.touching & np.isfinite(presses.wrench).all(1))
     if not len(known):
         reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
         return None
-    rest, shifts = (np.array([getattr(field, name) for field in known.fields]) for name in ('rest', 'shift'))
     print(f'fitting the wrench to {len(known)} presses', file=sys.stderr, flush=True)
     try:
-        return fit_wrench_map(np.nanmedian(rest, axis=0), shifts, known.wrench, known.position)
+        return fit_wrench_map(known, reader.sensor, _mechanics(known, reader, methods.get('model')))
     except BadCalibration as error:
-        reader.left_out.append(str(error))
+        reader.left_out.append(f'wrench: {error}')
+        return None
+
+
+def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
+    """The sheet's mechanics, where the method 'model' found its material and tip; that it finds no balance is noted."""
+    if model is None:
+        return None
+    reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
+    try:
+        return SheetWrench.work_out(np.array(reader.sensor.size), reach, float(presses.depth.max()), float(model['library']['radius']),
+                                    SheetMaterial(**model['material']))
+    except BadCalibration as error:
+        reader.left_out.append(f'wrench: {error}')
         return None
 
 
@@ -148,7 +163,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
         reader.read(bag)
     presses = reader.presses()
     methods, scores = fit_methods(presses, reader)
-    wrench = fit_wrench(presses, reader)
+    wrench = fit_wrench(presses, reader, methods)
     errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
     fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
@@ -174,6 +189,6 @@ def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: di
     lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
     if wrench:
         lines.append(f'wrench at places held out, median: force {wrench["held_out_force"]:.1%}, moment {wrench["held_out_moment"]:.1%}; '
-                     f'axes told: {", ".join(axis for axis, told in zip(_AXES, wrench["told"]) if told) or "none"}')
+                     f'axes told: {", ".join(axis for axis, told in zip(AXES, wrench["told"]) if told) or "none"}')
     lines += [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

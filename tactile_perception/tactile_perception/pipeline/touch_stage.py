@@ -13,6 +13,7 @@ from ..contact.contacts import ContactEstimate
 from ..contact.region import ContactRegionEstimate
 from ..dots.dots import DotTracks
 from ..errors import BadFrame
+from ..touch.estimate import TouchEstimate
 from ..touch.field import MarkerField
 from ..touch.methods import make_method
 from ..touch.rest_markers import RestMarkers
@@ -58,17 +59,17 @@ class TouchStage:
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
                            f'{self._sensor.rows} x {self._sensor.columns}')
         field = self._rest.field(tracks)
-        touches = self._tracker.process(self._method.estimate(field), stamp_s)
-        wrench = self._wrench_of(field, touches)
+        estimates = self._method.estimate(field)
+        touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(field, estimates)
         force = -float(wrench[2]) if len(touches) == 1 else np.nan
         contacts = [self._contact(touch, force) for touch in touches]
         return TouchResult(region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius), contacts, wrench)
 
-    def _wrench_of(self, field: MarkerField, touches: list[Touch]) -> np.ndarray:
-        """(6,) N and N m; NaN where nothing touches: what the map makes of noise is no force."""
-        if self._wrench is None or not touches:
+    def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
+        """(6,) N and N m; NaN where nothing touches, and where several do: the map was fitted to one at a time."""
+        if self._wrench is None or len(estimates) != 1:
             return np.full(6, np.nan)
-        return self._wrench.wrench(field.rest, field.shift, touches[0].estimate.position if len(touches) == 1 else None)
+        return self._wrench.wrench(field, estimates[0])
 
     def _contact(self, touch: Touch, force: float) -> ContactEstimate:
         found = touch.estimate

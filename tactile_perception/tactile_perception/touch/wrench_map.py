@@ -1,73 +1,78 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the displacement field of any dot sensor to the wrench: a regularised map, fitted where the wrench was recorded.
+"""From a touch and the field of markers about it to the wrench, fitted where the wrench was recorded.
 
-A field is described by its moments: products of Legendre polynomials over the sensor up to the fifth degree (mean, divergence, curl, shear,
-their first moments, and so on). Force over field size is a smooth function of these moments, scaled to size one, and of the size's log:
-ridge regression with their products (a polynomial kernel), mirrored copies of every press added. How many products and how much ridge the
-evidence (marginal likelihood) tells; what to expect at other places is told by places left out.
+How hard a tip presses follows from where it stands and how deep: of a sheet by its mechanics (wrench_sheet), else by what was recorded.
+What it drags shows in the field: by how much the markers about it are displaced to one side. So normal force (its logarithm), the force's
+direction and where it stands beside the tip are told by factors that vary smoothly with place and depth (wrench_factors), times place and
+dragging, each as the sensor's mirrors ask for. The moment is the force's at its place.
 """
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 
-from ..errors import BadArgument, BadCalibration
+from ..errors import BadCalibration
+from .estimate import TouchEstimate
+from .field import MarkerField
+from .presses import Presses
+from .sensor import MarkerSensor
+from .wrench_factors import VaryingFactors
+from .wrench_sheet import SheetWrench
 
-DEGREE = 5
-FEWEST = 6             # frames with touch that a map is fitted to, at the least
-MOST = 300             # frames kept; of more, evenly spread ones
-LEVEL = 0.2            # of the largest moment's spread: what varies less is not scaled up
-POWERS, SPANS = (1, 2, 4), (1.0, 3.0, 8.0)  # degrees of products; e-foldings of size over which the map changes
-RIDGES = 10.0 ** np.arange(-6, 0)
-EXCITED = 0.05         # of the largest force or moment: an axis whose values spread less is refused
-SEEN = 0.5             # of the dots: of fewer, no wrench is told
-NEIGHBOURS = 12        # that a dot which is not seen is filled in from
-PLACES = 6             # with fewer (mirror images counted once) those left out lie too far from the others to tell what an axis is worth
-_ORDERS = [(i, j) for i in range(DEGREE + 1) for j in range(DEGREE + 1 - i)]
-_MIRRORS = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
-_FEATURE_SIGNS = np.array([[(x**i * y**j) * side for i, j in _ORDERS for side in (x, y)] for x, y in _MIRRORS], float)
-_SIX = np.array([(x, y, 1, y, x, x * y) for x, y in _MIRRORS], float)
-_SIGNS = np.hstack([_SIX, _SIX[:, 3:]])
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Field places become the polynomials' arguments as (place - centre) / half, both (2,), in the field's unit."""
-
-    centre: np.ndarray
-    half: np.ndarray
-
-    def moments(self, rest: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        """(42,) coefficients of the polynomials that fit shift (K, 2) at rest (K, 2) best; NaN if fewer than SEEN of the dots are seen."""
-        seen = np.isfinite(shift).all(1) & np.isfinite(rest).all(1)
-        if seen.sum() < max(2 * len(_ORDERS), SEEN * len(seen)):
-            return np.full(2 * len(_ORDERS), np.nan)
-        shift = _filled(rest, shift, seen)
-        seen = np.isfinite(shift).all(1)
-        x, y = ((rest[seen] - self.centre) / self.half).T
-        along, across = legvander(x, DEGREE), legvander(y, DEGREE)
-        basis = np.stack([along[:, i] * across[:, j] for i, j in _ORDERS], axis=1)
-        return np.linalg.lstsq(basis, shift[seen], rcond=None)[0].ravel()
+FEWEST = 6             # presses that a map is fitted to, at the least
+MOST = 250             # presses kept; of more, evenly spread ones
+ABOUT = 1.5            # marker pitches: about a tip, whose markers tell how it drags
+SHALLOW = 0.1          # of the deepest press: what is less deep is less sure by its square
+FLOOR = 0.02           # of the deepest press: less deep ones are not fitted to, and dragging is told over no less
+EXCITED = 0.01         # of the largest force or moment: an axis whose values spread less is refused
+PLACES = 3             # with fewer (mirror images counted once) those left out cannot tell what an axis is worth
+AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
+_PARTS = 6             # normal force, its way along x and y, and how far its line is off the tip: moment about x, y and z
 
 
-def _filled(rest, shift, seen) -> np.ndarray:
-    """shift, where a dot is not seen that of a paraboloid through its nearest neighbours, the nearer the more."""
-    if seen.all():
-        return shift
-    shift, known = shift.copy(), np.flatnonzero(seen)
-    for k in np.flatnonzero(~seen & np.isfinite(rest).all(1)):
-        off = rest[known] - rest[k]
-        near = np.argsort(np.sum(off**2, axis=1))[:NEIGHBOURS]
-        x, y = off[near].T / np.abs(off[near]).max()
-        weight = np.exp(-(x**2 + y**2))[:, None]
-        powers = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-        shift[k] = np.linalg.lstsq(powers * weight, shift[known[near]] * weight, rcond=1e-3)[0][0]
-    return shift
+def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrench | None = None) -> dict:
+    """Numbers of a map, fitted to the presses whose wrench is known; mechanics: of a sheet, if known, which are taken where they tell
+    presses at places left out better than none.
+
+    Among the numbers: held_out_force and held_out_moment, median relative errors at places left out with their mirror images; told: which
+    axes are. Raises BadCalibration for too few presses.
+    """
+    deepest = float(presses.depth.max(initial=0.0))
+    known = presses.touching & np.isfinite(presses.wrench).all(1) & (presses.wrench[:, 2] < 0) & (presses.depth > FLOOR * deepest)
+    if known.sum() < FEWEST:
+        raise BadCalibration(f'{known.sum()} presses with a recorded wrench are too few for a wrench map; {FEWEST} are needed')
+    kept = np.flatnonzero(known)[np.unique(np.linspace(0, known.sum() - 1, min(MOST, known.sum())).astype(int))]
+    keep = np.zeros(len(presses), bool)
+    keep[kept] = True
+    presses = presses.select(keep)
+    fits = [_Fit(presses, sensor, base) for base in ([mechanics] if mechanics else []) + [None]]
+    return min(fits, key=lambda fit: fit.force_error + fit.moment_error).numbers()
+
+
+class _Features:
+    """What the factors depend on, and what they are multiplied with. half: (2,) m, by which places are told; width: m, about a tip."""
+
+    def __init__(self, half, deepest: float, width: float, is_sheet: bool, base: SheetWrench | None):
+        self.half, self.deepest, self.width, self.is_sheet, self.base = np.array(half, float), deepest, width, is_sheet, base
+
+    def __call__(self, field: MarkerField, place: np.ndarray, depth: float) -> tuple[np.ndarray, list[np.ndarray]]:
+        """State (D,), and features of each part; NaN where too few markers are seen about the tip."""
+        away = np.exp(np.sum((field.rest - place[:2])**2, axis=1) / (-2 * self.width**2))
+        away[~(field.seen & np.isfinite(away))] = 0.0
+        weight = away.sum()
+        dragged = away @ np.nan_to_num(field.shift) / weight if weight > 1 else np.full(2, np.nan)
+        x, y = place[:2] / self.half
+        a, b = dragged / max(depth, FLOOR * self.deepest)
+        folded = (x * x, y * y) if self.is_sheet else (x * x + y * y,)
+        along, across = np.array([x, a]), np.array([y, b])
+        parts = [np.array([1.0, a * x + b * y, a * a + b * b]), along, across, across, along, np.array([x * y, x * b, y * a])]
+        return np.array([*folded, np.sqrt(depth / self.deepest)]), parts
+
+    def plain(self, place: np.ndarray, depth: float, radius: float = float('nan')) -> np.ndarray:
+        """(6,) wrench about the tip by the mechanics, or one that is in proportion to the depth."""
+        return self.base(place[:2], depth, radius) if self.base else np.array([0.0, 0.0, -depth, 0.0, 0.0, 0.0])
 
 
 class WrenchMap:
@@ -75,141 +80,103 @@ class WrenchMap:
 
     def __init__(self, numbers: Mapping):
         try:
-            self._frame = Frame(np.array(numbers['centre'], float), np.array(numbers['half'], float))
-            self._scale, self._base = np.array(numbers['scale'], float), np.array(numbers['directions'], float)
-            self._size, self._dual = np.array(numbers['sizes'], float), np.array(numbers['weights'], float)
-            self._power, self._span = float(numbers['power']), float(numbers['span'])
-            self._told, self._surer = np.array(numbers['told'], bool), np.array(numbers['surer_about_place'], bool)
-            self._base = self._base.reshape(-1, len(self._scale))
-            if self._dual.shape != (len(self._base), 9) or self._told.shape != (9,) or len(self._scale) != 2 * len(_ORDERS):
+            base = SheetWrench.from_numbers(numbers['mechanics']) if 'mechanics' in numbers else None
+            self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']), base)
+            self._scale, self._told = float(numbers['scale']), np.array(numbers['told'], bool)
+            self._states, self._lengths = np.array(numbers['states'], float), np.array(numbers['lengths'], float)
+            self._duals = [np.array(dual, float) for dual in numbers['duals']]
+            shapes = {dual.shape[0] for dual in self._duals} | {len(self._states)}
+            if len(shapes) > 1 or self._lengths.shape != (_PARTS, self._states.shape[1]) or self._told.shape != (_PARTS,):
                 raise ValueError('shapes do not agree')
-        except (KeyError, TypeError, ValueError) as wrong:
+        except (KeyError, TypeError, ValueError, IndexError) as wrong:
             raise BadCalibration(f'the wrench map cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
-        self._all = (self._base[None] * _FEATURE_SIGNS[:, None]).reshape(-1, self._base.shape[1])
-        self._all_sizes, self._all_dual = np.tile(self._size, 4), (self._dual[None] * _SIGNS[:, None]).reshape(-1, 9)
+        self._part = np.repeat(np.arange(_PARTS), [dual.shape[1] for dual in self._duals])
+        self._starts = np.searchsorted(self._part, np.arange(_PARTS))
+        self._dual = np.hstack(self._duals)
+        self._widths = 1 / self._lengths**2
 
-    def wrench(self, rest: np.ndarray, shift: np.ndarray, place: np.ndarray | None = None) -> np.ndarray:
-        """Wrench (6,), N and N m about the sensor's origin, of one field; NaN for an axis that the calibration did not excite.
-
-        rest, shift: (K, 2) in the unit of the calibration, NaN where a dot is not seen. place: (3,) m, where the only touch stands; the
-        moment is then told as the force's there and what is left over, about those axes where that proved surer.
-        """
-        moments = self._frame.moments(np.asarray(rest, float), np.asarray(shift, float)) / self._scale
-        size = np.linalg.norm(moments)
-        if not size > 0:
-            return np.where(self._told[:6], size, np.nan)
-        near = np.clip(np.log(size), self._size.min(), self._size.max())
-        kernel = _kernel(moments[None] / size, np.array([near]), self._all, self._all_sizes, self._power, self._span)
-        told = size * (kernel @ self._all_dual)[0]
-        told[~self._told] = np.nan
-        force, moment = told[:3], told[3:6]
-        if place is not None and np.isfinite(place).all():
-            about = np.cross(place, force) + told[6:]
-            moment = np.where(self._surer & np.isfinite(about), about, moment)
-        return np.concatenate([force, moment])
+    def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
+        """(6,) N and N m at the sensor frame's origin, of a frame with this touch alone; NaN for an axis that the calibration did not
+        excite, and where too few markers are seen about the touch."""
+        if not touch.depth > 0:
+            return np.full(6, np.nan)
+        place = np.asarray(touch.position, float)
+        state, parts = self._features(field, place, touch.depth)
+        near = np.exp(-0.5 * (self._states - state)**2 @ self._widths.T)
+        factors = np.einsum('nf,nf->f', near[:, self._part], self._dual)
+        told = np.add.reduceat(factors * np.concatenate(parts), self._starts)
+        told[0] += self._scale
+        wrench = _assembled(told, self._features.plain(place, touch.depth, touch.radius), place)
+        return np.where(self._told, wrench, np.nan)
 
 
-def fit_wrench_map(rest: np.ndarray, shifts: np.ndarray, wrenches: np.ndarray, places: np.ndarray) -> dict:
-    """Numbers of a map, fitted to M frames with touch.
+def _taken_apart(wrench: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """(6,) parts that make a wrench of the plain one."""
+    about = wrench[3:] - np.cross(place, wrench[:3])
+    over, plainly = np.array([*wrench[:2], *about]) / wrench[2], np.array([*plain[:2], *plain[3:]]) / plain[2]
+    return np.append(np.log(wrench[2] / plain[2]), over - plainly)
 
-    rest: (K, 2) untouched places of the dots, in px or m; shifts: (M, K, 2) in the same unit, NaN where not seen; wrenches: (M, 6) N and
-    N m; places: (M, 3) m, where the tool stood. Among the numbers: held_out_force and held_out_moment, median relative errors at places
-    left out with their mirror images; told: which of the six axes (then of the moment about the place) are told. Raises BadArgument for
-    shapes that disagree, BadCalibration for too few frames.
-    """
-    rest, shifts, wrenches, places = (np.asarray(values, float) for values in (rest, shifts, wrenches, places))
-    if shifts.shape[1:] != rest.shape or wrenches.shape != (len(shifts), 6) or places.shape != (len(shifts), 3):
-        shapes = [values.shape for values in (rest, shifts, wrenches, places)]
-        raise BadArgument(f'wrench map: shapes of rest, shifts, wrenches and places disagree: {shapes}')
-    frame = Frame(np.nanmean(rest, axis=0), np.nanmax(np.abs(rest - np.nanmean(rest, axis=0)), axis=0))
-    moments = np.array([frame.moments(rest, shift) for shift in shifts]).reshape(len(shifts), -1)
-    known = np.isfinite(moments).all(1) & np.isfinite(wrenches).all(1) & np.isfinite(places).all(1) & np.any(moments != 0, axis=1)
-    if known.sum() < FEWEST:
-        raise BadCalibration(f'{known.sum()} frames with touch and a recorded wrench are too few for a wrench map; {FEWEST} are needed')
-    kept = np.flatnonzero(known)[np.unique(np.linspace(0, known.sum() - 1, min(MOST, known.sum())).astype(int))]
-    spread = np.sqrt(np.mean(moments[kept]**2, axis=0))
-    scale = np.sqrt(np.maximum(spread, LEVEL * spread.max()))
-    nine = np.hstack([wrenches[kept], wrenches[kept, 3:] - np.cross(places[kept], wrenches[kept, :3])])
-    return _Fit(moments[kept] / scale, nine, places[kept]).numbers() | {
-        'centre': frame.centre.tolist(), 'half': frame.half.tolist(), 'scale': scale.tolist()}
+
+def _assembled(told: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """The wrench (6,) at the origin that has these parts."""
+    normal = plain[2] * np.exp(told[0])
+    way_x, way_y, *about = told[1:] * normal + np.array([*plain[:2], *plain[3:]]) / plain[2] * normal
+    x, y, z = place
+    return np.array([way_x, way_y, normal, y * normal - z * way_y + about[0], z * way_x - x * normal + about[1],
+                     x * way_y - y * way_x + about[2]])
 
 
 class _Fit:
-    """moments (N, F), scaled; wrench (N, 9); places (N, 3) m."""
+    """A map fitted to presses, and its relative errors of force and moment at places left out."""
 
-    def __init__(self, moments, wrench, places):
-        self.size = np.linalg.norm(moments, axis=1)
-        self.directions, self.logs, self.wrench = moments / self.size[:, None], np.log(self.size), wrench
-        self.places, self.groups = places, _mirror_groups(places)
-        self.target = wrench / self.size[:, None]
-        self.target_scale = np.maximum(np.sqrt(np.mean(self.target**2, axis=0)), 1e-12)
-        self.power, self.span, self.ridge = max(product(POWERS, SPANS, RIDGES), key=lambda way: self._evidence(*way))
+    def __init__(self, presses: Presses, sensor: MarkerSensor, base: SheetWrench | None):
+        half = np.array(sensor.size) / 2 if sensor.is_sheet else np.full(2, sensor.rim_radius)
+        self._features = _Features(half, float(presses.depth.max()), ABOUT * max(sensor.pitch), sensor.is_sheet, base)
+        told = [self._features(field, place, depth) for field, place, depth in zip(presses.fields, presses.position, presses.depth)]
+        seen = np.array([np.isfinite(np.concatenate(parts)).all() for _, parts in told])
+        presses, told = presses.select(seen), [row for row, good in zip(told, seen) if good]
+        if len(told) < FEWEST:
+            raise BadCalibration(f'markers about the tip are seen in {len(told)} presses only, too few for a wrench map')
+        self._states = np.array([state for state, _ in told])
+        plain = np.array([self._features.plain(place, depth) for place, depth in zip(presses.position, presses.depth)])
+        apart = np.array([_taken_apart(*row) for row in zip(presses.wrench, plain, presses.position)])
+        self._scale = float(np.median(apart[:, 0]))
+        apart[:, 0] -= self._scale
+        unsure = 1 + (SHALLOW * self._features.deepest / presses.depth)**2
+        self._factors = [VaryingFactors(self._states, np.array([parts[k] for _, parts in told]), apart[:, k], unsure)
+                         for k in range(_PARTS)]
+        self._judge(presses, plain, _mirror_groups(presses.position[:, :2], max(sensor.pitch)))
+
+    def _judge(self, presses: Presses, plain: np.ndarray, groups: np.ndarray) -> None:
+        held = np.stack([factors.left_out(groups) for factors in self._factors], axis=1)
+        held[:, 0] += self._scale
+        error = np.array([_assembled(*row) for row in zip(held, plain, presses.position)]) - presses.wrench
+        spread, largest = presses.wrench.std(axis=0), np.repeat(np.abs(presses.wrench).reshape(-1, 2, 3).max(axis=(0, 2)), 3)
+        self._told = spread > EXCITED * largest
+        self._told[2] = True
+        if len(np.unique(groups)) >= PLACES:
+            self._told &= np.mean(error**2, axis=0) < np.mean(presses.wrench**2, axis=0)
+        self.force_error, self.moment_error = (_relative(error[:, part], presses.wrench[:, part])
+                                               for part in (slice(3), slice(3, 6)))
 
     def numbers(self) -> dict:
-        held = self._held_out()
-        about = held[:, 6:] + self.wrench[:, 3:6] - self.wrench[:, 6:] + np.cross(self.places, held[:, :3] - self.wrench[:, :3])
-        raw, by_place = (np.mean((told - self.wrench[:, 3:6])**2, axis=0) for told in (held[:, 3:6], about))
-        whole = self._solve(np.ones(len(self.size), bool))
-        force, moment = (_relative(held[:, part] - self.wrench[:, part], self.wrench[:, part]) for part in (slice(3), slice(3, 6)))
-        return {'directions': self.directions.tolist(), 'sizes': self.logs.tolist(), 'weights': whole.tolist(), 'power': self.power,
-                'span': self.span, 'ridge': float(self.ridge), 'told': self._told(held).astype(int).tolist(),
-                'surer_about_place': (~(by_place > raw)).astype(int).tolist(), 'held_out_force': force,
-                'held_out_moment': moment}
-
-    def _copies(self, keep):
-        directions = (self.directions[keep][None] * _FEATURE_SIGNS[:, None]).reshape(-1, self.directions.shape[1])
-        return directions, np.tile(self.logs[keep], 4), (self.target[keep][None] * _SIGNS[:, None]).reshape(-1, 9)
-
-    def _evidence(self, power, span, ridge) -> float:
-        directions, logs, target = self._copies(slice(None))
-        lower = np.linalg.cholesky(_kernel(directions, logs, directions, logs, power, span) + ridge * np.eye(len(logs)))
-        white = np.linalg.solve(lower, (target / self.target_scale)[:, :6][:, self._lively()[:6]])
-        return float(-len(logs) / 2 * np.log(np.mean(white**2, axis=0)).sum() - white.shape[1] * np.log(np.diag(lower)).sum())
-
-    def _solve(self, keep) -> np.ndarray:
-        """Dual weights (N, 9) of the presses kept; those of their mirrored copies are the same but for signs."""
-        directions, logs, target = self._copies(keep)
-        kernel = _kernel(directions, logs, directions, logs, self.power, self.span) + self.ridge * np.eye(len(logs))
-        return np.linalg.solve(kernel, target)[:len(logs) // 4]
-
-    def _held_out(self) -> np.ndarray:
-        told = np.full_like(self.wrench, np.nan)
-        for group in np.unique(self.groups):
-            held = self.groups == group
-            if held.all():
-                break
-            directions, logs, _ = self._copies(~held)
-            dual = (self._solve(~held)[None] * _SIGNS[:, None]).reshape(-1, 9)
-            kernel = _kernel(self.directions[held], self.logs[held], directions, logs, self.power, self.span)
-            told[held] = self.size[held, None] * (kernel @ dual)
-        return told
-
-    def _lively(self) -> np.ndarray:
-        """(9,) which axes spread enough; the moment about the place is as lively as its axis."""
-        spread = self.wrench.std(axis=0)
-        largest = np.abs(self.wrench).max(axis=0)
-        limit = EXCITED * np.repeat([largest[:3].max(), largest[3:6].max(), 0.0], 3)
-        lively = spread > limit
-        lively[6:] = lively[3:6]
-        return lively if lively.any() else np.ones(9, bool)
-
-    def _told(self, held) -> np.ndarray:
-        if len(np.unique(self.groups)) < PLACES:
-            return self._lively()
-        return self._lively() & (np.mean((held - self.wrench)**2, axis=0) < np.maximum(np.mean(self.wrench**2, axis=0), 1e-300))
-
-
-def _kernel(directions, logs, others, other_logs, power, span) -> np.ndarray:
-    near = np.exp(-0.5 * ((logs[:, None] - other_logs) / span)**2)
-    return near * np.abs((1 + directions @ others.T) / 2)**power
+        base = self._features.base
+        return {'half': self._features.half.tolist(), 'deepest': self._features.deepest, 'width': self._features.width,
+                'is_sheet': int(self._features.is_sheet), 'scale': self._scale, 'told': self._told.astype(int).tolist(),
+                'states': self._states.tolist(), 'lengths': [factors.lengths.tolist() for factors in self._factors],
+                'duals': [factors.dual.tolist() for factors in self._factors],
+                'held_out_force': self.force_error, 'held_out_moment': self.moment_error} | (
+                    {'mechanics': base.numbers()} if base else {})
 
 
 def _relative(error: np.ndarray, truth: np.ndarray) -> float:
+    """Median of the errors' sizes over the truth's, of those with a truth of 5 % of the largest and more."""
     size = np.linalg.norm(truth, axis=1)
-    good = np.isfinite(error).all(1) & (size > EXCITED * size.max())
+    good = size > 0.05 * size.max()
     return float(np.median(np.linalg.norm(error[good], axis=1) / size[good])) if good.any() else float('nan')
 
 
-def _mirror_groups(places: np.ndarray) -> np.ndarray:
-    _, group = np.unique(np.round(np.abs(places[:, :2]), 3), axis=0, return_inverse=True)
+def _mirror_groups(places: np.ndarray, pitch: float) -> np.ndarray:
+    """(N,) the same number for places (N, 2) m within one square of a pitch, and for their mirror images."""
+    _, group = np.unique(np.round(np.abs(places) / pitch), axis=0, return_inverse=True)
     return group.ravel()

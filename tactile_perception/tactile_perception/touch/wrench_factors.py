@@ -1,0 +1,67 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Linear maps whose factors vary smoothly with the state: value = sum over features of feature times factor(state).
+
+Each factor is a Gaussian process (squared exponential) around zero; its lengths, the factors' sizes and the noise are those of the greatest
+evidence.
+"""
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+MOST = 120                     # values that the hyperparameters are found from
+LENGTH, LENGTHS = 1.0, (-0.5, 3.5)  # logs of the factors' lengths over the states' spread: expected; least and largest
+SIZES, NOISES = (-5.0, 3.0), (-7.0, 0.0)  # the same of a factor's share of the values, and of the noise in them
+_LEAST = 1e-8
+
+
+class VaryingFactors:
+    """states: (N, D); features: (N, F); values: (N,); unsure: (N,) by how much more noise each value has than the best.
+
+    What is left of it for use: lengths (D,) of the states' own unit, and dual (N, F), the factors' weights.
+    """
+
+    def __init__(self, states: np.ndarray, features: np.ndarray, values: np.ndarray, unsure: np.ndarray):
+        self._states, self._unsure, self._rms = states, unsure, max(float(np.sqrt(np.mean(values**2))), 1e-12)
+        self._spread = np.maximum(states.std(axis=0), 1e-9)
+        self._features, self._values = features / np.maximum(np.sqrt(np.mean(features**2, axis=0)), 1e-12), values / self._rms
+        self._hyper = self._find()
+        self._factor = cho_factor(self._covariance(self._hyper, slice(None)), lower=True)
+        self._weights = cho_solve(self._factor, self._values)
+        count = states.shape[1]
+        self.lengths = self._spread * np.exp(self._hyper[:count])
+        shares = np.exp(2 * self._hyper[count:-1]) / np.maximum(np.mean(features**2, axis=0), 1e-24)
+        self.dual = self._rms * self._weights[:, None] * features * shares
+
+    def left_out(self, groups: np.ndarray) -> np.ndarray:
+        """(N,) each value as told without those of its group."""
+        inverse = cho_solve(self._factor, np.eye(len(self._values)))
+        told = np.zeros(len(groups))
+        for group in np.unique(groups):
+            held = groups == group
+            told[held] = self._values[held] - np.linalg.solve(inverse[np.ix_(held, held)], self._weights[held])
+        return told * self._rms
+
+    def _covariance(self, hyper: np.ndarray, some) -> np.ndarray:
+        count = self._states.shape[1]
+        states, features = self._states[some] / self._spread / np.exp(hyper[:count]), self._features[some] * np.exp(hyper[count:-1])
+        squares = np.sum(states**2, axis=1)
+        near = np.exp(np.minimum(states @ states.T - (squares[:, None] + squares) / 2, 0.0))
+        return near * (features @ features.T) + np.diag(np.exp(2 * hyper[-1]) * self._unsure[some]**2 + _LEAST)
+
+    def _find(self) -> np.ndarray:
+        count, factors = self._states.shape[1], self._features.shape[1]
+        some = np.unique(np.linspace(0, len(self._values) - 1, min(MOST, len(self._values))).astype(int))
+
+        def cost(hyper):
+            try:
+                lower = np.linalg.cholesky(self._covariance(hyper, some))
+            except np.linalg.LinAlgError:
+                return 1e10
+            white = np.linalg.solve(lower, self._values[some])
+            held = 0.5 * np.sum((hyper[:count] - LENGTH)**2) + 0.1 * np.sum(hyper[count:-1]**2)
+            return 0.5 * white @ white + np.log(np.diag(lower)).sum() + held
+        start = np.concatenate([np.full(count, LENGTH), np.zeros(factors), [-3.0]])
+        return minimize(cost, start, method='L-BFGS-B', bounds=[LENGTHS] * count + [SIZES] * factors + [NOISES]).x
