@@ -11,6 +11,7 @@ from ..errors import BadArgument
 _QUANTUM = 0.29  # standard deviation of what rounding to whole numbers adds
 _AROUND = 3  # taxels around a contact that its pressure, blurred by the pad, may reach
 _SETTLED = 5  # quiet frames of a taxel after which it tells of the noise
+_JUDGED, _SELDOM = 50, 10  # frames over which the noise is learnt, then in one of so many
 _LOOKS_PRESSED = 0.1  # of the full scale: a smooth part of a first baseline that is this far over the rest
 
 
@@ -34,13 +35,13 @@ class Baseline:
         self.values = self._start.copy() if start and self._start is not None else None
         self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
         self._square = 0.0
-        self._judged = 0
+        self._judged = self._frame = 0
         self.suspicion = ''
 
     @property
     def sigma(self) -> float:
         """Of the noise of a taxel, as far as it is known."""
-        return max(_QUANTUM, np.sqrt(self._square / self._judged) if self._judged else 1.0)
+        return max(_QUANTUM, float(np.sqrt(self._square)) if self._judged else 1.0)
 
     def change(self, frame: np.ndarray) -> np.ndarray:
         """frame (rows, columns) float32 less the baseline; the first one is the baseline itself, where none is known."""
@@ -59,15 +60,19 @@ class Baseline:
         quiet = np.ones(change.shape, bool) if touched is None else ~_grown(touched)
         quiet &= np.isfinite(change)
         self._count += quiet
-        settled = quiet & (self._count > _SETTLED)
-        if settled.any():
-            residual = change[settled]
-            new, keep = float(np.median(np.abs(residual)) * 1.4826)**2, min(self._judged, 50)
-            self._square = (self._square * (keep / self._judged) if self._judged else 0.0) + new
-            self._judged = keep + 1
+        if self._judged < _JUDGED or self._frame % _SELDOM == 0:
+            self._judge(change[quiet & (self._count > _SETTLED)])
+        self._frame += 1
         slow = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
         gain = np.where(self._count <= self._frames, 1 / self._count, slow)
         self.values += np.where(quiet, change * gain, np.float32(0))
+
+    def _judge(self, residual: np.ndarray) -> None:
+        """Learn the noise from residuals (M,) of quiet taxels."""
+        if len(residual):
+            new, keep = (1.4826 * float(np.median(np.abs(residual))))**2, self._judged
+            self._square = (self._square * keep + new) / (keep + 1)
+            self._judged = min(keep + 1, _JUDGED)
 
     def _suspect(self, frame: np.ndarray) -> None:
         """A baseline with a smooth hill in it may have been taken while something pressed."""

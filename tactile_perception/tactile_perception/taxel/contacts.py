@@ -69,8 +69,10 @@ class RegionNumbers:
             index[region.label] = k
         both = (regions.labels > 0) & (self._labels > 0)
         now, before = index[regions.labels[both]], self._numbers[self._labels[both]]
-        pairs, counts = np.unique(np.stack([now, before]), axis=1, return_counts=True)
-        return {(int(k), int(number)): int(n) for (k, number), n in zip(pairs.T, counts) if k >= 0 and number > 0}
+        width = int(before.max(initial=0)) + 1
+        counts = np.bincount((now + 1) * width + before)
+        pairs = np.flatnonzero(counts)
+        return {(int(code // width) - 1, int(code % width)): int(counts[code]) for code in pairs if code >= width and code % width}
 
     def _continued(self, number: int, region, sharing: dict[int, int], chosen: dict[int, int]) -> _Track:
         before = self._tracks[number]

@@ -15,6 +15,7 @@ _FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
 _FLOW = dict(winSize=(7, 7), maxLevel=2)
 _MOVED = 0.05  # taxels a frame, from which a feature has moved
 _FEWEST = 3
+_ZERO = 3.0  # standard deviations of the noise: what is less counts as zero
 
 
 class PaperMethod:
@@ -30,8 +31,8 @@ class PaperMethod:
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
-        """Regions of the taxels that are not zero, and pressure (rows, columns) as it is; sigma: of its noise, what counts as zero."""
-        return find_regions((pressure > sigma).astype(np.float32), pressure, self._array), pressure
+        """Regions of the taxels that are not zero, and pressure (rows, columns) as it is; sigma: of its noise."""
+        return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
         """Slip since the last frame."""

@@ -79,16 +79,12 @@ def _fitted(pressure: np.ndarray, inside: np.ndarray) -> np.ndarray | None:
     plane = _terms(row / half[0] - 1, column / half[1] - 1)
     grid = _terms(*np.ogrid[-1:1:inside.shape[0] * 1j, -1:1:inside.shape[1] * 1j])
     mean = float(weight @ value / weight.sum())
-    share, left = np.array([mean]), np.inf
-    for terms, least in ((3, 0.0), (6, _CURVED)):
-        rows = plane[:terms]
-        weighed = rows * weight
-        normal = weighed @ rows.T
-        normal[np.diag_indices(terms)] += 1e-6 * len(value)
-        fitted = np.linalg.solve(normal, weighed @ value)
-        now = float(weight @ (value - fitted @ rows)**2)
-        if now < (1 - least) * left:
-            share, left = fitted, now
+    weighed = plane * weight
+    normal, sums, square = weighed @ plane.T, weighed @ value, float(weight @ value**2)
+    normal[np.diag_indices(6)] += 1e-6 * len(value)
+    share, bent = np.linalg.solve(normal[:3, :3], sums[:3]), np.linalg.solve(normal, sums)
+    if square - bent @ sums < (1 - _CURVED) * (square - share @ sums[:3]):
+        share = bent
     level = sum(factor * term for factor, term in zip(share, grid))
     return np.clip(level, _LEAST * mean, _MOST * mean).astype(np.float32)
 

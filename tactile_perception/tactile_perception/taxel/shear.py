@@ -93,11 +93,14 @@ class SurfaceShear:
         """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: where touched it goes with the object
         unless the traction would be over limit, elsewhere there is none. A few steps of relaxation, which go on in the next frame."""
         drag, self_stiff = carried, np.float32(1 + 4 * self._coupling)
+        held, bound = self_stiff * carried, limit * limit
         for _ in range(_SWEEPS):
-            others = np.stack([cv2.filter2D(part, -1, self._neighbours, borderType=cv2.BORDER_REPLICATE) for part in drag])
-            pull = self_stiff * carried - others
-            length = np.sqrt(pull[0] * pull[0] + pull[1] * pull[1])
-            pull = pull * (np.minimum(limit / np.maximum(length, 1e-12), 1) * touched)
+            others = np.empty_like(drag)
+            for part in range(2):
+                cv2.filter2D(drag[part], -1, self._neighbours, others[part], borderType=cv2.BORDER_REPLICATE)
+            pull = held - others
+            square = pull[0] * pull[0] + pull[1] * pull[1]
+            pull *= np.sqrt(np.minimum(bound / np.maximum(square, np.float32(1e-24)), 1)) * touched
             drag = (pull + others) / self_stiff
         return drag, pull
 
