@@ -24,6 +24,6 @@ def psd_actions(context: LaunchContext) -> list:
                nodes.node('tactile_perception', 'psd_contact_node', nodes.calibrated()),
                nodes.node('tactile_bringup', 'finger_markers_node', {'frame_id': frame_id})]
     if not (values['calibration'] or calibration_of(values['params'], 'psd_contact_node')):
-        actions.append(LogInfo(msg='not calibrated (calibration:=FILE): places are those of a nominal finger, force and depth are not told; '
+        actions.append(LogInfo(msg='not calibrated (calibration:=FILE): places are of a nominal finger, force and depth are not told; '
                                    'record presses at known places and run `ros2 run tactile_perception calibrate`'))
     return [*actions, *nodes.recorder(), *nodes.rviz(share('rviz', f'{SENSOR_TYPE}.rviz'), frame_id, RVIZ_TOPICS)]

@@ -55,11 +55,11 @@ def _stamp(number: int, rate: float) -> int:
     return _SECOND_NS + round(number / rate * _SECOND_NS)
 
 
-def calibrate_finger(output: Path, rate: float = 1000.0) -> str:
-    """Write the calibration of the simulated specimen to output, from its calibration scene at rate samples/s; how it went."""
+def calibrate_finger(output: Path) -> str:
+    """Write the calibration of the simulated specimen to output; how it went."""
     with TemporaryDirectory() as folder:
         bag = Path(folder) / SENSOR_TYPE
-        write_psd_scene(bag, 'calibration', rate)
+        write_psd_scene(bag, 'calibration', 1000.0)
         told = calibrate_psd([bag], Path(share('params', f'{SENSOR_TYPE}_sim.yaml')), output)
     output.write_text(LICENCE + output.read_text())
     return told

@@ -65,8 +65,11 @@ class Samples:
 
     def runs(self) -> Iterator[slice]:
         """The stretches of samples in which one contact lasts, or nothing touches; samples that tell nothing belong to the one before."""
-        changes = np.flatnonzero(np.diff(np.where(self.known, self.id, -1)[self.known]))
+        if np.count_nonzero(self.known) == np.count_nonzero(self.id == self.id[0]) == len(self.id):
+            yield slice(0, len(self.id))
+            return
         places = np.flatnonzero(self.known)
+        changes = np.flatnonzero(np.diff(self.id[places]))
         ends = [*places[changes + 1].tolist(), len(self.id)]
         begin = int(places[0]) if len(places) else len(self.id)
         for end in ends:
@@ -85,7 +88,7 @@ class PsdFinger:
         self._table = model.table()
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id = decision or TouchDecision(), 0
-        self._last, self._same = np.full(4, np.nan), np.zeros(4, int)
+        self._last, self._same = [math.nan] * 4, [0] * 4
 
     def set_reference(self) -> None:
         """Take the next samples for the untouched state."""
@@ -95,7 +98,7 @@ class PsdFinger:
     @property
     def stuck(self) -> np.ndarray:
         """(4,) bool: outputs that do not change any more."""
-        return self._same >= _STUCK
+        return np.array(self._same) >= _STUCK
 
     def process(self, volts: np.ndarray, period_s: float) -> Samples:
         """What samples (N, 4), V, period_s apart tell. Raises BadFrame for another shape, or a period that is none."""
@@ -153,14 +156,14 @@ class PsdFinger:
 
     def _looked_at(self, sums: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Places (N, 2), NaN where it is not lit, and the light at touch there (N,), infinite where it is not lit, None where not known."""
-        if lit.all():
+        if np.count_nonzero(lit) == len(lit):
             place = _clipped(sums)
-            return place, None if self.model.level is None else self._table.look_up(place)[:, LEVEL]
+            return place, None if self.model.level is None else self._table.look_up_one(place, LEVEL)
         place, level = np.full((len(sums), 2), np.nan), None if self.model.level is None else np.full(len(sums), np.inf)
         if lit.any():
             place[lit] = _clipped(sums[lit])
             if level is not None:
-                level[lit] = self._table.look_up(place[lit])[:, LEVEL]
+                level[lit] = self._table.look_up_one(place[lit], LEVEL)
         return place, level
 
     def _numbered(self, contact: np.ndarray, was: bool) -> np.ndarray:
@@ -174,19 +177,19 @@ class PsdFinger:
         return np.where(contact, number, 0)
 
     def _watch_outputs(self, volts: np.ndarray) -> None:
-        same = volts[-1] == volts[0]
-        if same.any():
-            same &= (volts == volts[0]).all(axis=0)
-        self._same = np.where(same, np.where(volts[0] == self._last, self._same, 0) + len(volts), 0)
-        self._last = volts[-1]
+        before, first, self._last = self._last, volts[0].tolist(), volts[-1].tolist()
+        for k in range(4):
+            same = first[k] == self._last[k] and np.count_nonzero(volts[:, k] == first[k]) == len(volts)
+            self._same[k] = (self._same[k] * (first[k] == before[k]) + len(volts)) if same else 0
 
     def touch(self, samples: Samples, run: slice) -> Touch:
         """The contact of a run of samples: what their mean tells. Raises BadArgument for one in which nothing touches."""
         inside = samples.contact[run]
-        if not inside.any():
+        count = int(np.count_nonzero(inside))
+        if not count:
             raise BadArgument(f'samples {run.start} to {run.stop} are not in contact')
-        chosen = run if inside.all() else np.flatnonzero(inside) + run.start
-        sums, count = samples.sums[chosen].mean(0), int(inside.sum())
+        chosen = run if count == len(inside) else np.flatnonzero(inside) + run.start
+        sums = np.add.reduce(samples.sums[chosen], axis=0) / count
         light, place = float(sums[TOTAL]), _clipped(sums[None])[0]
         row, slopes = self._table.with_slopes(place)
         normal = row[NORMAL] / math.sqrt(row[NORMAL] @ row[NORMAL])
@@ -194,12 +197,12 @@ class PsdFinger:
         across = _EYE - normal[:, None] * normal
         led = across @ slopes[NORMAL]
         spread = led @ place_noise @ led.T + row[DEVIATION] ** 2 * across
-        flags = SATURATED if samples.saturated[chosen].any() else 0
-        if row[INSIDE] < 0.5 or np.abs(place).max() >= 1:
+        flags = SATURATED if np.count_nonzero(samples.saturated[chosen]) else 0
+        if row[INSIDE] < 0.5 or max(map(abs, place.tolist())) >= 1:
             flags |= OUT_OF_RANGE
         if self._is_doubtful(sums, row[CROSS], count):
             flags |= AMBIGUOUS
-        if self._same.max() >= _STUCK:
+        if max(self._same) >= _STUCK:
             flags, normal, spread = flags | AMBIGUOUS, np.full(3, np.nan), np.full((3, 3), np.nan)
         radius = self.settings.radius
         force, depth = self.model.loads(row[LOADS], place, light)

@@ -57,10 +57,12 @@ class LampWatch:
         """What totals (N,), V, of samples period_s apart are; sigma: V, of the untouched total."""
         if period_s != self._period_s:
             self._before, self._period_s = deque(self._before, max(math.ceil(_BEFORE_S / period_s), _BEFORE)), period_s
+        lowest, highest = float(total.min()), float(total.max())
+        if self._watched is None and (lowest >= _OFF * sigma if self.near else highest <= _ON * sigma):  # nothing changes
+            near = np.full(len(total), self.near)
+            return self._finished(total, near, ~near, False)
         on, off = total > _ON * sigma, total < _OFF * sigma
         near = held(on, off, self.near)
-        if self._watched is None and (near.all() if self.near else not near.any()):
-            return self._finished(total, near, ~near, False)
         return self._with_onsets(total, on, off, near, sigma, period_s)
 
     def _next_onset(self, near: np.ndarray, begin: int) -> int | None:

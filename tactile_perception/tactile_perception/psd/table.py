@@ -31,10 +31,23 @@ class CellTable:
 
     def with_slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(channels,) at one place (2,), and their derivatives (channels, 2) by it."""
-        parts, inside = self._found(place[None])
-        (start, by_x, by_y, by_both), (s, t) = parts[0], inside[0].tolist()
+        (column, s), (row, t) = (self._cell(at) for at in place.tolist())
+        start, by_x, by_y, by_both = self._parts[row * self._cells + column]
         along_x, along_y = by_x + by_both * t, by_y + by_both * s
         return start + by_x * s + along_y * t, 0.5 * self._cells * np.stack([along_x, along_y], axis=1)
+
+    def look_up_one(self, place: np.ndarray, channel: int) -> np.ndarray:
+        """(N,) one channel at places (N, 2)."""
+        scaled = np.minimum(np.maximum((place + 1) * (0.5 * self._cells), 0.0), self._cells - 1e-9)
+        cell = scaled.astype(np.intp)
+        start, by_x, by_y, by_both = self._parts[cell[:, 1] * self._cells + cell[:, 0], :, channel].T
+        s, t = (scaled - cell).T
+        return start + by_x * s + (by_y + by_both * s) * t
+
+    def _cell(self, at: float) -> tuple[int, float]:
+        """(number of the cell along an axis, place within it, 0 to 1)."""
+        scaled = min(max((at + 1) * 0.5 * self._cells, 0.0), self._cells - 1e-9)
+        return int(scaled), scaled % 1.0
 
     def _found(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         scaled = np.minimum(np.maximum((place + 1) * (0.5 * self._cells), 0.0), self._cells - 1e-9)

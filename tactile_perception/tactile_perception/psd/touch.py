@@ -30,8 +30,8 @@ class TouchDecision:
         seen = self._lamps.process(total, sigma, period_s)
         contact = seen.near
         if level is not None and contact.any():
-            total, middle = total[:len(contact)], np.maximum(level[:len(contact)], _LEAST_LEVEL * sigma)
-            on, off = total > middle + _HALF * sigma, total < middle - _HALF * sigma
-            contact = contact & held(on & contact, off | ~contact, self.touching)
+            over = total[:len(contact)] - np.maximum(level[:len(contact)], _LEAST_LEVEL * sigma)
+            if not (self.touching and over.min() >= -_HALF * sigma and contact.all()):  # else it goes on
+                contact = contact & held((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, self.touching)
         self.touching = bool(contact[-1])
         return contact, seen

@@ -1,0 +1,164 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The PSD finger: error by polar angle, deviation, false and missed contacts, onsets, speed; the paper's method on the same signals.
+
+    python test/benchmark/psd.py [--out out/benchmark] [SPECIMEN ...]
+
+SPECIMEN: sim:0, sim:1 ... (the simulated finger with that seed) or recorded (TACTILE_RECORDINGS). Each is calibrated by its own presses;
+the paper's method by two of them, at the pole and at 30 degrees, as the paper does it.
+"""
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+from psd_scenes import Signals, recorded, simulated  # noqa: E402
+
+from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E402
+from tactile_perception.psd.fit import fit_finger  # noqa: E402
+from tactile_perception.psd.model import NORMAL, FingerModel  # noqa: E402
+from tactile_perception.psd.paper import fit_paper  # noqa: E402
+from tactile_perception.psd.paper_finger import PaperFinger  # noqa: E402
+from tactile_perception.psd.presses import Presses, find_presses  # noqa: E402
+from tactile_perception.psd.signals import MIX, position  # noqa: E402
+from tactile_perception.psd.sphere import angles, error_angle  # noqa: E402
+
+SATURATION, THRESHOLD, FARTHEST = 4.9, 0.2, 61.0  # V, V, degrees
+SECOND_PLACE = math.radians(30)
+RINGS = (0, 15, 30, 45, 60)
+
+
+def signals(specimen: str, name: str) -> Signals:
+    """A scene of a specimen."""
+    return recorded(name) if specimen == 'recorded' else simulated(name, int(specimen.partition(':')[2]))
+
+
+def paper_model(presses: Presses) -> FingerModel:
+    """Offset from the pole, factor from one contact at 30 degrees (eqs 2, 5)."""
+    theta = angles(presses.stretches.normal)[1]
+    chosen = [int(np.argmin(theta)), int(np.argmin(np.abs(theta - SECOND_PLACE)))]
+    return FingerModel(paper=fit_paper(position(presses.stretches.sums[chosen]), presses.stretches.normal[chosen])[0])
+
+
+def fingers(specimen: str) -> dict[str, callable]:
+    """Name -> makes the method's finger, calibrated."""
+    presses = find_presses([signals(specimen, 'calibration').recording], SATURATION)
+    model, paper = fit_finger(presses).model, paper_model(presses)
+    return {'map': lambda: PsdFinger(model), 'paper': lambda: PaperFinger(paper, FingerSettings(), THRESHOLD)}
+
+
+def accuracy(finger: PsdFinger, scene: Signals) -> list[dict]:
+    """One row a held contact: theta, error of the mean place (eq 12), mean deviation (eq 14), what the noise allows, degrees."""
+    samples = finger.process(scene.volts, scene.period_s)
+    normals, rows = finger.normals(samples), []
+    for held in scene.held():
+        row = {'theta': math.degrees(angles(scene.normal[held.start])[1]), 'error': math.nan, 'deviation': math.nan, 'bound': math.nan}
+        rows.append(row)
+        if not samples.contact[held].all():
+            continue
+        touch = finger.touch(samples, held)
+        row.update({'error': math.degrees(error_angle(touch.normal, scene.normal[held.start])),
+                    'deviation': math.degrees(error_angle(normals[held], touch.normal).mean()),
+                    'bound': math.degrees(bound(finger, samples.sums[held].mean(0)))})
+    return rows
+
+
+def bound(finger: PsdFinger, sums: np.ndarray) -> float:
+    """Mean deviation, rad, that the outputs' noise at rest leaves to the best estimator (Cramer-Rao; a bilinear detector)."""
+    total, (x, y) = sums[2], np.clip(position(sums[None])[0], -1, 1)
+    sides = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
+    a, b = 1 + sides[:, 0] * x, 1 + sides[:, 1] * y
+    slopes = 0.25 * np.column_stack([total * sides[:, 0] * b, total * sides[:, 1] * a, a * b])
+    unmixed = np.linalg.inv(MIX)
+    noise = unmixed.T @ finger.reference.noise @ unmixed
+    place = np.linalg.inv(slopes.T @ np.linalg.inv(noise) @ slopes)[:2, :2]
+    led = finger._table.with_slopes(np.array([x, y]))[1][NORMAL]
+    return math.sqrt(math.pi / 4 * np.trace(led @ place @ led.T))
+
+
+def contacts(finger: PsdFinger, scene: Signals) -> dict:
+    """False and missed contacts, and how many onsets and releases are within one sample of the truth."""
+    contact = finger.process(scene.volts, scene.period_s).contact
+    events = [np.flatnonzero(np.diff(s.astype(np.int8)) == sign) for s in (scene.touching, contact) for sign in (1, -1)]
+    pairs = (events[0], events[2]), (events[1], events[3])
+    near = [np.abs(found - event).min(initial=10**9) <= 1 for true, found in pairs for event in true]
+    runs = np.flatnonzero(np.diff(np.r_[False, scene.touching, False].astype(np.int8)))
+    missed = sum(not contact[b:e].any() for b, e in zip(runs[::2], runs[1::2]))
+    return {'touches': len(runs) // 2, 'missed': int(missed), 'false samples (%)': 100 * float((contact & ~scene.touching).mean()),
+            'events within a sample (%)': 100 * float(np.mean(near)) if near else math.nan}
+
+
+def speed(made: dict, scene: Signals, repeats: int = 150) -> dict:
+    """Median time, us, of batches of 1000 and 5 samples in contact, methods in turn; with the contact that a message needs."""
+    held = scene.held()[0]
+    rest, touch = scene.volts[:held.start], np.tile(scene.volts[held], (1000, 1))[:1000]
+    running = {name: make() for name, make in made.items()}
+    for finger in running.values():
+        finger.process(rest, scene.period_s)
+    times = {(name, size): [] for name in running for size in (1000, 5)}
+    for k in range(repeats):
+        for (name, size), taken in times.items():
+            part = touch[(5 * k) % (len(touch) - size + 1):][:size]
+            begin = time.thread_time()
+            samples = running[name].process(part, scene.period_s)
+            middle = time.thread_time()
+            for run in samples.runs():
+                if samples.contact[run].any():
+                    running[name].touch(samples, run)
+            taken.append((middle - begin, time.thread_time() - begin))
+    return {f'{name}, {size}': [1e6 * x for x in np.median(taken, axis=0).tolist()] for (name, size), taken in times.items()}
+
+
+def run(specimen: str) -> dict:
+    """All figures of one specimen."""
+    made = fingers(specimen)
+    scenes = {name: signals(specimen, name) for name in ('grid', 'taps', 'light')}
+    return {'accuracy': {name: accuracy(make(), scenes['grid']) for name, make in made.items()},
+            'contacts': {f'{name}, {scene}': contacts(make(), scenes[scene]) for name, make in made.items() for scene in ('taps', 'light')},
+            'speed': speed(made, scenes['grid'])}
+
+
+def text(specimen: str, result: dict) -> str:
+    """The figures as tables."""
+    rings = ' | '.join(map(str, RINGS))
+    lines = [f'## {specimen}', '', f'| error angle by theta, degrees: mean / largest | {rings} | all to 60 |',
+             '|---' * (len(RINGS) + 2) + '|']
+    for name, rows in result['accuracy'].items():
+        rings = [[r['error'] for r in rows if abs(r['theta'] - ring) < 7] for ring in RINGS]
+        every = [r['error'] for r in rows if r['theta'] < FARTHEST]
+        lines.append(f'| {name} | ' + ' | '.join(f'{np.mean(e):.2f} / {np.max(e):.2f}' if e else '' for e in [*rings, every]) + ' |')
+    rows = result['accuracy']['map']
+    for label in ('deviation', 'bound'):
+        parts = [np.mean([r[label] for r in rows if abs(r['theta'] - ring) < 7] or [math.nan]) for ring in RINGS]
+        lines.append(f'| mean {label} of a sample | ' + ' | '.join(f'{part:.2f}' for part in parts) + ' | |')
+    lines += ['', '| method, scene | touches | missed | false samples, % | onsets and releases within a sample, % |', '|---|---|---|---|---|']
+    lines += [f'| {name} | {c["touches"]} | {c["missed"]} | {c["false samples (%)"]:.2f} | {c["events within a sample (%)"]:.0f} |'
+              for name, c in result['contacts'].items()]
+    lines += ['', '| method, batch | samples, us | million samples/s | with the contact for a message, us |', '|---|---|---|---|']
+    lines += [f'| {name} | {a:.0f} | {int(name.split(", ")[1]) / a:.2f} | {b:.0f} |' for name, (a, b) in result['speed'].items()]
+    return '\n'.join(lines) + '\n'
+
+
+def main() -> None:
+    """Run, print, write psd.md and psd.json."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('specimens', nargs='*', default=['sim:0', 'sim:1'])
+    parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for psd.md and psd.json')
+    given = parser.parse_args()
+    results = {specimen: run(specimen) for specimen in given.specimens}
+    pages = '\n'.join(text(specimen, result) for specimen, result in results.items())
+    given.out.mkdir(parents=True, exist_ok=True)
+    (given.out / 'psd.md').write_text(pages)
+    (given.out / 'psd.json').write_text(json.dumps(results, indent=1) + '\n')
+    print(pages)
+
+
+if __name__ == '__main__':
+    main()
