@@ -61,6 +61,7 @@ def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], chang
 
 def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
     """The text of a parameter file for a touchpad's nodes. See _text."""
+    left_out = ('dome.', *left_out)
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS + SHEET_PARAMETERS)),
                 ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
@@ -74,8 +75,8 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
     size = min(sensor.pitch) / 4
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
               'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
-              'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'none', 'polarity': 'bright', 'detection': 'blobs',
-              'dot_size': size, 'dot_colour': 'depth' if sensor.is_sheet else 'state', 'normal_length': 8 * size,
+              'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
+              'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
     camera = [('/**/camera_node', CAMERA_PARAMETERS), ('/**/dual_camera_node', DUAL_CAMERA_PARAMETERS)][sensor_type == 'areal_dual']
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']

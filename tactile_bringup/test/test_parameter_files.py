@@ -54,7 +54,7 @@ def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
     assert dots['sensor_type'] == point['sensor_type'] == name
     assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
     assert marker_sensor(point) == MARKER_SENSORS[name]
-    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'none')
+    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'dome')
 
 
 @pytest.mark.parametrize(('node', 'table'), [('psd_node', PSD_DRIVER_PARAMETERS), ('psd_contact_node', PSD_PARAMETERS),

@@ -11,6 +11,7 @@ from rclpy.duration import Duration
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.surface.cap import Cap
 from visualization_msgs.msg import Marker, MarkerArray
 
 from .. import colours, mesh
@@ -46,7 +47,8 @@ def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]
 class MarkerSet:
     """Makes the markers of each frame, and takes away those of the frame before that are no more.
 
-    sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_scale (m/N), torque_scale (m/(N m)).
+    sizes: dot_size (m), dot_colour, dome.rim_radius (m), dome.height (m), full_depth (m), normal_length (m), force_scale (m/N),
+    torque_scale (m/(N m)).
     """
 
     def __init__(self, sizes: Mapping):
@@ -97,10 +99,18 @@ class MarkerSet:
         size = self._sizes['dot_size']
         marker = self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points_of(places[known]))
         if self._sizes['dot_colour'] == 'depth':
-            marker.colors = [_colour(rgb) for rgb in colours.of_depth(-places[known, 2] / self._sizes['full_depth']).tolist()]
+            depth = self._untouched(places[known, :2]) - places[known, 2]
+            marker.colors = [_colour(rgb) for rgb in colours.of_depth(depth / self._sizes['full_depth']).tolist()]
             return
         state = states_of(np.asarray(dots.id, np.int64), np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
         marker.colors = [_STATES[max(s, 0)] for s in state[known].tolist()]
+
+    def _untouched(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) m, height of the untouched sheet or dome over xy (N, 2), m."""
+        rim, height = self._sizes['dome.rim_radius'], self._sizes['dome.height']
+        if not min(rim, height) > 0:
+            return np.zeros(len(xy))
+        return Cap((rim**2 + height**2) / (2 * height), height).heights(xy)
 
     def _region(self, region: ContactRegion, places: np.ndarray) -> None:
         outlines, holes = rings_of(region)

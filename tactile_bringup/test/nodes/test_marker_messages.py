@@ -14,7 +14,8 @@ from visualization_msgs.msg import Marker  # noqa: E402
 from tactile_bringup import colours  # noqa: E402
 from tactile_bringup.nodes.marker_messages import MarkerSet  # noqa: E402
 
-SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4}
+SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4,
+         'dome.rim_radius': 0.0, 'dome.height': 0.0}
 HEADER = Header(frame_id='pad')
 NAN = float('nan')
 
@@ -60,6 +61,13 @@ def test_dots_may_have_the_colours_of_their_depths():
     dots = by_name(MarkerSet({**SIZES, 'dot_colour': 'depth'}).frame(HEADER, found))['dots']
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row) for row in colours.of_depth(np.array([0.0, 1.0, 1.0]))]
     assert dots.colors[0] != dots.colors[1]
+
+
+def test_depth_is_under_the_untouched_dome_where_there_is_one():
+    dome = {**SIZES, 'dot_colour': 'depth', 'dome.rim_radius': 0.15, 'dome.height': 0.12}
+    found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.15, 0.0], y=[0.0] * 3, z=[0.12, 0.0, 0.1175])}
+    dots = by_name(MarkerSet(dome).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 0.0, 0.5]))]
 
 
 def test_a_touch_shows_where_it_is_with_95_percent():

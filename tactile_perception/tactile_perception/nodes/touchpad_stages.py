@@ -16,10 +16,12 @@ from ..camera import CameraModel
 from ..errors import BadFrame
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
-from ..pipeline.marker_parameters import sheet_sensor
+from ..pipeline.dome_places import DomePlaces
+from ..pipeline.marker_parameters import marker_sensor
 from ..pipeline.marker_views import view_maker
-from ..pipeline.sensor import Touchpad
+from ..pipeline.sensor import Touchpad, camera_pose
 from ..pipeline.sheet_places import SheetPlaces
+from ..touch.regression import RegressionTouch
 from ..touch.sensor import MARKER_SENSORS
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
@@ -50,23 +52,33 @@ class DotMessages(_TouchpadSide):
 
     def __init__(self, values: Mapping):
         super().__init__(values)
-        self._sheet = sheet_sensor(values) if values['surface'] == 'sheet' else None
+        self._surface = marker_sensor(values) if values['surface'] in ('sheet', 'dome') else None
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
 
     @property
     def needs_places(self) -> bool:
         """Whether dots are to have places in 3D."""
-        return super().needs_places or self._sheet is not None
+        return super().needs_places or self._surface is not None
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
         """See CameraSide; without a camera dots have no places in 3D."""
-        if self._sheet is not None:
-            make_view = view_maker(self._sheet, matrices, self._markers and self._markers.stitching)
-            return DotStage(self.sensor, None, self.values, places=SheetPlaces(self._sheet, make_view) if make_view else None)
+        pattern = self._markers and self._markers.pattern
+        if self._surface is not None:
+            make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
+            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, pattern=pattern)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
-        return DotStage(self.sensor, camera, self.values, water, pattern=self._markers and self._markers.pattern)
+        return DotStage(self.sensor, camera, self.values, water, pattern=pattern)
+
+    def _places(self, make_view) -> SheetPlaces | DomePlaces | None:
+        """What places markers; none for a pattern without a grid that is not calibrated."""
+        sensor, known = self._surface, self._markers
+        if sensor.is_sheet:
+            return SheetPlaces(sensor, make_view)
+        count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
+        fitted = known and known.methods.get('regression')
+        return DomePlaces(sensor, count, make_view, fitted and RegressionTouch.from_fitted(fitted, sensor)) if count else None
 
     @property
     def suspicion(self) -> str:

@@ -22,8 +22,6 @@ MARKER_SENSOR_PARAMETERS = (
     _fixed('rows', int, 9, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
     _fixed('columns', int, 13, '', 'columns of the printed grid', 0, 250),
     *SHEET_PARAMETERS,
-    _fixed('dome.rim_radius', float, 0.0, 'm', 'radius of the rim of a dome; 0 for a sheet', 0.0, 10.0),
-    _fixed('dome.height', float, 0.0, 'm', 'height of a dome over its rim; 0 for a sheet', 0.0, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'dome: rotation vector from sensor to camera frame', -10.0, 10.0),
     _fixed('camera.translation', list[float], [0.0, 0.0, 0.062], 'm', "dome: sensor frame's origin in the camera frame", -10.0, 10.0),
     _fixed('calibration', str, '', '', 'calibration file from calibrate'),
@@ -38,14 +36,9 @@ POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
 
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
-    """The sensor that values (of MARKER_SENSOR_PARAMETERS) describe. Raises BadArgument for what does not fit together."""
+    """The sensor that values (of MARKER_SENSOR_PARAMETERS or DOT_PARAMETERS) describe. Raises BadArgument for what does not fit."""
     return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values),
                         rim_radius=values['dome.rim_radius'], height=values['dome.height'])
-
-
-def sheet_sensor(values: Mapping) -> MarkerSensor:
-    """The sheet that values (of DOT_PARAMETERS) describe. Raises BadArgument for what does not fit together."""
-    return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values))
 
 
 def _pairs(values: Mapping) -> list[tuple[float, float]]:

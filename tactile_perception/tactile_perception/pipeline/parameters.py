@@ -21,8 +21,8 @@ SENSOR_PARAMETERS = (
     _fixed('sensor_type', str, 'touchpad', '', 'kind of sensor; a calibration file has to be for the same'),
     _fixed('rows', int, 23, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
     _fixed('columns', int, 23, '', 'columns of the printed grid', 0, 250),
-    _fixed('surface', str, 'cap', '', 'rest shape that places dots in 3D: spherical cap, flat sheet, or none (image only)',
-           choices=('cap', 'sheet', 'none')),
+    _fixed('surface', str, 'cap', '', 'rest shape that places dots in 3D: cap of a touchpad, flat sheet, air dome, or none (image only)',
+           choices=('cap', 'sheet', 'dome', 'none')),
     _fixed('cap.curvature_radius', float, 0.020, 'm', 'cap: radius of the sphere', 1e-4, 10.0),
     _fixed('cap.height', float, 0.013, 'm', 'cap: height over the rim', 1e-4, 10.0),
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -35,6 +35,8 @@ SENSOR_PARAMETERS = (
 SHEET_PARAMETERS = (
     _fixed('pitch', list[float], [0.0045, 0.0045], 'm', 'from marker to marker along x and y', 1e-5, 1.0),
     _fixed('sheet_size', list[float], [0.060, 0.045], 'm', 'of the clamped sheet along x and y; zeros for a dome', 0.0, 10.0),
+    _fixed('dome.rim_radius', float, 0.0, 'm', 'radius of the rim of a dome; 0 for a sheet', 0.0, 10.0),
+    _fixed('dome.height', float, 0.0, 'm', 'height of a dome over its rim; 0 for a sheet', 0.0, 10.0),
 )
 
 DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (

@@ -57,6 +57,10 @@ class DentSolver:
         match = self._shown @ np.nan_to_num(field.shift).ravel()
         return self._starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
 
+    def moved(self, found: DentFound) -> np.ndarray:
+        """(K, 3) m, displacement of the markers under the dents found."""
+        return sum(self.dent.moved(one) for one in found.parameters)
+
     def solve(self, field: MarkerField, starts: np.ndarray) -> DentFound:
         """The dents near starts (n, 4) that explain a field best."""
         parameters, seen = starts.copy(), np.repeat(field.seen, 2)

@@ -15,6 +15,7 @@ CENTRE = np.array([0.0, 0.0, DOME.height - RADIUS])
 EYE = np.array([0.001, -0.0005, -0.045])
 BALL, FAR = 0.025, 0.11
 PX, NOISE = 2000.0, 1.5e-5
+FEW = [(0.0, 0.0), (0.03, 0.0), (0.0, 0.045), (-0.03, 0.03), (-0.03, -0.045), (0.045, -0.03)]  # m, places of presses
 
 
 def markers():

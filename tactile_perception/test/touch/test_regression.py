@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from .dome_scenes import DOME, dome_field, dome_presses
+from .dome_scenes import DOME, FEW, dome_field, dome_presses
 from tactile_perception.errors import BadCalibration
 from tactile_perception.touch.regression import RegressionTouch
 from tactile_perception.touch.regression_dome import DomeRegression
@@ -10,11 +10,10 @@ from tactile_perception.touch.regression_sheet import SheetRegression
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
 SHEET = MARKER_SENSORS['areal_single']
-PLACES = [(0.0, 0.0), (0.03, 0.0), (0.0, 0.045), (-0.03, 0.03), (-0.03, -0.045), (0.045, -0.03)]
 
 
 def test_a_dome_is_fitted_as_a_dome():
-    method = RegressionTouch.from_fitted(RegressionTouch.fit(dome_presses(PLACES, (0.012, 0.025)), DOME), DOME)
+    method = RegressionTouch.from_fitted(RegressionTouch.fit(dome_presses(FEW, (0.012, 0.025)), DOME), DOME)
     assert isinstance(method, DomeRegression)
     touch, = method.estimate(dome_field([((0.02, -0.01), 0.02)]))
     assert np.hypot(*(touch.position[:2] - [0.02, -0.01])) < 2e-3 and touch.depth == pytest.approx(0.02, abs=1e-3)
