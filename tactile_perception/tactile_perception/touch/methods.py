@@ -3,7 +3,7 @@
 """The touch methods by name.
 
 Each class has fit(presses: Presses, sensor: MarkerSensor) -> dict (numbers for the calibration file) and
-from_fitted(fitted: dict, sensor: MarkerSensor) -> TouchMethod.
+from_fitted(fitted: dict, sensor: MarkerSensor) -> TouchMethod; one that takes long may have fit_quickly(presses, sensor, fitted) too.
 """
 from __future__ import annotations
 

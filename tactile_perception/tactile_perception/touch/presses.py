@@ -12,6 +12,9 @@ from ..errors import BadArgument
 from .field import MarkerField
 
 SAME_PLACE = 1e-3  # m: presses nearer than this are at one place
+_STRAIGHT = 2e-4   # m: a tool that has gone sideways by more since it touched drags the surface with it
+_APART = 5e-3      # m: from one frame to the next, a tool does not drag that far: it was lifted in between
+_LIFTED = 0.6      # and so it was where its depth is less than this part of the depth before
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,16 @@ class Presses:
             place[k] = near[0] if len(near) else len(known)
             known = known if len(near) else np.vstack([known, xy])
         return place
+
+    def straight(self) -> np.ndarray:
+        """(M,) bool: frames in which the tool touches and has not gone sideways since it came down."""
+        straight, before, start = self.touching.copy(), -1, np.zeros(2)
+        for k in np.flatnonzero(self.touching):
+            xy = self.position[k, :2]
+            anew = before != k - 1 or self.depth[k] < _LIFTED * self.depth[k - 1] or np.hypot(*(xy - self.position[k - 1, :2])) > _APART
+            start, before = xy if anew else start, k
+            straight[k] = np.hypot(*(xy - start)) <= _STRAIGHT
+        return straight
 
     def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
         """Pairs (to fit, held out): in each, every so many-th place is held out; untouched frames are always among those to fit."""

@@ -11,6 +11,7 @@ from .sheet_library import LibraryPlan, SheetLibrary
 from .sheet_model_mesh import locate
 
 _STEPS = np.array([1e-6, 1e-6, 1e-6, 1e-4])  # of place and depth, m, and of log radius, over which appearances are compared
+_STEP = 1e-4  # the same of a factor
 _DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # points whose mean is that of a disc, up to cubic terms
 _BASIS = np.array([[[0.5, -1, 0.5], [0.5, 1, -1], [0, 0, 0.5]], [[-1, 1, 0], [1, -2, 0], [0, 1, 0]], [[1, 0, 0], [-2, 0, 0], [1, 0, 0]]])
 
@@ -104,8 +105,9 @@ def appearance(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.nd
 
 def appearance_derivatives(deformed: np.ndarray, derivatives: np.ndarray, rest: np.ndarray,
                            eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3), given those of deformed, (P, K, 3, 3), of presses' vectors."""
-    steps = np.tile(_STEPS, len(derivatives) // 4)[:, None, None]
+    """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3), given those of deformed, (P, K, 3, 3), by presses' vectors and
+    then by factors."""
+    steps = np.concatenate([np.tile(_STEPS, len(derivatives) // 4), np.full(len(derivatives) % 4, _STEP)])[:, None, None]
     moved = appearance(np.concatenate([deformed[None], deformed + steps[..., None] * derivatives]), rest, eye)
     return moved[0], (moved[1:] - moved[0]) / steps
 

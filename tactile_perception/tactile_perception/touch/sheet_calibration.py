@@ -15,7 +15,7 @@ from .presses import Presses
 from .sensor import MarkerSensor
 from .sheet_appearance import Press
 from .sheet_eyes import EyeShifts
-from .sheet_fit import fit_numbers
+from .sheet_fit import SheetNumbers, fit_numbers
 from .sheet_inverse import FieldNoise, Seen, SheetInverse
 from .sheet_library import LibraryPlan, SheetLibrary, build_library
 from .sheet_model import SheetMaterial
@@ -28,8 +28,8 @@ SCALE = 8e-3          # m, of the mesh about a tip; less on a small sheet
 STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # where no untouched frame tells
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # nothing is surer than this
 FEWEST_TOUCHING = 6
-FINE = {'n': 9, 'order': 4, 'levels': 12, 'substeps': 3}
-QUICK = {'n': 7, 'order': 3, 'levels': 8, 'substeps': 2}  # a tenth of the time, half as much again of the error
+FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
+QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # a third of the time
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,11 @@ class SheetCalibration:
     depth_share: float
     place_range: np.ndarray
     deepest: float
+
+    @property
+    def found(self) -> SheetNumbers:
+        """What was fitted."""
+        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
 
     def numbers(self) -> dict:
         """As plain numbers for a calibration file."""
@@ -71,18 +76,23 @@ class SheetCalibration:
             raise BadCalibration(f"the sheet's model in the calibration file cannot be read ({error}); run calibrate again") from None
 
 
-def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = FINE) -> SheetCalibration:
-    """The calibration of a sheet from presses by one round tip. Raises BadCalibration where they cannot determine it."""
+def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = FINE,
+                    start: SheetNumbers | None = None) -> SheetCalibration:
+    """The calibration of a sheet from presses by one round tip; start: numbers from where to seek its own. Raises BadCalibration where
+    the presses cannot determine it.
+    """
     if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
         raise BadCalibration(f'the model of a sheet needs a flat sheet and {FEWEST_TOUCHING} presses at known places, not '
                              f'{presses.touching.sum()} on {sensor.type}')
     half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
     plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **fineness)
-    touching = presses.select(presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale))
-    if len(touching) < FEWEST_TOUCHING:
-        raise BadCalibration(f'{len(touching)} presses stand further from the clamp than {least_length(plan.scale) * 1e3:.1f} mm; the model '
+    usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
+    if usable.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'{usable.sum()} presses stand further from the clamp than {least_length(plan.scale) * 1e3:.1f} mm; the model '
                              f'needs {FEWEST_TOUCHING}')
-    numbers = fit_numbers(touching, plan)
+    straight = usable & presses.straight()
+    touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
+    numbers = fit_numbers(touching, plan, start)
     library = build_library(replace(plan, radius=numbers.radius), numbers.material)
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
     fields = [numbers.eyes.shifted(field) for field in touching.fields]

@@ -5,12 +5,15 @@ the cameras stand.
 """
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..errors import BadCalibration
 from .field import MarkerField
+from .in_parallel import in_parallel
 from .presses import SAME_PLACE, Presses
 from .sheet_appearance import disc_appearance, disc_points, read_field
 from .sheet_eyes import EyeShifts
@@ -19,13 +22,19 @@ from .sheet_model import SheetMaterial, press_sheet
 from .sheet_model_mesh import SheetMesh, uniform
 
 MOST_PLACES = 4
-ROUNDS = 3
+ROUNDS = 12            # at most, on a coarse mesh; then a last one on the plan's
+COARSE = {'n': 7, 'levels': 7, 'substeps': 2}
+COARSE_PLACES = 3
+SETTLED = 0.03         # of the squares: when no more than this is gained, the way ends
+UNSOLVED = 3.0         # residual of presses without a balance
 SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: what tells a marker's place and area apart from the model, beside its noise
 SHARE = 2e-3           # and, of the depth (of the growth: per mm)
 PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # middle; sigma of the log
-MOVE = 0.05            # of a logarithm, over which derivatives are taken
-LARGEST = 0.5          # step of a logarithm
-EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: how far off eyes may be; over which derivatives are taken
+MOVE = 0.1             # of a logarithm, over which derivatives are taken, and the unit of steps
+LARGEST = 0.7          # step of a logarithm
+EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: how far off eyes may be; over which derivatives are taken, and the unit of steps
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -37,25 +46,35 @@ class SheetNumbers:
     marker_radius: float
     eyes: EyeShifts
 
+    def values(self) -> np.ndarray:
+        """Logs of the radius, the prestretch over 1, friction and bending, then the shifts of the eyes."""
+        material = self.material
+        return np.append(np.log([self.radius, material.prestretch - 1, material.friction, material.bending]), self.eyes.shifts)
 
-def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
+    def told(self) -> str:
+        """In words."""
+        return (f'tip {self.radius * 1e3:.2f} mm, prestretch {self.material.prestretch:.3f}, friction {self.material.friction:.2f}, '
+                f'bending {self.material.bending:.1e} m^2')
+
+
+def fit_numbers(presses: Presses, plan: LibraryPlan, start: SheetNumbers | None = None) -> SheetNumbers:
     """The numbers that fit the presses best, given weak expectations of a rubber sheet and a fingertip.
 
+    start: of other presses of the same sheet and tip, from where the way is shorter. Gauss-Newton; slopes by differences at the start and
+    where the way seems to end, brought up to date by Broyden's formula, all on a coarse mesh but for the last step.
     Raises BadCalibration where there are too few presses within plan.reach, or the mechanics find no balance.
     """
-    fit = _NumbersFit(chosen_places(presses, plan), marker_radius(presses), plan, EyeShifts.of(presses.fields[0]))
-    middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
-    start = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
-    prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
-    values = start
+    groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
+    coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
+    fit = _NumbersFit(groups[:COARSE_PLACES], marker, replace(plan, **coarse), eyes)
+    descent = _Descent(fit, start)
     for turn in range(ROUNDS):
-        residual = fit.residual(values)
-        if turn < ROUNDS - 1:  # the last step goes by the slopes of the one before
-            slopes = fit.slopes(values, residual)
-        rows = np.concatenate([residual, (values - start) * prior])
-        step = np.linalg.lstsq(np.vstack([slopes, np.diag(prior)]), -rows, rcond=None)[0]
-        values = values + np.clip(step, -LARGEST, LARGEST)
-    return fit.numbers(values)
+        _log.info('numbers of the sheet, round %d of at most %d: %s, misfit %.3g', turn + 1, ROUNDS,
+                  fit.numbers(descent.values).told(), descent.misfit)
+        if descent.step() < SETTLED and (start is not None or not descent.renew()):
+            break
+    fine = _NumbersFit(groups[:COARSE_PLACES], marker, plan, eyes)
+    return fine.numbers(descent.last(fine))
 
 
 def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
@@ -114,36 +133,92 @@ class _NumbersFit:
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
 
     def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
-        moves = np.array([EYE_MOVE] * (len(values) - 4) + [MOVE] * 4)
         order = [*range(4, len(values)), 0, 1, 2, 3]  # eyes first: for them nothing has to be solved anew
-        columns = {k: (self.residual(values + move * np.eye(len(values))[k]) - residual) / move for k, move in zip(order, moves)}
+        moves = self.unit
+        columns = {k: (self.residual(values + moves[k] * np.eye(len(values))[k]) - residual) / moves[k] for k in order}
         return np.stack([columns[k] for k in range(len(values))], axis=1)
+
+    @property
+    def unit(self) -> np.ndarray:
+        """Of each value, a small step."""
+        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
         numbers = self.numbers(values)
         if not np.array_equal(self._solved[0], values[:4]):
-            self._solved = values[:4].copy(), [self._solve(group, numbers) for group in self._groups]
+            solve = partial(_solve, self._plan, numbers.radius, numbers.material)
+            self._solved = values[:4].copy(), in_parallel(solve, self._groups, 'places worked out for the numbers')
         parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
                  for group, solved in zip(self._groups, self._solved[1])
                  for field, depth, pressed in zip(group.fields, group.depth, solved)]
         residual = np.concatenate(parts, axis=None)
-        if not np.isfinite(residual).any():
+        if np.isinf(residual).all():
             raise BadCalibration(f'the sheet finds no balance under these presses with {numbers}; check size, depths and markers')
-        residual = np.nan_to_num(residual)
+        residual = np.where(np.isinf(residual), UNSOLVED, residual)
         return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # beyond 3 sigma, by the root
-
-    def _solve(self, group: Presses, numbers: SheetNumbers) -> np.ndarray:
-        """(M, side * side, 3) fields of the M presses at one place."""
-        plan, way = self._plan, self._plan.way(group.depth)
-        mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
-        solved = press_sheet(mesh, way, numbers.radius, numbers.material)[np.searchsorted(way, group.depth)]
-        return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
 
     def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
         deformed = read_field(pressed, self._plan, place, disc_points(rest, radius))
         difference = disc_appearance(deformed, rest, field.eye[seen], radius) - observed(field)[seen]
+        difference = np.where(np.isfinite(deformed).all(), np.nan_to_num(difference), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
         return difference / np.stack([shift, shift, growth], axis=1)
+
+
+def _solve(plan: LibraryPlan, radius: float, material: SheetMaterial, group: Presses) -> np.ndarray:
+    """(M, side * side, 3) fields of the M presses at one place."""
+    way = plan.way(group.depth)
+    mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
+    solved = press_sheet(mesh, way, radius, material)[np.searchsorted(way, group.depth)]
+    return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
+
+
+class _Descent:
+    """The way to the values that fit best."""
+
+    def __init__(self, fit: _NumbersFit, start: SheetNumbers | None):
+        middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
+        self.middle = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
+        self.prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
+        self._fit, self.values = fit, self.middle if start is None else start.values()
+        self._residual = fit.residual(self.values)
+        self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the residuals over what is expected of them."""
+        return float(np.mean(self._residual**2))
+
+    def step(self) -> float:
+        """Try one step, go it if it makes things better, learn slopes from it, and tell what part of the squares it has gained."""
+        values = self._next(self._residual)
+        residual, way = self._fit.residual(values), values - self.values
+        scaled = way / self._fit.unit
+        gain = 1 - self._cost(values, residual) / self._cost(self.values, self._residual)
+        if scaled.any():
+            self._slopes += np.outer(residual - self._residual - self._slopes @ way, scaled / self._fit.unit) / (scaled @ scaled)
+        if gain > 0:
+            self.values, self._residual, self._fresh = values, residual, False
+        return gain
+
+    def renew(self) -> bool:
+        """Work the slopes out anew, by differences; False where they were so already."""
+        if self._fresh:
+            return False
+        self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
+        return True
+
+    def last(self, fine: _NumbersFit) -> np.ndarray:
+        """The values after one step more, with the residual of a finer mesh."""
+        return self._next(fine.residual(self.values))
+
+    def _next(self, residual: np.ndarray) -> np.ndarray:
+        rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
+        step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
+        return self.values + np.clip(step, -LARGEST, LARGEST)
+
+    def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
+        return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))

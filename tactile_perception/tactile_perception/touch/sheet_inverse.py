@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a marker field to the presses that explain it: a start by matching against a list of fields, then Gauss-Newton.
 
-Several presses at once are taken as the sum of the fields that each would make alone: near enough where they are not under each other.
+Several presses at once are taken as the sum of the fields that each would make alone, less a part of what they share: the sheet between
+them is tauter. What is wrong with that counts as noise of the markers which more than one of them moves.
 """
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -23,6 +25,9 @@ ROUNDS = 5
 CORRECTED = (1, 3)    # the rounds in which what discs show is worked out
 SETTLED = 0.15         # sigmas: a step below is the last
 SHALLOW = 1e-5         # m: least depth
+MIXED = 0.4, 0.25      # of the shared part: middle, sigma
+MOST_MIXED = 0.0, 0.9  # the same, least and largest
+BETWEEN = np.array([0.02, 0.02, 2.0])  # of the lesser of two presses' displacements, by which that is wrong (growth: 1/m)
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,13 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class Inverse:
-    """presses: found; covariance: (4 T, 4 T) of their vectors; misfit: mean squared residual over its variance (about 1)."""
+    """presses: found; covariance: (4 T, 4 T) of their vectors, several with one more row for how they hinder each other; misfit: mean
+    squared residual over its variance (about 1); mixed: how much several hinder each other, 0 of one."""
 
     presses: list[Press]
     covariance: np.ndarray
     misfit: float
+    mixed: float = 0.0
 
 
 class Seen:
@@ -66,66 +73,96 @@ class SheetInverse:
         self._most = np.array([*library.plan.reach, library.plan.depth, SPREAD]) * (1 - 1e-6)
         self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD])
 
-    def solve(self, seen: Seen, start: list[Press]) -> Inverse:
-        """The presses, as many as start, that explain what is seen best."""
-        vectors = np.clip([press.vector for press in start], self._least, self._most)
-        correction = np.zeros_like(seen.value)
+    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None) -> Inverse:
+        """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other."""
+        state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
+        count, correction = len(start), np.zeros_like(seen.value)
         for turn in range(ROUNDS):
-            prior = np.tile([0, 0, 0, (RADIUS_SIGMA if turn else FIRST_SIGMA)**-2], len(start))
-            presses = _presses(vectors)
-            parts = [read_derivatives(self._library, press, seen.rest) for press in presses]
-            whole, slopes = sum(part[0] for part in parts), np.concatenate([part[1:] for part in parts])
-            appears, slopes = appearance_derivatives(whole, slopes, seen.rest, seen.eye)
+            presses = _presses(state, count)
+            whole, slopes, weight = self._appears(presses, state[4 * count:], seen)
             if turn in CORRECTED:
-                correction = self._disc_correction(presses, seen, appears)
-            weight = self._weight(seen, whole[:, 0])
-            residual = (seen.value - appears - correction) * weight
+                correction = self._disc_correction(presses, seen)
+            residual = ((seen.value - whole - correction) * weight).ravel()
             jacobian = (slopes * weight).reshape(len(slopes), -1)
-            trust = np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT)).ravel()
-            residual = residual.ravel()
+            trust = np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
+            middle, prior = self._prior(count, RADIUS_SIGMA if turn else FIRST_SIGMA)
             information = (jacobian * trust) @ jacobian.T + np.diag(prior)
-            gradient = (jacobian * trust) @ residual - prior * vectors.ravel()
+            gradient = (jacobian * trust) @ residual - prior * (state - middle)
             covariance = np.linalg.inv(information + 1e-9 * np.diag(np.diag(information)))
             step = covariance @ gradient
-            vectors = self._within(vectors, step.reshape(-1, 4))
+            state = self._within(state, step, count)
             if turn >= CORRECTED[0] and step @ gradient < SETTLED**2:
                 break
         misfit = float(np.sum(trust * residual**2) / max(seen.known.sum(), 1))
-        return Inverse(_presses(vectors), covariance, misfit)
+        return Inverse(_presses(state, count), covariance, misfit, float(state[4 * count:].sum()))
+
+    def _appears(self, presses: list[Press], mixed: np.ndarray, seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Shift and growth (N, 3) of the markers' middles, their derivatives by the state (P, N, 3), and the markers' weights (N, 3)."""
+        parts = [read_derivatives(self._library, press, seen.rest) for press in presses]
+        whole, slopes = sum(part[0] for part in parts), np.concatenate([part[1:] for part in parts])
+        weight = self._weight(seen, [part[0][:, 0] for part in parts])
+        if len(mixed):
+            hindered = hindrance([part[0] for part in parts])
+            whole, slopes = whole + mixed * hindered, np.concatenate([slopes, hindered[None]])
+        return *appearance_derivatives(whole, slopes, seen.rest, seen.eye), weight
+
+    @staticmethod
+    def _mixing(presses: list[Press], mixed: float | None) -> np.ndarray:
+        return np.array([MIXED[0] if mixed is None else mixed] if len(presses) > 1 else [])
+
+    @staticmethod
+    def _prior(count: int, radius_sigma: float) -> tuple[np.ndarray, np.ndarray]:
+        """What the state is expected to be, and one over its variance, 0 where nothing is."""
+        several = [1] if count > 1 else []
+        middle = np.array([0.0] * (4 * count) + [MIXED[0]] * len(several))
+        return middle, np.array([0, 0, 0, radius_sigma**-2] * count + [MIXED[1]**-2] * len(several))
 
     def predict(self, presses: list[Press], seen: Seen) -> tuple[np.ndarray, np.ndarray]:
         """Shift and growth (N, 3) that presses would show, markers near them as discs; and the displacement (N, 3), m."""
         whole = sum(read_press(self._library, press, seen.rest) for press in presses)
         appears = appearance(whole, seen.rest, seen.eye)
-        return appears + self._disc_correction(presses, seen, appears), whole[:, 0]
+        return appears + self._disc_correction(presses, seen), whole[:, 0]
 
-    def weight(self, seen: Seen, moved: np.ndarray) -> np.ndarray:
-        """(N, 3) one over the standard deviation of shift and growth, 0 where not known, of markers displaced by moved (N, 3), m."""
-        return self._weight(seen, moved)
+    def _weight(self, seen: Seen, moved: list[np.ndarray]) -> np.ndarray:
+        """(N, 3) one over the standard deviation of shift and growth, 0 where not known, of markers that each press alone would displace
+        by (N, 3), m."""
+        noise, amount = self._noise, np.sum(sum(moved)**2, axis=1)[:, None]
+        each = np.sum(np.square(moved), axis=2)
+        shared = (each.sum(0) - each.max(0))[:, None]
+        own = np.array([noise.shift, noise.shift, noise.growth])**2
+        share = np.array([noise.share_shift, noise.share_shift, noise.share_growth])**2
+        told = np.stack([seen.sigma, seen.sigma, np.zeros(len(seen.sigma))], axis=1)**2
+        return seen.known / np.sqrt(np.maximum(own, told) + share * amount + BETWEEN**2 * shared)
 
-    def _weight(self, seen: Seen, moved: np.ndarray) -> np.ndarray:
-        noise, amount = self._noise, np.sum(moved**2, axis=1)
-        shift = 1 / np.sqrt(np.maximum(noise.shift, seen.sigma)**2 + noise.share_shift**2 * amount)
-        growth = 1 / np.sqrt(noise.growth**2 + noise.share_growth**2 * amount)
-        return np.stack([shift, shift, growth], axis=1) * seen.known
-
-    def _disc_correction(self, presses: list[Press], seen: Seen, appears: np.ndarray) -> np.ndarray:
-        """(N, 3): what markers near a press show more than appears (N, 3), what their middle points would."""
+    def _disc_correction(self, presses: list[Press], seen: Seen) -> np.ndarray:
+        """(N, 3): what markers near a press show more than their middle points would."""
         correction = np.zeros_like(seen.value)
         apart = np.min([np.abs(seen.rest - press.place).max(1) for press in presses], axis=0)
         near = np.flatnonzero(apart < self._near)
         if len(near) and self._marker_radius > 0:
-            rest = seen.rest[near]
-            points = disc_points(rest, self._marker_radius)
-            whole = sum(read_press(self._library, press, points) for press in presses)
-            correction[near] = disc_appearance(whole, rest, seen.eye[near], self._marker_radius) - appears[near]
+            rest, eye = seen.rest[near], seen.eye[near]
+            points = np.concatenate([disc_points(rest, self._marker_radius), rest])
+            discs, middles = np.split(sum(read_press(self._library, press, points) for press in presses), [-len(rest)])
+            correction[near] = disc_appearance(discs, rest, eye, self._marker_radius) - appearance(middles, rest, eye)
         return correction
 
-    def _within(self, vectors: np.ndarray, step: np.ndarray) -> np.ndarray:
-        step = step * np.minimum(1, np.min(STRIDE / np.maximum(np.abs(step), 1e-12), axis=1, keepdims=True))
-        vectors = vectors + step
-        return np.clip(vectors, self._least, self._most)
+    def _within(self, state: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
+        stride = step[:4 * count].reshape(-1, 4)
+        stride = stride * np.minimum(1, np.min(STRIDE / np.maximum(np.abs(stride), 1e-12), axis=1, keepdims=True))
+        vectors = np.clip(state[:4 * count].reshape(-1, 4) + stride, self._least, self._most)
+        return np.concatenate([vectors.ravel(), np.clip(state[4 * count:] + step[4 * count:], *MOST_MIXED)])
 
 
-def _presses(vectors: np.ndarray) -> list[Press]:
-    return [Press(vector[:2], float(vector[2]), float(vector[3])) for vector in vectors]
+def hindrance(deformed: list[np.ndarray]) -> np.ndarray:
+    """(N, 3, 3): height that the sheet lacks between presses that would alone do deformed (N, 3, 3), and its derivatives, for a factor
+    of one: for each two of them, the product of their depths over the sum."""
+    lacks = np.zeros_like(deformed[0])
+    for one, other in combinations(deformed, 2):
+        a, b = np.minimum(one[:, 0, 2], -1e-9), np.minimum(other[:, 0, 2], -1e-9)
+        lacks[:, 0, 2] -= a * b / (a + b)
+        lacks[:, 1:, 2] -= ((b / (a + b))**2)[:, None] * one[:, 1:, 2] + ((a / (a + b))**2)[:, None] * other[:, 1:, 2]
+    return lacks
+
+
+def _presses(state: np.ndarray, count: int) -> list[Press]:
+    return [Press(vector[:2], float(vector[2]), float(vector[3])) for vector in state[:4 * count].reshape(-1, 4)]

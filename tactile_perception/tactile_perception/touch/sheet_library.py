@@ -8,19 +8,20 @@ one quarter of the sheet), a parabola in the log of the radius and a cubic splin
 """
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ..errors import BadCalibration
+from .in_parallel import in_parallel
 from .sheet_model import SheetMaterial, press_sheet
 from .sheet_model_mesh import SheetMesh, least_length, uniform
 
 SPREAD = np.log(1.35)  # of the tip's radius, to either side of the calibrated one, that presses are worked out for
 DEPTH_POWER = 1.5      # depths stand closer together where contact begins
 TRUE = 1.5e-6          # m: modes below this root mean square over the sheet are left out
-UNSOLVED = 0.02        # of the presses may find no balance, as deep ones of a large tip beside the clamp
+UNSOLVED = 0.1         # of the presses may find no balance, as deep ones of a large tip beside the clamp
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
 
@@ -141,25 +142,25 @@ def _whole(part: ModeClass) -> np.ndarray:
     return uniform(whole)
 
 
-def build_library(plan: LibraryPlan, material: SheetMaterial, progress: Callable[[float], None] = lambda done: None) -> SheetLibrary:
-    """Work out the presses of plan on a sheet of that material; progress is called with the share done.
-
-    Raises BadCalibration where the mechanics find no balance.
+def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
+    """Work out the presses of plan on a sheet of that material. Raises BadCalibration where the mechanics find no
+    balance.
     """
-    places = [(i, j) for i in range(plan.order) for j in range(plan.order)]
     half_side = plan.n + 1
-    way = plan.way(plan.depths)
-    stops = np.searchsorted(way, plan.depths)
+    places = plan.reach * np.stack(np.meshgrid(plan.nodes, plan.nodes, indexing='ij'), axis=-1).reshape(-1, 2)
+    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places worked out for the library')
     solved = np.zeros((plan.order, plan.order, 3, plan.levels + 1, 2 * half_side, 2 * half_side, 3))
-    for done, (i, j) in enumerate(places):
-        mesh = SheetMesh(plan.reach * plan.nodes[[i, j]], plan.half, plan.scale, plan.n)
-        for k, radius in enumerate(plan.radii):
-            solved[i, j, k, 1:] = press_sheet(mesh, way, radius, material)[stops].reshape(-1, *solved.shape[4:])
-        progress((done + 1) / len(places))
+    solved[:, :, :, 1:] = np.reshape(pressed, (plan.order, plan.order, 3, plan.levels, *solved.shape[4:]))
     if np.isnan(solved[..., 0, 0, 0]).mean() > UNSOLVED:
         raise BadCalibration(f'the sheet finds no balance for presses to {plan.depth * 1e3:.1f} mm with {material}; check size and depths')
     _bridge(solved, plan.depths)
     return SheetLibrary(plan, [_class(solved, odd, plan) for odd in ((0, 0), (0, 1), (1, 0), (1, 1))])
+
+
+def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> list[np.ndarray]:
+    """Fields of presses at one place, for each radius and depth."""
+    mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.way(plan.depths)
+    return [press_sheet(mesh, way, radius, material)[np.searchsorted(way, plan.depths)] for radius in plan.radii]
 
 
 def _bridge(solved: np.ndarray, depths: np.ndarray) -> None:

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """All items come through in order; what is short is silent, what is long counts on stderr."""
+import logging
 import time
 
 from tactile_perception.offline import progress
@@ -20,3 +21,14 @@ def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     lines = err.splitlines()
     assert out == '' and 2 <= len(lines) <= 4 and lines[0].endswith('a second') and ' frames, ' in lines[0]
     assert [int(line.split()[0]) for line in lines] == sorted(int(line.split()[0]) for line in lines)
+
+
+def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch):
+    now = iter(5 + 0.4 * k for k in range(100))
+    monkeypatch.setattr(time, 'monotonic', lambda: next(now))
+    log = logging.getLogger('tactile_perception.touch.any')
+    with progress.log_told():
+        for k in range(7):
+            log.info('%d of 7', k)
+    log.info('not told')
+    assert capsys.readouterr().err.splitlines() == ['0 of 7', '3 of 7', '6 of 7']

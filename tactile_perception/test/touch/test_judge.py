@@ -60,3 +60,14 @@ def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
     expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
     assert got.place_mean == pytest.approx(np.mean(expected))
     assert got.presses == 3
+
+
+def test_a_method_may_be_fitted_again_more_quickly():
+    class Quick(Remembers):
+        @classmethod
+        def fit_quickly(cls, presses, sensor, fitted):
+            return {'mean': [fitted['mean'][0], 0.0]}
+    known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
+    got = held_out_score(Quick, known, None, {'mean': [0.01, 0.0]})
+    assert got.place_mean == pytest.approx(np.mean([0.01, np.hypot(0.01, 0.03), 0.02]))
+    assert held_out_score(Quick, known, None).place_mean == held_out_score(Remembers, known, None).place_mean

@@ -24,6 +24,15 @@ def test_held_out_leaves_whole_places_out():
         assert not set(fit.position[fit.touching, 0]) & set(held.position[:, 0])
 
 
+def test_a_drag_is_no_press_straight_down():
+    x = np.array([np.nan, 0, 0, 5e-4, 1e-3, 0, np.nan, 1e-3, 1.1e-3, 9e-3, 9.5e-3])
+    depth = np.array([0, 1, 3, 3, 3, 3, 0, 2, 3, 3, 1]) * 1e-3
+    count = len(x)
+    position = np.stack([x, 0 * x, -depth], axis=1)
+    tried = Presses((None,) * count, position, depth, np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+    assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
+
+
 def test_lengths_must_agree():
     whole = presses()
     with pytest.raises(BadArgument, match='depth'):
