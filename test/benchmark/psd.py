@@ -133,12 +133,13 @@ def text(specimen: str, result: dict) -> str:
     for name, rows in result['accuracy'].items():
         rings = [[r['error'] for r in rows if abs(r['theta'] - ring) < 7] for ring in RINGS]
         every = [r['error'] for r in rows if r['theta'] < FARTHEST]
-        lines.append(f'| {name} | ' + ' | '.join(f'{np.mean(e):.2f} / {np.max(e):.2f}' if e else '' for e in [*rings, every]) + ' |')
+        cells = [f'{np.mean(e):.2f} / {np.max(e):.2f}' if e else '' for e in [*rings, every]]
+        lines.append(f'| {name} | ' + ' | '.join(cells) + ' |')
     rows = result['accuracy']['map']
     for label in ('deviation', 'bound'):
         parts = [np.mean([r[label] for r in rows if abs(r['theta'] - ring) < 7] or [math.nan]) for ring in RINGS]
         lines.append(f'| mean {label} of a sample | ' + ' | '.join(f'{part:.2f}' for part in parts) + ' | |')
-    lines += ['', '| method, scene | touches | missed | false samples, % | onsets and releases within a sample, % |', '|---|---|---|---|---|']
+    lines += ['', '| method, scene | touches | missed | false samples, % | events within a sample, % |', '|---|---|---|---|---|']
     lines += [f'| {name} | {c["touches"]} | {c["missed"]} | {c["false samples (%)"]:.2f} | {c["events within a sample (%)"]:.0f} |'
               for name, c in result['contacts'].items()]
     lines += ['', '| method, batch | samples, us | million samples/s | with the contact for a message, us |', '|---|---|---|---|']

@@ -92,7 +92,8 @@ class PsdSerialSource:
             return
         self._due_s = arrived_ns * 1e-9 + self._settings.batch_period - 0.5 * min(self._settings.batch_period, _LONGEST_POLL_S)
         frames, self._waiting = self._waiting, []
-        self._blocks = [replace(block, stamp_ns=stamp_of(block.stamp_ns, self._clock))
+        offset = stamp_of(arrived_ns, self._clock) - arrived_ns
+        self._blocks = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0))
                         for block in self._assembler.assemble(frames, arrived_ns)]
 
     def close(self) -> None:
