@@ -15,8 +15,9 @@ from .shear import LEAD, SurfaceShear
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels, from which on another key is taken
 _WINDOW_S = 0.06  # over which velocity and slip are told
 _FEWEST = 4  # frames that a velocity needs
+_UNEVEN = 0.2  # change of the load over the window, from which it is the load that changes the picture
 # Slip over the window that is noise: taxels, and standard deviations of the picture's place.
-_STILL, _DOUBT = 0.003, 0.4
+_STILL, _DOUBT = 0.008, 0.4
 # Growth, taxels, of the contact from which its picture changes by load, if it is so many times its shift: that is no motion.
 _LOADED, _LOADING = 0.08, 1.5
 
@@ -52,6 +53,7 @@ class Imprint:
         self._pose = np.zeros(3)  # since the key, of the key's middle: m, m, rad
         self._total = np.zeros(3)  # of the object's point at the origin, and its turn, since it touched
         self._past: deque[tuple[float, np.ndarray]] = deque()
+        self._loads: deque[tuple[float, float]] = deque()
         self._slips: deque[tuple[float, np.ndarray]] = deque()
         self._slipping, self._sigma = 0.0, 0.0
         self._along = np.zeros(3)
@@ -69,7 +71,7 @@ class Imprint:
             self._rekey(score)
             self._past.clear()
             return self._unknown()
-        if abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
+        if self._load_changes(float(pressure[touched].sum()), stamp_s) or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
             self._rekey(score)
             seen = PictureMotion(np.zeros(2), seen.turn * 0, 0.0, seen.spread, seen.middle, seen.reach, seen.sigma)
         step = self._step(seen, pressure, touched)
@@ -87,6 +89,14 @@ class Imprint:
         slipped = sum(part for _, part in self._slips)
         self._slipping = self._share(slipped, touched)
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipped, at_origin, float(step[2]))
+
+    def _load_changes(self, load: float, stamp_s: float) -> bool:
+        """Whether the load has changed so much over the window that the picture's changes are not the object's motion."""
+        self._loads.append((stamp_s, load))
+        while self._loads[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
+            self._loads.popleft()
+        least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
+        return most - least > _UNEVEN * most
 
     def slips(self, slipped: np.ndarray) -> np.ndarray:
         """(rows, columns) bool: where the object slips, from ImprintMotion.slipped: the surface has lagged behind, and the object moves. A

@@ -18,8 +18,8 @@ _SETTLED = 5e-3  # taxels
 _TUKEY = 4.685
 _SPREAD = 0.03  # least standard deviation of a score that is expected
 # Information on a direction, of that on the best one, under which it is open, and on a turn: a face of 3 : 2 has 0.06, a ring none but what
-# its roughness tells.
-_OPEN, _OPEN_TURN = 0.02, 0.035
+# its roughness tells, which is more where edges are few.
+_OPEN, _OPEN_TURN, _FEW = 0.02, 0.035, 3.0
 _FAR = 5.0  # taxels: what has moved farther is not found from the last place
 # Two pictures are of one object's motion where the score is left with less than the first (a standard deviation), at more than the second
 # of the edges.
@@ -125,7 +125,7 @@ class KeyPicture:
         if shifts[0] < _OPEN * shifts[1]:
             return None
         turning = normal[2, 2] - normal[2, :2] @ np.linalg.solve(normal[:2, :2], normal[:2, 2])
-        used = [0, 1, 2, 3] if turning > _OPEN_TURN * shifts.sum() else [0, 1, 3]
+        used = [0, 1, 2, 3] if turning > (_OPEN_TURN + _FEW / len(self._value)) * shifts.sum() else [0, 1, 3]
         covariance = np.linalg.pinv(normal[np.ix_(used, used)])[:-1, :-1]
         self._doubt = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         return used

@@ -38,7 +38,7 @@ class ContactScore:
     def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
         """(rows, columns) float32, 0 to 1, from pressure (rows, columns) float32 in any unit, with noise of sigma in the same."""
         smooth = cv2.GaussianBlur(pressure, (0, 0), self._smooth)
-        nearby = np.maximum(cv2.dilate(smooth, self._near), _NOISE * sigma)
+        nearby = np.maximum(self._nearby(smooth), _NOISE * sigma)
         touched = (pressure > BORDER_SHARE * nearby).view(np.uint8)
         if not touched.any():
             return pressure * np.float32(0)
@@ -49,6 +49,11 @@ class ContactScore:
         score = pressure / (2 * BORDER_SHARE * np.maximum(level, _NOISE * sigma))
         np.clip(score, 0, 1, out=score)
         return _closed(score)
+
+    def _nearby(self, smooth: np.ndarray) -> np.ndarray:
+        """(rows, columns): the largest pressure within a thickness, gone on with to the border by how it changes over another one."""
+        near = cv2.dilate(smooth, self._near)
+        return np.maximum(2 * near - cv2.dilate(near, self._near), _LEAST * near)
 
     def _patches(self, pressure: np.ndarray, touched: np.ndarray, inner: np.ndarray, nearby: np.ndarray) -> np.ndarray:
         """(rows, columns): nearby with the fitted level on each patch and around it."""
