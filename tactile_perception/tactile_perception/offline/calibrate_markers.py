@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,9 @@ from ..pipeline.marker_views import view_maker
 from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS
 from ..pipeline.sensor import Touchpad, camera_pose
+from ..touch.estimate import TouchMethod
 from ..touch.judge import Score, held_out_score
-from ..touch.methods import methods_for
+from ..touch.methods import make_method, methods_for
 from ..touch.presses import SAME_PLACE, Presses
 from ..touch.rest_markers import RestMarkers
 from ..touch.sheet_model import SheetMaterial
@@ -125,18 +127,34 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
     return fitted, scores
 
 
-def fit_wrench(presses: Presses, reader: PressReader, methods: dict) -> dict | None:
-    """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out)."""
-    known = presses.select(presses.touching & np.isfinite(presses.wrench).all(1))
-    if not len(known):
+def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:
+    """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out).
+
+    best: of the methods, whose touches take the place of the truth while the tip drags, as in use; '' for none.
+    """
+    known = presses.touching & np.isfinite(presses.wrench).all(1)
+    if not known.any():
         reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
         return None
-    print(f'fitting the wrench to {len(known)} presses', file=sys.stderr, flush=True)
+    print(f'fitting the wrench to {known.sum()} presses', file=sys.stderr, flush=True)
+    dragged = known & ~presses.straight()
+    if best and dragged.any():
+        presses = _as_told(presses, dragged, make_method(best, methods[best], reader.sensor))
     try:
-        return fit_wrench_map(known, reader.sensor, _mechanics(known, reader, methods.get('model')))
+        return fit_wrench_map(presses.select(known), reader.sensor, _mechanics(presses.select(known), reader, methods.get('model')))
     except BadCalibration as error:
         reader.left_out.append(f'wrench: {error}')
         return None
+
+
+def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses:
+    """The same, but for some (M,) bool, that stand where the method tells one touch."""
+    position, depth = presses.position.copy(), presses.depth.copy()
+    for k in np.flatnonzero(some):
+        touches = method.estimate(presses.fields[k])
+        if len(touches) == 1:
+            position[k], depth[k] = touches[0].position, touches[0].depth
+    return replace(presses, position=position, depth=depth)
 
 
 def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
@@ -163,7 +181,8 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
         reader.read(bag)
     presses = reader.presses()
     methods, scores = fit_methods(presses, reader)
-    wrench = fit_wrench(presses, reader, methods)
+    best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
+    wrench = fit_wrench(presses, reader, methods, best)
     errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
     fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}

@@ -14,7 +14,8 @@ POISSON = 0.5                # of an incompressible sheet
 MODES, SPANS = (9, 7), (18, 14)  # sine modes of the drawing along the sheet, and points at which slopes are taken
 SOFTENING = (1.0, 6.0)       # per slope squared: drawing grows less than the slope squared as the sheet gets steep
 ROUNDING = 1.0               # how the bell's tip is rounded: 2 a paraboloid that ends slowly, 0 one that ends at once
-PLACE, DEPTH, ROUND, POWER = slice(0, 2), 2, 3, 4  # of the parameters (x, y, log depth, log tip width, log power)
+PLACE, DEPTH, ROUND, POWER = slice(0, 2), 2, 3, 4  # of the parameters (x, y, log depth, log tip width, log power, carried x, y)
+CARRIED = slice(5, 7)        # m, how far the tip has taken the sheet along; none where there are only five parameters
 _IMAGE, _SIGN = (part.reshape(-1, 1) for part in np.meshgrid([-1.0, 0.0, 1.0], [1.0, -1.0]))  # of the source beyond the clamps
 _OWN = 1                     # the source itself among its images
 _FLOOR = 1e-6                # of the bell's height
@@ -65,10 +66,13 @@ class SheetBell:
         return self.out * (zoom - 1)[..., None], self._sideways(parameters, slope, green) * zoom[..., None, None]
 
     def predict(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent displacement (n, 2 K) m, as the factors have it, and depths (n, K) m."""
+        """Apparent displacement (n, 2 K) m, as the factors have it, and depths (n, K) m; parameters: (n, 5), or (n, 7) with what is
+        carried."""
         deep, slope, green = self.bell(parameters)
         zoom = self.height / (self.height - deep)
         drawn = self._sideways(parameters, slope, green) @ self.draw
+        if parameters.shape[1] > CARRIED.start:
+            drawn += green[..., None] * parameters[:, None, CARRIED]
         return (self.out * (zoom - 1)[..., None] + drawn * zoom[..., None]).reshape(len(parameters), -1), deep
 
 

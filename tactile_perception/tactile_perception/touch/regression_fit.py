@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The bell that fits the displacement of a sheet's markers best, with a prior on its shape (Gauss-Newton).
 
-What the bell cannot tell is left to smooth displacements along the sheet (sine modes), which are integrated out.
+What the bell cannot tell is left to smooth displacements along the sheet (sine modes), which are integrated out. Where the calibration
+holds drags, how far the tip has carried the sheet along is fitted too.
 """
 from __future__ import annotations
 
@@ -10,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .regression_bell import DEPTH, PLACE, POWER, ROUND, SheetBell
+from .regression_bell import CARRIED, DEPTH, PLACE, ROUND, SheetBell
 
-STEPS = np.array([1e-6, 1e-6, 1e-4, 1e-4, 1e-4])  # of the parameters, for derivatives
+STEPS = np.array([1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-6, 1e-6])  # of the parameters, for derivatives
 ITERATIONS, DERIVED = 8, 2  # at most, and those at the beginning for which derivatives are taken
+DRAGGED = 12          # the same, both, where the tip may carry the sheet along
 SETTLED = 8e-3        # of the largest step allowed: smaller ones end the search
 MODES = 4             # of sideways displacement, each way
 ASTRAY = 0.1          # of the sheet's short side, the furthest that one step goes
@@ -32,7 +34,7 @@ class ShapePrior:
 
 @dataclass(frozen=True)
 class BellFit:
-    """parameters: (5,) as in regression_bell; covariance: (5, 5); misfit: mean square of the residuals over what was expected."""
+    """parameters: (7,) as in regression_bell; covariance: (7, 7); misfit: mean square of the residuals over what was expected."""
 
     parameters: np.ndarray
     covariance: np.ndarray
@@ -47,10 +49,10 @@ def broad_prior(size: np.ndarray) -> ShapePrior:
 
 
 class BellFitter:
-    """Fits bells to apparent displacements (K, 2) m of known noise (K,) m."""
+    """Fits bells to apparent displacements (K, 2) m of known noise (K,) m. drag: m, by which a tip may carry the sheet along (sigma)."""
 
-    def __init__(self, bell: SheetBell, rest: np.ndarray, prior: ShapePrior):
-        self.bell, self.prior = bell, prior
+    def __init__(self, bell: SheetBell, rest: np.ndarray, prior: ShapePrior, drag: float = 0.0):
+        self.bell, self.prior, self.drag = bell, prior, drag
         self.short, self.half = bell.size.min(), bell.size / 2
         self._modes, self._stiff = _sideways(rest, bell.size)
         self._reach = np.hypot(*bell.out.T)
@@ -64,13 +66,15 @@ class BellFitter:
         """start: (3,) place m and log depth, kept where hold. Markers that are not seen are left out."""
         known = np.repeat(np.isfinite(shift).all(1) & np.isfinite(self._reach), 2)
         observed = np.where(known, shift.ravel(), 0.0)
-        parameters = np.append(start, 0.0 * start[:2])
-        parameters[ROUND:] = self.prior.coefficients @ self.shape_basis(parameters)
-        loose = np.array([PLACE.start, 1, DEPTH, ROUND, POWER])[3 if hold else 0:]
-        limit = np.array([ASTRAY * self.short] * 2 + [0.7, 0.5, 0.2])
-        for turn in range(ITERATIONS):
-            anew = turn < DERIVED
-            told, deep = self.bell.predict(np.vstack([parameters, parameters + np.diag(STEPS)[loose]]) if anew else parameters[None])
+        parameters = np.append(start, np.zeros(4))
+        parameters[ROUND:CARRIED.start] = self.prior.coefficients @ self.shape_basis(parameters)
+        loose = np.arange(3 if hold else 0, CARRIED.stop if self.drag else CARRIED.start)
+        limit = np.array([ASTRAY * self.short] * 2 + [0.7, 0.5, 0.2] + [ASTRAY * self.short] * 2)
+        iterations, derived = (DRAGGED, DRAGGED) if self.drag else (ITERATIONS, DERIVED)
+        for turn in range(iterations):
+            anew = turn < derived
+            told, deep = self.bell.predict(np.vstack([parameters, parameters + np.diag(STEPS)[loose]])[:, :loose[-1] + 1] if anew
+                                           else parameters[None, :loose[-1] + 1])
             if anew:
                 slope = np.nan_to_num((told[1:] - told[0]) / STEPS[loose, None]).T
                 system = self._system(known, sigma, deep[0], np.exp(parameters[DEPTH]))
@@ -82,18 +86,19 @@ class BellFitter:
             parameters[loose] += step
             if (np.abs(step) < SETTLED * limit[loose]).all():
                 break
-        covariance = np.zeros((5, 5))
+        covariance = np.zeros((7, 7))
         covariance[np.ix_(loose, loose)] = np.linalg.inv(normal)
         return BellFit(parameters, covariance, float(squares / max(known.sum(), 1)))
 
     def _add_prior(self, parameters, loose, normal, pull):
-        off = parameters[ROUND:] - self.prior.coefficients @ self.shape_basis(parameters)
-        rows = np.zeros((2, 5))
-        rows[:, ROUND:] = np.eye(2)
-        rows[:, DEPTH] = -self.prior.coefficients[:, 1]
-        rows[:, PLACE] = -self.prior.coefficients[:, 2:] * 2 * parameters[PLACE] / self.half**2
-        rows = rows[:, loose] / self.prior.sigma[:, None]
-        return normal + rows.T @ rows, pull - rows.T @ (off / self.prior.sigma)
+        off = parameters[ROUND:] - np.append(self.prior.coefficients @ self.shape_basis(parameters), [0.0, 0.0])
+        sigma = np.append(self.prior.sigma, [self.drag or 1.0] * 2)
+        rows = np.zeros((4, 7))
+        rows[:, ROUND:] = np.eye(4)
+        rows[:2, DEPTH] = -self.prior.coefficients[:, 1]
+        rows[:2, PLACE] = -self.prior.coefficients[:, 2:] * 2 * parameters[PLACE] / self.half**2
+        rows = rows[:, loose] / sigma[:, None]
+        return normal + rows.T @ rows, pull - rows.T @ (off / sigma)
 
     def _system(self, known, sigma, deep, depth):
         steepness = np.clip(depth / (0.2 * self.short), 0.1, 2.0)

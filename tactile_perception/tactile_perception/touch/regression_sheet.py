@@ -17,7 +17,7 @@ from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .paper_depth import common_rest
 from .presses import Presses
-from .regression_bell import DEPTH, PLACE, ROUND, SheetBell
+from .regression_bell import CARRIED, DEPTH, PLACE, POWER, ROUND, SheetBell
 from .regression_fit import BellFit, BellFitter, ShapePrior, broad_prior
 from .regression_gp import MirrorGP, mirror_groups
 from .regression_start import SEEN, BellStart, quiet_noise
@@ -28,6 +28,7 @@ ROUNDS = 3                      # of learning the drawing's factors and the shap
 TOOLS = np.array([0.1, 0.01])   # log tip width and log power: what other tips than the calibrated one add to the shape's spread
 PARITIES = ((-1, 1), (1, -1), (1, 1))  # of the features' errors in x, y and log depth
 BEYOND = 1.15                   # times the deepest calibrated press: deeper is out of range
+DRAG = 0.05                     # of the short side: how far a tip may carry the sheet along, where the calibration holds drags
 OWN_SHARE = 0.5                 # of the bell fit's own covariance: the rest of what it expects to be wrong by has been learned
 NARROWED = 1.5                  # half sides that the inputs' unit stands for
 TURNS = 4                       # of solving for place and depth; each brings it ten times nearer or more
@@ -36,12 +37,14 @@ TURNS = 4                       # of solving for place and depth; each brings it
 class SheetRegression:
     """Fitted for one sheet. Tells one touch at the most.
 
-    errors: of the features in x, y (m) and log depth, about mean_error in the last; reach: (2,) m, half of the calibrated rectangle.
+    errors: of the features in x, y (m) and log depth, about mean_error in the last; reach: (2,) m, half of the calibrated rectangle; carry:
+    the tip stands where the sheet has its bell and so many times further as it has carried the sheet along, to within carry_sigma times.
     """
 
     def __init__(self, fitter: BellFitter, start: BellStart, errors: list[MirrorGP], numbers: Mapping):
         self.fitter, self.start, self.errors = fitter, start, errors
         self.deepest, self.widen, self.mean_error = (float(numbers[name]) for name in ('deepest', 'widen', 'mean_error'))
+        self.carry, self.carry_sigma = (float(numbers.get(name, 0.0)) for name in ('carry', 'carry_sigma'))
         self.reach = np.array(numbers['reach'], float)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
@@ -52,7 +55,7 @@ class SheetRegression:
         return [] if begin is None else [self._told(self.fitter.fit(field.shift, self.start.noise(field), begin))]
 
     def _told(self, fit: BellFit) -> TouchEstimate:
-        found = self._solve(fit.parameters[:3] - [0, 0, self.mean_error])
+        found = self._solve(fit.parameters[:3] + [*(self.carry * fit.parameters[CARRIED]), -self.mean_error])
         variance = self._variance(found, fit) * self.widen
         half, depth = self.fitter.half, float(np.exp(found[DEPTH]))
         place, depth_sigma = np.clip(found[PLACE], -half, half), float(depth * np.sqrt(variance[DEPTH]))
@@ -69,12 +72,16 @@ class SheetRegression:
 
     def _variance(self, found, fit):
         at = inputs(found, self.fitter.half, self.deepest)
-        return np.square([error.sigma(at) for error in self.errors]) + OWN_SHARE * np.diag(fit.covariance)[:3]
+        learned = np.square([error.sigma(at) for error in self.errors]) + OWN_SHARE * np.diag(fit.covariance)[:3]
+        return learned + np.append(np.full(2, np.mean(fit.parameters[CARRIED]**2) * self.carry_sigma**2), 0.0)
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
         """Numbers for the calibration file. Raises BadCalibration for too few presses."""
-        touched = presses.select(presses.touching & np.array([field.seen.sum() >= SEEN for field in presses.fields]))
+        known = presses.touching & np.array([field.seen.sum() >= SEEN for field in presses.fields])
+        straight = known & presses.straight()
+        straight = straight if straight.sum() >= FEWEST else known
+        touched, dragged = presses.select(straight), presses.select(known & ~straight)
         if len(touched) < FEWEST:
             raise BadCalibration(f'{len(touched)} presses are too few for a regression; {FEWEST} are needed')
         rest, eye = common_rest(presses.fields)
@@ -82,15 +89,16 @@ class SheetRegression:
         bell = SheetBell(np.array(sensor.size), rest, eye, _marker_radius(presses.fields[0]))
         fitter = _learn_shape(bell, rest, touched, noise)
         start = BellStart(bell, noise, 0.0)
-        fits = [_fitted(fitter, start, field, np.append(at[:2], np.log(deep)))
-                for field, at, deep in zip(touched.fields, touched.position, touched.depth)]
-        truth = np.column_stack([touched.position[:, :2], np.log(touched.depth)])
-        error = np.array([fit.parameters[:3] for fit in fits]) - truth
+        fitter.drag = float(DRAG * fitter.short) if len(dragged) >= FEWEST else 0.0
         numbers = {'rest': rest.tolist(), 'eye': eye.tolist(), 'radius': bell.radius, 'draw': bell.draw.tolist(), 'noise': noise,
-                   'quiet': _quiet(start, presses),
+                   'quiet': _quiet(start, presses), 'drag': fitter.drag,
                    'shape': fitter.prior.coefficients.tolist(), 'shape_sigma': fitter.prior.sigma.tolist(),
-                   'deepest': float(touched.depth.max()), 'mean_error': float(error[:, DEPTH].mean()), 'widen': 1.0,
-                   'reach': (np.abs(truth[:, :2]).max(axis=0) + np.array(sensor.pitch)).tolist()}
+                   'deepest': float(touched.depth.max()), 'widen': 1.0,
+                   'reach': (np.abs(touched.position[:, :2]).max(axis=0) + np.array(sensor.pitch)).tolist()}
+        numbers['carry'], numbers['carry_sigma'] = _carrying(*_all_fitted(fitter, start, dragged)) if fitter.drag else (0.0, 0.0)
+        fits, truth = _all_fitted(fitter, start, touched)
+        error = np.array([fit.parameters[:3] + [*(numbers['carry'] * fit.parameters[CARRIED]), 0] for fit in fits]) - truth
+        numbers['mean_error'] = float(error[:, DEPTH].mean())
         at = np.array([inputs(row, fitter.half, numbers['deepest']) for row in truth])
         values = error - [0, 0, numbers['mean_error']]
         errors = [MirrorGP(at, values[:, k], np.zeros(len(at)), parity) for k, parity in enumerate(PARITIES)]
@@ -115,7 +123,7 @@ class SheetRegression:
             prior = ShapePrior(np.array(fitted['shape'], float), np.array(fitted['shape_sigma'], float))
             start = BellStart(bell, float(fitted['noise']), float(fitted['quiet']))
             errors = [MirrorGP.from_numbers(numbers) for numbers in fitted['errors']]
-            return cls(BellFitter(bell, rest, prior), start, errors, fitted)
+            return cls(BellFitter(bell, rest, prior, float(fitted.get('drag', 0.0))), start, errors, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
             raise BadCalibration(f'the regression cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
 
@@ -140,11 +148,27 @@ def _learn_shape(bell: SheetBell, rest, touched: Presses, noise: float) -> BellF
             normal, pull = normal + part.T @ part, pull + part.T @ off
             held.append(parameters)
         bell.draw = np.linalg.solve(normal + 1e-3 * np.diag(np.diag(normal)), pull)
-    basis, shapes = np.array([fitter.shape_basis(parameters) for parameters in held]), np.array(held)[:, ROUND:]
+    basis, shapes = np.array([fitter.shape_basis(parameters) for parameters in held]), np.array(held)[:, ROUND:POWER + 1]
     ridge = 1e-3 * len(basis) * np.diag([0.0, 1.0, 1.0, 1.0])
     coefficients = np.linalg.solve(basis.T @ basis + ridge, basis.T @ shapes)
     sigma = np.hypot((shapes - basis @ coefficients).std(axis=0), TOOLS)
     return BellFitter(bell, rest, ShapePrior(coefficients.T, sigma))
+
+
+def _all_fitted(fitter: BellFitter, start: BellStart, presses: Presses) -> tuple[list[BellFit], np.ndarray]:
+    """Fits to all presses, and their true places, m, and log depths (N, 3)."""
+    truth = np.column_stack([presses.position[:, :2], np.log(presses.depth)])
+    return [_fitted(fitter, start, *pair) for pair in zip(presses.fields, truth)], truth
+
+
+def _carrying(fits: list[BellFit], truth: np.ndarray) -> tuple[float, float]:
+    """How many times further than it has carried the sheet the tip stands from the bell; and how far off that is, over what it carried."""
+    off, carried = truth[:, :2] - np.array([fit.parameters[:2] for fit in fits]), np.array([fit.parameters[CARRIED] for fit in fits])
+    size = np.hypot(*carried.T)
+    sane = np.hypot(*off.T) < 3 * np.maximum(size, np.median(size))
+    squares = np.sum(carried[sane]**2)
+    carry = float(np.clip(np.sum(off[sane] * carried[sane]) / max(squares, 1e-12), 0, 1.5))
+    return carry, float(np.sqrt(np.sum((off - carry * carried)[sane]**2) / max(squares, 1e-12)))
 
 
 def _fitted(fitter: BellFitter, start: BellStart, field: MarkerField, truth) -> BellFit:

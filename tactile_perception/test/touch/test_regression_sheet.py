@@ -5,6 +5,7 @@ import pytest
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.touch.judge import judge
+from tactile_perception.touch.presses import Presses
 from tactile_perception.touch.regression_sheet import SheetRegression
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
@@ -61,3 +62,34 @@ def test_presses_that_the_detector_lost_do_not_stop_the_fit(bell_presses, membra
     presses = bell_presses(shape=membrane)
     presses.fields[7].shift[:] = np.nan
     assert SheetRegression.fit(presses, SHEET)['deepest'] == pytest.approx(6e-3)
+
+
+def drags(bell_field, membrane, ways, depth=4e-3):
+    """Presses that go from (-3, 2) mm on by each of the ways (2,) m, in five steps; the sheet sticks to the tip."""
+    fields, places = [], []
+    for way in np.array(ways):
+        for part in np.linspace(0, 1, 6):
+            begin = np.array([-3e-3, 2e-3])
+            field = bell_field(begin, depth, membrane)
+            field.shift[:] += membrane(field.rest, begin, 1.0)[:, None] * way * part
+            fields.append(field)
+            places.append([*(begin + way * part), -depth])
+    count = len(fields)
+    return Presses(tuple(fields), np.array(places), np.full(count, depth), np.arange(count), np.full((count, 6), np.nan),
+                   np.full(count, np.nan))
+
+
+def both(presses, more):
+    return Presses(presses.fields + more.fields, *(np.concatenate([getattr(presses, name), getattr(more, name)])
+                                                   for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
+
+
+def test_where_drags_were_calibrated_the_tip_is_told_while_it_drags(method, bell_presses, bell_field, membrane):
+    ways = [(2e-3, 0), (0, -2e-3), (-1.4e-3, 1.4e-3), (1.4e-3, 1.4e-3)]
+    numbers = SheetRegression.fit(both(bell_presses(shape=membrane), drags(bell_field, membrane, ways)), SHEET)
+    others = drags(bell_field, membrane, [(-1.8e-3, -0.5e-3), (0.6e-3, 1.9e-3)])
+    told = SheetRegression.from_fitted(numbers, SHEET)
+    assert numbers['drag'] > 0 and numbers['carry'] == pytest.approx(1.0, abs=0.2)
+    assert judge(told, others).place_mean < 0.4e-3 < 0.8e-3 < judge(method, others).place_mean
+    straight = judge(told, bell_presses([(9e-3, 4e-3), (-12e-3, -6e-3)], (2e-3, 5e-3), seed=8, shape=membrane))
+    assert straight.place_mean < 0.2e-3 and straight.depth_mean < 0.1e-3
