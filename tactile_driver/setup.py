@@ -27,6 +27,8 @@ setup(
             'dual_camera_node = tactile_driver.nodes.start:dual_camera_node',
             'psd_node = tactile_driver.nodes.start:psd_node',
             'psd_emulator = tactile_driver.nodes.start:psd_emulator',
+            'taxel_array_node = tactile_driver.nodes.start:taxel_array_node',
+            'taxel_emulator = tactile_driver.nodes.start:taxel_emulator',
         ],
     },
 )

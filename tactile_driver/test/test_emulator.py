@@ -7,8 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from tactile_driver.emulator import FAULTS, Emulator, main
+from tactile_driver.emulator import Emulator, main
 from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.port_emulator import FAULTS
 from tactile_driver.sources.protocol import NothingYet
 from tactile_driver.sources.psd_serial import PsdSerialSource, SerialSettings
 

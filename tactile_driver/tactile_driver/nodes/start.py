@@ -89,3 +89,13 @@ def psd_node() -> None:
 def psd_emulator() -> None:
     """The command psd_emulator."""
     start_tool('tactile_driver.emulator')
+
+
+def taxel_array_node() -> None:
+    """The process taxel_array_node."""
+    start_node('tactile_driver.nodes.taxel_array_node')
+
+
+def taxel_emulator() -> None:
+    """The command taxel_emulator."""
+    start_tool('tactile_driver.taxel_emulator')

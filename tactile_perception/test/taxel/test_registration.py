@@ -29,7 +29,7 @@ def test_disc_tells_no_turn():
 
 def test_growth_is_no_shift():
     seen = KeyPicture(score(bar())).motion(score(bar(length=21, width=9)))
-    assert seen.growth == pytest.approx(0.5, abs=0.1) and np.abs(seen.shift).max() < 0.08
+    assert seen.growth == pytest.approx(0.5, abs=0.15) and np.abs(seen.shift).max() < 0.1
 
 
 def test_a_straight_edge_and_nothing_tell_no_motion():

@@ -1,0 +1,35 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""taxel_array_node: a taxel array on a serial port, a recording or a simulated one on image_raw, as a lifecycle node."""
+from __future__ import annotations
+
+import sys
+
+from ..sources.taxel_registry import make_taxel_source
+from .driver_node import DriverNode
+from .run import run_node
+from .taxel_parameters import TAXEL_DRIVER_PARAMETERS, check_together
+from .taxel_stream import TaxelPublishers, TaxelStream
+
+
+class TaxelArrayNode(DriverNode):
+    """One array."""
+
+    def __init__(self):
+        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, frozenset(), self._opened, 'taxel array')
+        self._outputs = TaxelPublishers(self)
+
+    def _opened(self, values: dict) -> TaxelStream:
+        check_together(values)
+        source = make_taxel_source(values, self.now_ns)
+        source.open()
+        return TaxelStream(self, self._outputs, source, values)
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process taxel_array_node."""
+    sys.exit(run_node(TaxelArrayNode, args))
+
+
+if __name__ == '__main__':
+    main()
