@@ -14,12 +14,14 @@ from .model import CROSS, DEVIATION, INSIDE, LEVEL, LOADS, NORMAL, FingerModel
 from .reference import Reference
 from .signals import CROSS as CROSS_SUM
 from .signals import MIX, TOTAL, position_covariance
+from .steps import StepWatch
 from .touch import TouchDecision
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
 _CHUNK_S, _CHUNK = 0.1, 250  # the reference is followed in steps of so long, and of so many samples at least
 _LAMP_S = 0.01  # of a lamp's light tell how much it is: a period at 100 Hz
 _LIT = 3.0  # standard deviations of the total: less tells no place
+_TOUCHED = 5.0  # standard deviations of the total: more is an object's light
 _STUCK = 50  # samples: an output that gives the same count so often does not work
 _DOUBTFUL = 6.0  # standard deviations of the fourth combination that no single contact makes
 
@@ -87,13 +89,14 @@ class PsdFinger:
         self.model, self.settings = model, settings
         self._table = model.table()
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
-        self._touch, self._id = decision or TouchDecision(), 0
+        self._touch, self._id, self._steps = decision or TouchDecision(), 0, StepWatch()
         self._last, self._same = [math.nan] * 4, [0] * 4
 
     def set_reference(self) -> None:
         """Take the next samples for the untouched state."""
         self.reference.begin()
         self._touch.begin()
+        self._steps.begin()
 
     @property
     def stuck(self) -> np.ndarray:
@@ -135,6 +138,23 @@ class PsdFinger:
                                                           for name in Samples.__dataclass_fields__))
 
     def _chunk(self, volts: np.ndarray, period_s: float) -> Samples:
+        step = self._step(volts, period_s)
+        if step is None:
+            return self._steady(volts, period_s)
+        samples = self._steady(volts[:step[0]], period_s)
+        if len(samples.id) == step[0] and self._touch.touching:
+            self.reference.shift(MIX @ step[1] / 4)
+        return samples
+
+    def _step(self, volts: np.ndarray, period_s: float) -> tuple[int, np.ndarray] | None:
+        """A lamp that was switched while something touches; see StepWatch."""
+        if not self._touch.touching:
+            self._steps.begin()
+            return None
+        floor = float(self.reference.offset.sum()) + _TOUCHED * self.reference.sigma
+        return self._steps.find(volts, floor, self.reference.sigma, period_s)
+
+    def _steady(self, volts: np.ndarray, period_s: float) -> Samples:
         sums = (volts - self.reference.offset) @ MIX
         total, sigma = sums[:, TOTAL], self.reference.sigma
         place, level = self._looked_at(sums, total > _LIT * sigma)

@@ -223,15 +223,16 @@ def test_without_a_calibration_it_works_as_the_nominal_sensor():
     assert np.isnan(found[0].force) and np.isnan(found[0].depth)
 
 
-def test_ambient_light_that_changes_during_a_contact_does_not_last(model):
+@pytest.mark.parametrize('light', [-0.2, 0.3, 1.2])
+def test_lamps_switched_during_a_contact_do_not_last(model, light):
     place = (2.0, 0.3)
-    lamp = Ambient(steps=((1.5, -0.2),))
+    lamp = Ambient(steps=((1.5, light),))
     finger = PsdFinger(model)
     volts, truth = played.script(PsdScript([Act(0.5, 2.5, place, place, 3e-4), Act(4.0, 5.0, place, place, 3e-4)], 5.5, lamp))
     samples = finger.process(volts, PERIOD)
-    assert not samples.contact[2600:4000].any()
-    again = finger.touch(samples, slice(4200, 4800))
-    assert np.degrees(error_angle(again.normal, truth.normal[4500])) < 0.8
+    assert not samples.contact[2505:3995].any() and samples.contact[700:2400].all()
+    for some in (slice(1600, 2300), slice(4200, 4800)):
+        assert np.degrees(error_angle(finger.touch(samples, some).normal, truth.normal[some.start])) < 0.4
 
 
 def test_bad_settings(model):
