@@ -8,12 +8,13 @@ tells how much that is.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import product
 
 import numpy as np
-from numpy.polynomial.legendre import legvander
 
 from ..errors import BadCalibration
+from .in_parallel import in_parallel
 from .sheet_model import SheetMaterial, press_sheet
 from .sheet_model_mesh import SheetMesh, least_length, spread
 
@@ -22,7 +23,7 @@ DEGREES = (3, 3, 5)                 # of the polynomials in the nearness to the 
 TIPS = 0.25                         # log of a tip's radius over the calibrated one, to either side
 DEEPER = 1.08                       # than the deepest calibrated press
 SPANS, SCALE = 7, 8e-3              # of the mesh: from the tip to the clamp; m, about a tip, less on a small sheet
-SOLVED, RIDGE = 0.9, 1e-6           # least share of presses with a balance; of the polynomials' weights
+SOLVED, RIDGE = 0.9, 1e-7           # least share of presses with a balance; of the polynomials' weights
 _NUMBERS = ('half', 'reach', 'deepest', 'radius', 'weights')
 
 
@@ -86,9 +87,9 @@ class SheetWrench:
         """(D, P) polynomials at a place (2,) over half, even in x and y, depths (D,) m and the log of a tip over the calibrated one."""
         x, y = 2 * _nearness(share) / self._far - 1
         down = 2 * np.sqrt(np.clip(depths / self.deepest, 0, 1)) - 1
-        across = np.outer(legvander(x, DEGREES[0]), legvander(y, DEGREES[1])).ravel()
+        across = np.outer(x**np.arange(DEGREES[0] + 1), y**np.arange(DEGREES[1] + 1)).ravel()
         across = np.concatenate([across, min(max(tip / TIPS, -1.5), 1.5) * across])
-        return np.einsum('di,j->dji', legvander(down, DEGREES[2]), across).reshape(len(depths), -1)
+        return (across[:, None] * (down[:, None] ** np.arange(DEGREES[2] + 1))[:, None]).reshape(len(depths), -1)
 
     @classmethod
     def work_out(cls, size: np.ndarray, reach: np.ndarray, deepest: float, radius: float, material: SheetMaterial) -> SheetWrench:
@@ -101,18 +102,20 @@ class SheetWrench:
         table = cls(half, np.minimum(reach, half - 1.01 * least_length(scale)), DEEPER * deepest, radius, np.zeros((0, 6)))
         nodes = (1 - np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))) / 2
         shares = [np.sqrt(1 - np.exp(-nodes * far)) for far in table._far]
-        rows, values, solved = zip(*[table._press(np.array(share), scale, tip, material)
-                                     for share in product(*shares) for tip in (-TIPS, TIPS)])
+        presses = [(np.array(share), tip) for share in product(*shares) for tip in (-TIPS, TIPS)]
+        work = partial(table._press, scale=scale, material=material)
+        rows, values, solved = zip(*in_parallel(work, presses, 'presses worked out for the wrench'))
         if np.mean(solved) < SOLVED:
             raise BadCalibration(f'the sheet finds no balance for presses to {deepest * 1e3:.1f} mm with {material}; check size and depths')
         rows, values = np.vstack(rows), np.vstack(values)
         table.weights = np.linalg.solve(rows.T @ rows + RIDGE * np.eye(rows.shape[1]), rows.T @ values)
         return table
 
-    def _press(self, share: np.ndarray, scale: float, tip: float, material: SheetMaterial) -> tuple[np.ndarray, np.ndarray, float]:
-        """Polynomials, what their weights should give, and the share of depths with a balance, for a press at share (2,) of half by a tip
-        of log radius over the calibrated one. Below the last balance found it goes on in a straight line.
+    def _press(self, where: tuple[np.ndarray, float], scale: float, material: SheetMaterial) -> tuple[np.ndarray, np.ndarray, float]:
+        """Polynomials, what their weights should give, and the share of depths with a balance, for a press at a share (2,) of half by a tip
+        of a log radius over the calibrated one. Below the last balance found it goes on in a straight line.
         """
+        share, tip = where
         mesh = SheetMesh(self.half * share, self.half, scale, SPANS)
         way = self.deepest * (np.arange(1, LEVELS * SUBSTEPS + 1) / (LEVELS * SUBSTEPS))**1.5
         told = press_wrenches(mesh, way, self.radius * np.exp(tip), material)[SUBSTEPS - 1::SUBSTEPS]
