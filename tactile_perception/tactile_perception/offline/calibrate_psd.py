@@ -66,10 +66,9 @@ def _told(contacts: list) -> tuple[float, ...]:
     """How many touches, the normal, force and depth of the only one; NaN where there is none or more."""
     if len(contacts) != 1:
         return len(contacts), *[np.nan] * 5
-    position = np.array([contacts[0].position.x, contacts[0].position.y, contacts[0].position.z])
-    length = np.linalg.norm(position)
-    normal = position / length if length > 0 else np.full(3, np.nan)
-    return 1, *normal, contacts[0].force, contacts[0].depth
+    places = (np.array([part.x, part.y, part.z]) for part in (contacts[0].position, contacts[0].normal))
+    known = next((place / np.linalg.norm(place) for place in places if np.linalg.norm(place) > 0), np.full(3, np.nan))
+    return 1, *known, contacts[0].force, contacts[0].depth
 
 
 def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '') -> str:

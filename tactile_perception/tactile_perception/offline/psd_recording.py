@@ -11,7 +11,7 @@ from zipfile import BadZipFile
 import numpy as np
 from tactile_driver.nodes.conversions import header_of
 from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message
-from tactile_driver.nodes.voltage_stream import voltages_message
+from tactile_driver.nodes.voltage_stream import instants, voltages_message
 from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.truth import Touch
 
@@ -42,13 +42,14 @@ class PsdRecording:
         return len(self.volts)
 
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
-        """(stamp, ns, topic, message) in order: blocks of voltages, and the ground truth of each sample after its block."""
+        """(stamp, ns, topic, message) in order: blocks of voltages, and after each the ground truth of its first sample and of those with
+        which contacts begin or end."""
         numbers, count = TouchNumbers(), max(round(_BLOCK_S / self.period), 1)
-        normals = self._normals()
+        normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
         for begin in range(0, len(self), count):
             block = SampleBlock(self.volts[begin:begin + count], self._stamp(begin), self.period)
             yield block.stamp_ns, 'voltages', voltages_message(block, frame_id)
-            for k in range(begin, min(begin + count, len(self))):
+            for k in (begin + np.array(instants(touching[begin:begin + count]))).tolist():
                 touches = self._touches(k, normals[k])
                 yield self._stamp(k), 'ground_truth/contacts', contacts_message(touches, numbers.assign(touches),
                                                                                  header_of(self._stamp(k), frame_id))

@@ -138,24 +138,24 @@ class PsdFinger:
                                                           for name in Samples.__dataclass_fields__))
 
     def _chunk(self, volts: np.ndarray, period_s: float) -> Samples:
-        step = self._step(volts, period_s)
+        sums = (volts - self.reference.offset) @ MIX
+        step = self._step(sums, period_s)
         if step is None:
-            return self._steady(volts, period_s)
-        samples = self._steady(volts[:step[0]], period_s)
+            return self._steady(volts, sums, period_s)
+        samples = self._steady(volts[:step[0]], sums[:step[0]], period_s)
         if len(samples.id) == step[0] and self._touch.touching:
             self.reference.shift(MIX @ step[1] / 4)
         return samples
 
-    def _step(self, volts: np.ndarray, period_s: float) -> tuple[int, np.ndarray] | None:
+    def _step(self, sums: np.ndarray, period_s: float) -> tuple[int, np.ndarray] | None:
         """A lamp that was switched while something touches; see StepWatch."""
         if not self._touch.touching:
             self._steps.begin()
             return None
-        floor = float(self.reference.offset.sum()) + _TOUCHED * self.reference.sigma
-        return self._steps.find(volts, floor, self.reference.sigma, period_s)
+        sigma = self.reference.sigma  # the offset is held while something touches
+        return self._steps.find(sums, _TOUCHED * sigma, sigma, period_s)
 
-    def _steady(self, volts: np.ndarray, period_s: float) -> Samples:
-        sums = (volts - self.reference.offset) @ MIX
+    def _steady(self, volts: np.ndarray, sums: np.ndarray, period_s: float) -> Samples:
         total, sigma = sums[:, TOTAL], self.reference.sigma
         place, level = self._looked_at(sums, total > _LIT * sigma)
         was = self._touch.touching

@@ -39,5 +39,5 @@ class PaperFinger(PsdFinger):
     def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
         super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
 
-    def _step(self, volts: np.ndarray, period_s: float) -> None:
+    def _step(self, sums: np.ndarray, period_s: float) -> None:
         """The offset stays as it was taken."""

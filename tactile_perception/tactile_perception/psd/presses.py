@@ -10,9 +10,10 @@ import numpy as np
 from ..errors import BadCalibration
 from .signals import MIX, TOTAL
 
-_REST_S, _CLEAR_S, _AFTER_S = 0.3, 0.03, 0.1  # of the untouched stretch before a press: how long, how far from the press, from the last one
+_REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # of the untouched stretch before a press: how long, how far from the press, from the last one
 _SAME_PLACE = 0.005  # rad: a contact that moves is many places
 _LONGEST_S = 0.05  # of a stretch whose mean light belongs to its mean load
+_DARK = 4.0  # standard deviations over the darkest samples that count as untouched
 _BRIGHT = 5.0  # standard deviations of the total
 
 
@@ -104,12 +105,18 @@ def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _rest_before(recording: Recording, begin: int) -> np.ndarray:
-    """Finite samples (N, 4) before a press and after the last one."""
+    """Finite samples (N, 4) before a press and after the last one, the darkest of them: a stage tells of its presses when they stand, and
+    the object may have touched before."""
     long, clear, after = (int(seconds / recording.period_s) for seconds in (_REST_S, _CLEAR_S, _AFTER_S))
     before = np.flatnonzero(recording.touching[:begin])
     first = max(begin - long, before[-1] + 1 + after if len(before) else 0)
     rest = recording.volts[first:max(begin - clear, first)]
-    return rest[np.isfinite(rest).all(1)]
+    rest = rest[np.isfinite(rest).all(1)]
+    if len(rest) < 5:
+        return rest
+    total = rest.sum(1)
+    noise = 1.05 * np.median(np.abs(np.diff(total)))  # a standard deviation, of what does not last
+    return rest[total <= np.percentile(total, 20) + _DARK * noise]
 
 
 def _stretches(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .signals import MIX, TOTAL
+from .signals import TOTAL
 
 _AROUND = 8  # samples before and after, which have to lie on one slope but for the step
 _LEAST = 6.5  # standard deviations of the total
@@ -29,24 +29,25 @@ class StepWatch:
         self._known = self._open = 0  # samples in parts; samples to come until the last jump is judged
         self._last: float | None = None  # total
 
-    def find(self, volts: np.ndarray, floor: float, sigma: float, period_s: float) -> tuple[int, np.ndarray] | None:
-        """(samples up to where it is certain, change (4,) of the sums) of the first step in voltages (N, 4); None where there is none.
+    def find(self, sums: np.ndarray, floor: float, sigma: float, period_s: float) -> tuple[int, np.ndarray] | None:
+        """(samples up to where it is certain, change (4,) of the sums) of the first step in sums (N, 4) = voltages @ MIX over one and
+        the same offset; None where there is none.
 
         floor: V, total above which an object is there; sigma: V, of the untouched total. Samples are remembered for the next call, up to
         the step where there is one.
         """
         if period_s > _SLOWEST_S:
             return None
-        total = volts.sum(axis=1)
+        total = sums[:, TOTAL]
         jump = 0.0 if self._last is None else abs(total[0] - self._last)
         if len(total) > 1:
             jump = max(jump, np.abs(total[1:] - total[:-1]).max())
         self._last = total[-1]
-        self._parts.append(volts)
-        self._known += len(volts)
+        self._parts.append(sums)
+        self._known += len(sums)
         found = None
         if jump > _JUMP * sigma or self._open > 0:
-            found = self._judge(len(volts), floor, sigma)
+            found = self._judge(len(sums), floor, sigma)
         if self._known > 8 * _AROUND:
             self._parts = [np.concatenate(self._parts)[-2 * _AROUND:]]
             self._known = len(self._parts[0])
@@ -54,7 +55,7 @@ class StepWatch:
 
     def _judge(self, new: int, floor: float, sigma: float) -> tuple[int, np.ndarray] | None:
         """As find, with the jumps in what is known; new: samples that have just come."""
-        known = np.concatenate(self._parts) @ MIX
+        known = np.concatenate(self._parts)
         begun = len(known) - new
         jumps = np.diff(known[:, TOTAL])
         places = np.flatnonzero(np.abs(jumps) > _JUMP * sigma) + 1

@@ -25,6 +25,17 @@ def test_a_contact_that_moves_is_many_places():
     assert len(np.unique(stretches.normal.round(4), axis=0)) > 100
 
 
+def test_a_stage_that_tells_of_a_press_only_while_it_stands_does_no_harm():
+    recording = played.recording('grid')
+    edges = np.flatnonzero(np.diff(recording.touching.astype(np.int8)))
+    late = np.zeros_like(recording.touching)
+    for begin, end in zip(edges[::2], edges[1::2]):
+        late[begin + 80:end - 80] = True
+    known = Recording(recording.volts, played.PERIOD, late, recording.normal, recording.force, recording.depth)
+    exact, found = (find_presses([r], 4.9).stretches.sums[:, TOTAL].max() for r in (recording, known))
+    assert found == pytest.approx(exact, rel=0.01)
+
+
 def test_what_cannot_be_used_is_told():
     recording = played.recording('grid')
     touching = np.ones(len(recording.volts), bool)

@@ -18,7 +18,7 @@ def found(volts, size, period=PERIOD):
     """(place, change (4,)) of the steps in volts given in portions."""
     watch, steps = StepWatch(), []
     for begin in range(0, len(volts), size):
-        step = watch.find(volts[begin:begin + size], FLOOR, SIGMA, period)
+        step = watch.find(volts[begin:begin + size] @ MIX, FLOOR, SIGMA, period)
         if step is not None:
             steps.append((begin + step[0], step[1]))
     return steps
