@@ -90,7 +90,7 @@ def _calibration() -> tuple[Act, ...]:
     """Presses of one indenter all over the dome and to all depths, and drags."""
     rng = np.random.default_rng(5)
     acts = _presses(_TIP, _places(45, 0.075, rng), 0.042, 3, rng)
-    acts += [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a))
+    acts += [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
              for (x, y), a in zip(_places(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
     return one_after_the_other(acts, pause=0.3)
 
