@@ -30,6 +30,7 @@ setup(
         'console_scripts': [
             'markers_node = tactile_bringup.nodes.start:markers_node',
             'finger_markers_node = tactile_bringup.nodes.start:finger_markers_node',
+            'taxel_markers_node = tactile_bringup.nodes.start:taxel_markers_node',
             'record_node = tactile_bringup.nodes.start:record_node',
             'demo = tactile_bringup.nodes.start:demo',
         ],

@@ -13,13 +13,16 @@ from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
 from tactile_driver.nodes.dual_camera_parameters import DUAL_CAMERA_PARAMETERS
 from tactile_driver.nodes.parameters import Parameter, to_yaml
 from tactile_driver.nodes.psd_parameters import PSD_DRIVER_PARAMETERS
+from tactile_driver.nodes.taxel_parameters import TAXEL_DRIVER_PARAMETERS
 from tactile_driver.simulation.scenes import open_scene
+from tactile_driver.simulation.taxel_pad import PadSpecimen
 from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
 from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
 from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
+from tactile_perception.pipeline.taxel_parameters import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
-from .parameters import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS
+from .parameters import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
@@ -94,6 +97,21 @@ def finger_file(about: str) -> str:
     return _text(about, sections, {})
 
 
+def array_file(about: str, changed: Mapping[str, object]) -> str:
+    """The text of a parameter file for the nodes of a taxel array."""
+    sections = [('/**', TAXEL_SENSOR_PARAMETERS), ('/**/taxel_array_node', _without(TAXEL_DRIVER_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
+                ('/**/taxel_contact_node', _without(TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
+                ('/**/taxel_markers_node', _without(TAXEL_MARKERS_PARAMETERS, TAXEL_SENSOR_PARAMETERS))]
+    return _text(about, sections, changed)
+
+
+def simulated_pad() -> dict[str, object]:
+    """Name -> value of what a user would measure on the simulated array's pad."""
+    pad = PadSpecimen()
+    return {'pad.thickness': pad.thickness, 'pad.stiffness': round(pad.press * pad.thickness, 1),
+            'pad.shear_modulus': round(pad.pull * pad.thickness, 1), 'pad.friction': pad.grip}
+
+
 def simulated_specimen() -> dict[str, object]:
     """Name -> value of what a user would measure on the simulated pad: where its camera stands, its skin's tension and pressure.
 
@@ -127,7 +145,9 @@ def parameter_files() -> dict[str, str]:
         files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
         files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
     return files | _touchpad_files() | {'psd_finger.yaml': finger_file(_MARKERS.format('psd_finger')),
-                                        'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger'))}
+                                        'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger')),
+                                        'taxel_array.yaml': array_file(_MARKERS.format('taxel_array'), {}),
+                                        'taxel_array_sim.yaml': array_file(_MARKERS_SIMULATED.format('taxel_array'), simulated_pad())}
 
 
 def _touchpad_files() -> dict[str, str]:

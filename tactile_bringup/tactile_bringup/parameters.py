@@ -35,6 +35,18 @@ FINGER_MARKERS_PARAMETERS = (
     Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
 )
 
+TAXEL_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'taxel_array', '', 'the sensor frame; /tf_static tells where the taxels are', read_only=True),
+    Parameter('pitch', float, 0.001, 'm', 'from taxel to taxel; lines and arrows are in proportion', 1e-5, 0.1, read_only=True),
+    Parameter('cell_height', float, 0.002, 'm', 'of the pad: so far under its surface the cells are drawn', 1e-5, 0.1, read_only=True),
+    Parameter('full_value', float, 120.0, '', 'value of a taxel where the scale of colours ends', 1.0, 65535.0, read_only=True),
+    Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    Parameter('force_scale', float, 0.001, 'm/N', 'length of the force arrow for each N', 0.0, 1000.0, read_only=True),
+    Parameter('torque_scale', float, 0.1, 'm/(N m)', 'length of the torque arrow for each N m', 0.0, 1e6, read_only=True),
+    Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+)
+
 RECORD_PARAMETERS = (
     Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
     Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),

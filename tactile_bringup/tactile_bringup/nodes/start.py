@@ -14,6 +14,11 @@ def finger_markers_node() -> None:
     start_node('tactile_bringup.nodes.finger_markers_node')
 
 
+def taxel_markers_node() -> None:
+    """The process taxel_markers_node."""
+    start_node('tactile_bringup.nodes.taxel_markers_node')
+
+
 def record_node() -> None:
     """The process record_node."""
     start_node('tactile_bringup.nodes.record_node')

@@ -1,0 +1,56 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""taxel_markers_node draws for those who look, and nothing for nobody."""
+import time
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_perception.nodes.taxel_stages import RESULTS  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
+
+from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def bench():
+    rclpy.init(domain_id=66)
+    node, other, executor = TaxelMarkersNode(), rclpy.create_node('other'), SingleThreadedExecutor()
+    executor.add_node(node), executor.add_node(other)
+
+    def until(condition, seconds=15.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.05)
+        return condition()
+    yield other, until
+    executor.shutdown()
+    node.destroy_node(), other.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
+    other, until = bench
+    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
+    places, drawn = [], []
+    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: places)
+    assert places[0].transforms[0].child_frame_id == 'taxel_array_taxels'
+    assert not any(publisher.get_subscription_count() for publisher in publishers.values())
+    other.create_subscription(MarkerArray, 'markers', drawn.append, 10)
+    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
+    header = header_of(7 * 10**9, 'taxel_array')
+    publishers['image_raw'].publish(image_to_message(Frame(np.zeros((3, 4), np.uint8), 0, 'mono8'), '', header))
+    for topic, kind in RESULTS.items():
+        publishers[topic].publish(kind(header=header))
+    assert until(lambda: drawn)
+    assert drawn[0].markers[0].ns == 'cells' and drawn[0].markers[0].header.stamp.sec == 7
