@@ -24,8 +24,8 @@ from .rest_surface import dome_cap, first_touch_height, rest_points
 from .sensor import MarkerSensor
 
 FEWEST = 6               # presses
-MOST = 60                # presses that are held out in turn to choose the ridge
-RIDGES = tuple(10.0 ** np.arange(-7, -1))
+MOST = 80                # presses that are held out in turn to choose the ridge
+RIDGES = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 DEPTH_COUNTS = 4.0       # times as much as place, in that choice
 MEDIAN_SQUARE = 0.79     # of a third of chi-square with three degrees of freedom
 SIZE_SIGMA = 0.3         # log: how much larger or smaller objects are than the calibrated tip
@@ -93,16 +93,19 @@ class DomeRegression:
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
         """Numbers for the calibration file. Raises BadCalibration for too few presses.
 
-        How much the dent is held back is what tells presses at places held out best.
+        How much the dent is held back is what tells presses best, both those at places held out and those that it was learned from:
+        points that go straight to the eye are not seen to move, so that a dent held back too little may be quite another.
         """
-        told = {ridge: [] for ridge in RIDGES}
-        for fitting, held in _some(presses).held_out():
+        some = _some(presses)
+        learned = cls._numbers(presses, sensor, RIDGES)
+        told = {ridge: cls.from_fitted(learned[ridge], sensor)._errors(some) for ridge in RIDGES}
+        for fitting, held in some.held_out():
             if fitting.touching.sum() >= FEWEST:
                 for ridge, numbers in cls._numbers(fitting, sensor, RIDGES).items():
                     told[ridge] += cls.from_fitted(numbers, sensor)._errors(held)
         ridge = min(RIDGES, key=lambda ridge: sum(error[0] for error in told[ridge]))
-        widen = max(1.0, np.median([error[1] for error in told[ridge]]) / MEDIAN_SQUARE) if told[ridge] else 1.0
-        return cls._numbers(presses, sensor, [ridge])[ridge] | {'widen': float(widen), 'size_sigma': SIZE_SIGMA}
+        widen = max(1.0, np.median([error[1] for error in told[ridge]]) / MEDIAN_SQUARE)
+        return learned[ridge] | {'widen': float(widen), 'size_sigma': SIZE_SIGMA}
 
     @classmethod
     def _numbers(cls, presses: Presses, sensor: MarkerSensor, ridges) -> dict[float, dict]:
@@ -114,7 +117,7 @@ class DomeRegression:
         tip, cap, deepest = _tip_radius(touched, sensor), dome_cap(sensor), float(touched.depth.max())
         towards = tip / (cap.curvature_radius + tip)
         dent = Dent(rest, eye, rest_points(rest, eye, sensor), cap, sensor.plane_z, towards, deepest / 2)
-        straight = touched.select(_pressed_again(touched.places()))
+        straight = touched.select(_straight(touched))
         fit = DentFit(dent, [field.shift for field in straight.fields], straight.position[:, :2], straight.depth)
         farthest = np.hypot(*touched.position[:, :2].T).max() + max(sensor.pitch)
         numbers = {'rest': rest.tolist(), 'eye': eye.tolist(), 'towards': towards, 'unit': deepest / 2, 'tip_radius': tip, 'quiet': 0.0,
@@ -156,17 +159,18 @@ class DomeRegression:
 
 
 def _some(presses: Presses) -> Presses:
-    """Every so many-th of the presses where there are many, and the untouched frames."""
-    touching = np.flatnonzero(presses.touching)
+    """Some of the straight presses, at random where there are many, and the untouched frames."""
+    straight = np.flatnonzero(_straight(presses))
     keep = ~presses.touching
-    keep[touching[::max(1, round(len(touching) / MOST))]] = True
+    keep[np.random.default_rng(0).permutation(straight)[:MOST]] = True
     return presses.select(keep)
 
 
-def _pressed_again(places: np.ndarray) -> np.ndarray:
+def _straight(presses: Presses) -> np.ndarray:
     """(M,) bool: presses at places that were pressed to several depths, if these are most; a tip that is dragged is nowhere twice."""
-    again = np.bincount(places)[places] > 1
-    return again if again.mean() > 0.5 else np.ones(len(places), bool)
+    again = np.bincount(presses.places() + 1)[presses.places() + 1] > 1
+    touching = presses.touching
+    return touching & again if again[touching].mean() > 0.5 else touching
 
 
 def _tip_radius(touched: Presses, sensor: MarkerSensor) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from ..contact.region import ContactRegionEstimate
 from .estimate import TouchEstimate
 from .field import MarkerField
+from .rest_surface import dome_cap
 from .sensor import MarkerSensor
 
 STICKING = 1
@@ -43,8 +44,8 @@ def clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
 def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
     """The region of a frame's touches; tip_radius: m, of tips whose size the touch method does not tell.
 
-    The outline is a circle in the plane across z; the normal is the mean of the surface's there, along z. A marker is in contact where it
-    appears under a tip; whether it slips is not told.
+    The outlines are circles where the skin leaves the tips, across the untouched surface's normal where they touch. A marker is in contact
+    where it appears under a tip; whether it slips is not told.
     """
     known = np.flatnonzero(field.seen)
     now = field.rest[known] + field.shift[known]
@@ -53,23 +54,26 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
     if not touches:
         return estimate
     discs = [_disc(touch, sensor, tip_radius) for touch in touches]
-    for centre, radius in discs:
+    for centre, radius, _ in discs:
         seen_at = _appears(centre, field.eye[known], sensor.plane_z)
         state[np.hypot(*(now - seen_at).T) <= radius] = STICKING
-    areas = np.array([np.pi * radius**2 for _, radius in discs])
-    estimate.outlines = [_circle(centre, radius) for centre, radius in discs]
+    areas = np.array([np.pi * radius**2 for _, radius, _ in discs])
+    estimate.outlines = [_circle(*disc) for disc in discs]
     estimate.area = float(areas.sum())
-    estimate.centroid = areas @ np.array([centre for centre, _ in discs]) / areas.sum()
-    estimate.normal = np.array([0.0, 0.0, 1.0])
+    estimate.centroid = areas @ np.array([centre for centre, _, _ in discs]) / areas.sum()
+    normal = areas @ np.array([normal for _, _, normal in discs])
+    estimate.normal = normal / np.linalg.norm(normal)
     estimate.major_axis = estimate.minor_axis = 2 * discs[0][1] if len(discs) == 1 else np.nan
     return estimate
 
 
-def _disc(touch: TouchEstimate, sensor: MarkerSensor, tip_radius: float) -> tuple[np.ndarray, float]:
-    """Centre (3,) m and radius, m, of the disc whose rim is where the skin leaves the tip."""
+def _disc(touch: TouchEstimate, sensor: MarkerSensor, tip_radius: float) -> tuple[np.ndarray, float, np.ndarray]:
+    """Centre (3,) m and radius, m, of the disc whose rim is where the skin leaves the tip, and its normal (3,), outwards."""
     tip = touch.radius if np.isfinite(touch.radius) else tip_radius
-    radius = contact_radius(touch.depth, tip, clearance(touch.position[:2], sensor))
-    return touch.position + [0.0, 0.0, tip - np.sqrt(tip**2 - radius**2)], radius
+    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a bulging skin comes off sooner
+    radius = contact_radius(touch.depth, 1 / (1 / tip + bend), clearance(touch.position[:2], sensor))
+    normal = sensor.normal(touch.position[:2] / (1 + tip * bend))
+    return touch.position + [0.0, 0.0, tip] - np.sqrt(tip**2 - radius**2) * normal, radius, normal
 
 
 def _appears(place: np.ndarray, eye: np.ndarray, plane_z: float) -> np.ndarray:
@@ -78,6 +82,7 @@ def _appears(place: np.ndarray, eye: np.ndarray, plane_z: float) -> np.ndarray:
     return eye[:, :2] + share[:, None] * (place[:2] - eye[:, :2])
 
 
-def _circle(centre: np.ndarray, radius: float) -> np.ndarray:
+def _circle(centre: np.ndarray, radius: float, normal: np.ndarray) -> np.ndarray:
     angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
-    return centre + radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(_CORNERS)], axis=1)
+    along = np.array([normal[2], 0.0, -normal[0]]) / np.hypot(normal[0], normal[2])
+    return centre + radius * (np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * np.cross(normal, along))

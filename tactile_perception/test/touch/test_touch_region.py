@@ -70,3 +70,14 @@ def test_markers_that_are_not_seen_are_left_out():
     field = field_at_rest()
     field.shift[:40] = np.nan
     assert region_of([], field, SHEET, 8e-3).dot_id.tolist() == list(range(40, 117))
+
+
+def test_on_a_domes_slope_the_outline_is_on_the_tip_across_the_slope():
+    tip, place = 0.025, np.array([0.05, -0.02])
+    lowest = np.array([*place, 0.09])
+    found = region_of([TouchEstimate(lowest, 0.02, 1e-8 * np.eye(3), 1e-4)], field_at_rest(), DOME, tip)
+    outline, ball = found.outlines[0], lowest + [0.0, 0.0, tip]
+    assert np.linalg.norm(outline - ball, axis=1) == pytest.approx(tip, rel=1e-9)
+    assert (outline - outline.mean(0)) @ found.normal == pytest.approx(0.0, abs=1e-12)
+    assert found.normal == pytest.approx(DOME.normal(place / (1 + tip / 0.15375)), abs=1e-9) and found.normal[0] > 0.2
+    assert 0.009 < np.sqrt(found.area / np.pi) < 0.016
