@@ -96,7 +96,7 @@ ALL = ('image_raw', 'camera_info', 'ground_truth/contacts')
 def test_data_that_cannot_determine_the_model_are_refused(sphere_bag, tmp_path, capsys, topics, keep, message):
     bag = only(sphere_bag, tmp_path / 'some', topics, keep)
     assert run(bag, tmp_path / 'pad.yaml', '--sphere-radius', '0.008') == 1
-    lines = capsys.readouterr().err.strip().splitlines()
+    lines = [line for line in capsys.readouterr().err.strip().splitlines() if not line.endswith('a second')]  # how far it is, where slow
     assert len(lines) == 1 and lines[0].startswith('calibrate: '), lines
     assert re.search(message, lines[0]), lines
     assert not (tmp_path / 'pad.yaml').exists()

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """All items come through in order; what is short is silent, what is long counts on stderr."""
 import logging
-import time
+from types import SimpleNamespace
 
 from tactile_perception.offline import progress
 
@@ -15,7 +15,7 @@ def test_items_come_through_and_a_short_run_is_silent(capsys):
 
 def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
     now = iter(0.4 * k for k in range(100))
-    monkeypatch.setattr(time, 'monotonic', lambda: next(now))
+    monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
     assert len(list(progress.Progress(range(9), 'frames'))) == 9
     out, err = capsys.readouterr()
     lines = err.splitlines()
@@ -25,7 +25,7 @@ def test_a_long_run_counts_once_in_a_while(capsys, monkeypatch):
 
 def test_what_is_logged_of_long_work_is_told_once_in_a_while(capsys, monkeypatch):
     now = iter(5 + 0.4 * k for k in range(100))
-    monkeypatch.setattr(time, 'monotonic', lambda: next(now))
+    monkeypatch.setattr(progress, 'time', SimpleNamespace(monotonic=lambda: next(now)))  # threads of other tests ask for the time too
     log = logging.getLogger('tactile_perception.touch.any')
     with progress.log_told():
         for k in range(7):
