@@ -33,7 +33,7 @@ UNDER_TIP = 0.17         # of the depth, times the log of the size: by how much 
 RADII = np.arange(0.0, 0.0801, 0.001)  # m, of the calibrated tip
 SEVERAL = 1.5            # mean square left by one dent, in units of what is expected, from where on two are tried
 BETTER, LESSER = 2.5, 0.2  # times that two must leave less than one; depth of the lesser over the other's
-BEYOND, DEEPEST = 1.15, 2.0  # times the deepest calibrated press: deeper is out of range; no depth is told that is more
+BEYOND = 1.15            # times the deepest calibrated press: deeper is out of range
 
 
 class DomeRegression:
@@ -72,7 +72,7 @@ class DomeRegression:
 
     def _told(self, parameters, covariance) -> TouchEstimate:
         place = parameters[:2] * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*parameters[:2]), 1e-9))
-        depth = float(min(np.exp(parameters[LOG_DEPTH]), DEEPEST * self.deepest))
+        depth = float(np.exp(parameters[LOG_DEPTH]))
         turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
         full = turned @ covariance[:3, :3] @ turned * self.widen + self._size_error(place, depth)
         flags = OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.farthest)

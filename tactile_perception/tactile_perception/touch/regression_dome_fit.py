@@ -12,7 +12,9 @@ from .regression_dent import LOG_DEPTH, LOG_SHAPE, Dent
 
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4])
 LIMIT = np.array([0.01, 0.01, 0.5, 0.5])  # of one step
-SETTLED = 3e-3           # of these
+LEAST = np.array([1e2, 1e2, 0.1, 0.1])  # 1/m^2 and 1: what is known of parameters that nothing shows, over variance
+SETTLED = 3e-3           # of LIMIT
+FAINTEST, DEEPEST = -14.0, 2.0  # log of the least depth, m; times the deepest press: the greatest
 ITERATIONS = 10
 FOLLOW = 3               # iterations for which derivatives are taken anew
 SHAPE_SIGMA = 0.03       # log: how much deeper or shallower a dent may look than it is
@@ -35,6 +37,8 @@ class DentSolver:
 
     def __init__(self, dent: Dent, noise: float, deepest: float, pitch: float):
         self.dent, self.noise = dent, noise
+        rim, most = dent.cap.rim_radius, np.log(DEEPEST * deepest)
+        self._range = np.array([-rim, -rim, FAINTEST, FAINTEST]), np.array([rim, rim, most, most])
         self._starts = _library(dent.cap.rim_radius, deepest)
         self._shown = np.nan_to_num([dent.appear(start) for start in self._starts]).reshape(len(self._starts), -1)
         gram = self._shown @ self._shown.T
@@ -73,9 +77,10 @@ class DentSolver:
             if turn < FOLLOW:
                 slope = self._slope(parameters, moved, told)
             normal, pull = _with_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ ((shift - told) * weight))
+            normal[np.diag_indices_from(normal)] += np.tile(LEAST, len(starts))
             step = np.linalg.solve(normal, pull)
             step *= min(1.0, (limit / np.maximum(np.abs(step), 1e-15)).min())
-            parameters += step.reshape(-1, 4)
+            parameters = np.clip(parameters + step.reshape(-1, 4), *self._range)
             if (np.abs(step) < SETTLED * limit).all():
                 break
         left = shift - np.nan_to_num(self.dent.seen_at(sum(self.dent.moved(one) for one in parameters))).ravel()

@@ -54,3 +54,14 @@ def test_two_of_its_own_are_found_together(solver):
     found = solver.solve(field, solver.start_of_two(field))
     order = np.argsort(-found.parameters[:, 0])
     assert found.parameters[order] == pytest.approx(truth, abs=1e-3) and found.covariance.shape == (8, 8)
+
+
+def test_a_dent_that_nothing_shows_stops_nothing(solver):
+    field = dome_field([((0.03, 0.0), 0.02)])
+    none = np.array([[0.03, 0.0, np.log(0.02), np.log(0.02)], [-0.08, 0.0, -13.5, -13.5]])
+    found = solver.solve(field, none)
+    assert np.isfinite(found.parameters).all() and np.isfinite(found.covariance).all()
+    assert np.hypot(*(found.parameters[0, :2] - [0.03, 0.0])) < 1.5e-3
+    field.shift[:] = np.random.default_rng(2).uniform(-0.1, 0.1, field.shift.shape)
+    wild = solver.solve(field, solver.start_of_two(field))
+    assert np.isfinite(wild.parameters).all() and np.hypot(*wild.parameters[:, :2].T).max() < 0.22
