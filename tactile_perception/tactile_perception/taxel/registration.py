@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
@@ -26,15 +27,28 @@ _FAR = 5.0  # taxels: what has moved farther is not found from the last place
 _ALIKE, _AGREED = 0.2, 0.7
 
 
+_BORDER = 3
+
+
+def bordered(picture: np.ndarray) -> np.ndarray:
+    """picture (rows, columns) with what is on its rim gone on with, for read_between."""
+    return cv2.copyMakeBorder(picture, _BORDER, _BORDER, _BORDER, _BORDER, cv2.BORDER_REPLICATE)
+
+
 def read_between(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(M,) values of picture (rows, columns) at column x and row y (M,), by Catmull and Rom's cubic; beyond the rim as on it."""
+    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic; beyond the rim as on it."""
     rows, columns = picture.shape
-    left, top = np.floor(x), np.floor(y)
+    x = np.minimum(np.maximum(x + _BORDER, 1), columns - 2.001)
+    y = np.minimum(np.maximum(y + _BORDER, 1), rows - 2.001)
+    left, top = x.astype(np.intp), y.astype(np.intp)
     across, down = _cubic(x - left), _cubic(y - top)
-    column = np.clip(left.astype(int) + _FOUR, 0, columns - 1)
-    row = np.clip(top.astype(int) + _FOUR, 0, rows - 1) * columns
-    near = picture.ravel().take(row[:, None] + column)
+    near = picture.ravel().take(_offsets(columns) + (left + top * columns))
     return ((near * across).sum(axis=1) * down).sum(axis=0)
+
+
+def _offsets(columns: int) -> np.ndarray:
+    """(4, 4, 1) steps in a flat picture from a place to those around it."""
+    return _FOUR[:, None] * columns + _FOUR
 
 
 _FOUR = np.arange(-1, 3)[:, None]
@@ -106,6 +120,7 @@ class KeyPicture:
             return None
         used = self._used
         guess = np.zeros(4) if start is None else np.array([*start.shift, np.nan_to_num(start.turn) * self.reach, start.growth])
+        score = bordered(score)
         for _ in range(_ROUNDS):
             left = self._value - self._sampled(score, guess)
             step, spread = self._solve(left, used)

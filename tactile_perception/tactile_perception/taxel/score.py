@@ -32,7 +32,7 @@ class ContactScore:
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._smooth = max(_SMOOTH * pad.thickness / array.pitch, 0.5)
         reach = max(1, round(pad.thickness / array.pitch))
-        self._near = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+        self._near = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
         self._join = np.ones((reach + 1 | 1, reach + 1 | 1), np.uint8)
 
     def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:

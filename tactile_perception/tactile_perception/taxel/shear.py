@@ -24,6 +24,7 @@ _FLATTENED = 0.15
 # of the waves along (0.8) and across (0.3), by the same theory.
 _COUPLED = 0.5
 _SWEEPS = 3
+_WIDE = 2.0  # taxels
 # The border of a picture is ahead by this many thicknesses for each part of the pressure that traction is, by the same theory.
 LEAD = 0.5
 
@@ -36,7 +37,6 @@ class SurfaceShear:
         self._gaps = [(share, width * pad.thickness / array.pitch) for share, width in _SPREADS]
         thickness = pad.thickness / array.pitch
         self._coupling, self._margin = _COUPLED * thickness**2, max(1, round(thickness))
-        self._neighbours = np.float32(self._coupling) * np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]], np.float32)
         self._x, self._y = array.x.astype(np.float32)[None, :], array.y.astype(np.float32)[:, None]
         self.reset()
 
@@ -53,7 +53,7 @@ class SurfaceShear:
         traction = self._pull * np.float32(self._pad.shear_stiffness * self._pad.thickness / self._array.pitch)
         spread = 0.0
         for share, width in self._gaps:
-            spread = spread + share * np.stack([cv2.GaussianBlur(part, (0, 0), width, borderType=cv2.BORDER_CONSTANT) for part in traction])
+            spread = spread + np.float32(share) * np.stack([_spread(part, width) for part in traction])
         change = np.zeros(self._array.shape, np.float32)
         change[:, 1:-1] -= 0.5 * (spread[0, :, 2:] - spread[0, :, :-2])
         change[1:-1] -= 0.5 * (spread[1, 2:] - spread[1, :-2])
@@ -92,18 +92,36 @@ class SurfaceShear:
     def _balanced(self, carried: np.ndarray, touched: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: where touched it goes with the object
         unless the traction would be over limit, elsewhere there is none. A few steps of relaxation, which go on in the next frame."""
-        drag, self_stiff = carried, np.float32(1 + 4 * self._coupling)
+        drag, coupling = carried, np.float32(self._coupling)
+        self_stiff = 1 + 4 * coupling
         held, bound = self_stiff * carried, limit * limit
         for _ in range(_SWEEPS):
-            others = np.empty_like(drag)
-            for part in range(2):
-                cv2.filter2D(drag[part], -1, self._neighbours, others[part], borderType=cv2.BORDER_REPLICATE)
+            others = coupling * _neighbours(drag)
             pull = held - others
             square = pull[0] * pull[0] + pull[1] * pull[1]
             pull *= np.sqrt(np.minimum(bound / np.maximum(square, np.float32(1e-24)), 1)) * touched
-            drag = (pull + others) / self_stiff
+            drag = (pull + others) * (1 / self_stiff)
         return drag, pull
 
     def _on_top(self, pressure: np.ndarray) -> np.ndarray:
         """Pressure on the pad's surface from that under it, which is smoother; to second order in thickness over wave length."""
         return pressure - np.float32(_FLATTENED * (self._pad.thickness / self._array.pitch)**2) * cv2.Laplacian(pressure, cv2.CV_32F)
+
+
+def _neighbours(values: np.ndarray) -> np.ndarray:
+    """Sum of the four neighbours in values (..., rows, columns); beyond the border as on it."""
+    total = 2 * values
+    total[..., 1:-1, :] = values[..., :-2, :] + values[..., 2:, :]
+    total[..., 1:-1] += values[..., :-2] + values[..., 2:]
+    total[..., 0] += 2 * values[..., 0]
+    total[..., -1] += 2 * values[..., -1]
+    return total
+
+
+def _spread(values: np.ndarray, width: float) -> np.ndarray:
+    """values (rows, columns) spread as by a Gaussian; two boxes do for a wide one."""
+    if width < _WIDE:
+        return cv2.GaussianBlur(values, (0, 0), width, borderType=cv2.BORDER_CONSTANT)
+    side = 2 * round(0.5 * (np.sqrt(6 * width**2 + 1) - 1)) + 1
+    once = cv2.boxFilter(values, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
+    return cv2.boxFilter(once, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
