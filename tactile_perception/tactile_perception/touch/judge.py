@@ -17,8 +17,8 @@ from .sensor import MarkerSensor
 class Score:
     """Errors over presses: mean and 95th percentile of place (over x and y) and depth, m; squares: mean normalised squared error of
     place and depth (1 where the stated covariance is honest); missed: presses not found; split: presses told as several; presses: in
-    all; false: touches told in untouched frames; place_median, depth_median: m, which presses too shallow to be located do not change.
-    NaN where no press was found."""
+    all; false: touches told in untouched frames; place_median, depth_median: m, which presses too shallow to be located do not change; of
+    presses straight down and of drags, each counting half, where there are both. NaN where no press was found."""
 
     place_mean: float
     place_95: float
@@ -43,10 +43,11 @@ def judge(method: TouchMethod, presses: Presses) -> Score:
     return score(found, presses)
 
 
-def score(found: list[list[TouchEstimate]], presses: Presses) -> Score:
-    """The errors of the touches found, one list for each of the presses."""
-    rows, missed, split, false = [], 0, 0, 0
-    for touches, position, depth, touching in zip(found, presses.position, presses.depth, presses.touching):
+def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarray | None = None) -> Score:
+    """The errors of the touches found, one list for each of the presses; straight: (M,) bool, those that are no drags, as far as known."""
+    rows, missed, split, false, straight_down = [], 0, 0, 0, []
+    straight = presses.touching if straight is None else straight
+    for touches, position, depth, touching, down in zip(found, presses.position, presses.depth, presses.touching, straight):
         if not touching:
             false += len(touches)
         elif not touches:
@@ -54,10 +55,12 @@ def score(found: list[list[TouchEstimate]], presses: Presses) -> Score:
         else:
             split += len(touches) > 1
             rows.append(_errors(min(touches, key=lambda t: np.hypot(*(t.position - position)[:2])), position, depth))
+            straight_down.append(down)
     errors = np.array(rows).reshape(-1, 3)
     if not len(errors):
         return Score(*[float('nan')] * 5, missed, split, int(presses.touching.sum()), false)
-    (place, deep, squares), (place_95, deep_95, _), middle = errors.mean(0), np.percentile(errors, 95, axis=0), np.median(errors, axis=0)
+    (place, deep, squares), (place_95, deep_95, _) = errors.mean(0), np.percentile(errors, 95, axis=0)
+    middle = np.mean([np.median(errors[np.array(straight_down) == down], axis=0) for down in set(straight_down)], axis=0)
     return Score(float(place), float(place_95), float(deep), float(deep_95), float(squares), missed, split, int(presses.touching.sum()),
                  false, float(middle[0]), float(middle[1]))
 
@@ -67,6 +70,7 @@ def held_out_score(method: type, presses: Presses, sensor: MarkerSensor, fitted:
     where methods that have fit_quickly(presses, sensor, fitted) find their way faster, if less exactly."""
     quick = getattr(method, 'fit_quickly', None)
     found, held_all = [], []
+    straight = {id(field): down for field, down in zip(presses.fields, presses.straight())}
     for fitting, held in presses.held_out():
         numbers = method.fit(fitting, sensor) if quick is None or fitted is None else quick(fitting, sensor, fitted)
         fitted_to = method.from_fitted(numbers, sensor)
@@ -75,7 +79,7 @@ def held_out_score(method: type, presses: Presses, sensor: MarkerSensor, fitted:
     together = Presses(tuple(f for held in held_all for f in held.fields),
                        *(np.concatenate([getattr(held, name) for held in held_all])
                          for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
-    return score(found, together)
+    return score(found, together, np.array([straight[id(field)] for field in together.fields]))
 
 
 def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:

@@ -29,6 +29,13 @@ def test_errors_misses_splits_and_false_touches_are_counted():
     assert (got.missed, got.split, got.presses, got.false) == (1, 1, 3, 1)
 
 
+def test_a_few_drags_count_as_much_as_many_presses():
+    known = presses([[0.01 * k, 0.0] for k in range(5)], [1e-3] * 5)
+    found = [[touch(0.01 * k + off, 0.0, 1e-3)] for k, off in enumerate((2e-4, 1e-4, 3e-4, 4e-3, 6e-3))]
+    assert score(found, known).place_median == pytest.approx(3e-4)
+    assert score(found, known, np.arange(5) < 3).place_median == pytest.approx((2e-4 + 5e-3) / 2)
+
+
 def test_where_nothing_is_found_errors_are_not_known():
     got = score([[]], presses([[0.0, 0.0]], [1e-3]))
     assert np.isnan([got.place_mean, got.depth_95, got.squares]).all()
