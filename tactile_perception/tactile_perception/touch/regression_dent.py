@@ -22,6 +22,7 @@ ORDERS = 3                        # of depth
 ORDER_RIDGE = np.array([0.2, 1.0, 3.0])
 ROUGH = 30.0                      # times that, against kinks along the splines
 SHALLOW = 0.2                     # of the deepest press: down to this, a dent is as wrong as it is deep
+NEAREST = 0.1                     # of a point's height over the eye
 NEARER = (0.5, 2.5)               # times, at the most, that a point comes nearer to the eye
 UNLIKE = 3.0                      # a press that is further off than so many medians is unlike the others
 MODES = 8
@@ -46,8 +47,9 @@ class Dent:
         return self.seen_at(self.moved(dent))
 
     def seen_at(self, moved: np.ndarray) -> np.ndarray:
-        """(K, 2) m, apparent displacement of points that moved by (K, 3) m."""
-        return (self.place + moved[:, :2]) * (self.height / (self.level + moved[:, 2]))[:, None] - self.out
+        """(K, 2) m, apparent displacement of points that moved by (K, 3) m; none comes nearer to the eye than by NEAREST."""
+        level = np.maximum(self.level + moved[:, 2], NEAREST * self.level)
+        return (self.place + moved[:, :2]) * (self.height / level)[:, None] - self.out
 
     def with_coefficients(self, coefficients: np.ndarray) -> Dent:
         """The same with other coefficients."""

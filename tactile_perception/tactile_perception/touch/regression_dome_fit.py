@@ -78,13 +78,15 @@ class DentSolver:
                 slope = self._slope(parameters, moved, told)
             normal, pull = _with_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ ((shift - told) * weight))
             normal[np.diag_indices_from(normal)] += np.tile(LEAST, len(starts))
-            step = np.linalg.solve(normal, pull)
+            size = 1 / np.sqrt(np.diag(normal))
+            step = size * np.linalg.solve(normal * np.outer(size, size), pull * size)
             step *= min(1.0, (limit / np.maximum(np.abs(step), 1e-15)).min())
             parameters = np.clip(parameters + step.reshape(-1, 4), *self._range)
             if (np.abs(step) < SETTLED * limit).all():
                 break
         left = shift - np.nan_to_num(self.dent.seen_at(sum(self.dent.moved(one) for one in parameters))).ravel()
-        return DentFound(parameters, np.linalg.inv(normal), float(np.sum(weight * left**2)))
+        covariance = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
+        return DentFound(parameters, covariance, float(np.sum(weight * left**2)))
 
     def _slope(self, parameters, moved, told) -> np.ndarray:
         columns = []
