@@ -10,7 +10,7 @@ import numpy as np
 from .sheet_library import LibraryPlan, SheetLibrary
 from .sheet_model_mesh import locate
 
-_STEPS = np.array([1e-6, 1e-6, 1e-6, 1e-4])  # of place and depth, m, and of log radius, over which appearances are compared
+_STEPS = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6])  # of a press's vector, over which appearances are compared
 _STEP = 1e-4  # the same of a factor
 _DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # points whose mean is that of a disc, up to cubic terms
 _BASIS = np.array([[[0.5, -1, 0.5], [0.5, 1, -1], [0, 0, 0.5]], [[-1, 1, 0], [1, -2, 0], [0, 1, 0]], [[1, 0, 0], [-2, 0, 0], [1, 0, 0]]])
@@ -18,21 +18,27 @@ _BASIS = np.array([[[0.5, -1, 0.5], [0.5, 1, -1], [0, 0, 0.5]], [[-1, 1, 0], [1,
 
 @dataclass(frozen=True)
 class Press:
-    """A round tip on the sheet: place (2,) m, depth m as if it were alone, log of its radius over the calibrated one."""
+    """A round tip on the sheet: place (2,) m, depth m as if it were alone, log of its radius over the calibrated one; dragged (2,) m, how
+    far it has taken the sheet under it along since it touched (place is where that was before).
+    """
 
     place: np.ndarray
     depth: float
     log_radius: float = 0.0
+    dragged: tuple[float, float] = (0.0, 0.0)
 
     @property
     def vector(self) -> np.ndarray:
-        """(4,) place, depth, log radius."""
-        return np.array([*self.place, self.depth, self.log_radius])
+        """(6,) place, depth, log radius, dragged."""
+        return np.array([*self.place, self.depth, self.log_radius, *self.dragged])
 
 
 def read_press(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
     """What a press does to the sheet at rest (K, 2), m: (K, 3, 3), displacement and its derivatives by x and by y."""
-    return read_field(library.fields(press.place, press.depth, press.log_radius)[0], library.plan, press.place, rest)
+    deformed = read_field(library.fields(press.place, press.depth, press.log_radius)[0], library.plan, press.place, rest)
+    if any(press.dragged):
+        deformed[..., :2] -= deformed[..., 2:] * (np.asarray(press.dragged) / press.depth)
+    return deformed
 
 
 def read_field(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -44,7 +50,20 @@ def read_field(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np
 
 
 def read_derivatives(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
-    """(5, K, 3, 3): as read_press, then the derivatives of that by place x and y, by depth and by log radius."""
+    """(7, K, 3, 3): as read_press, then the derivatives of that by the press's vector.
+
+    What is dragged along fades towards the clamp as depth does: both follow the same equation, nearly.
+    """
+    straight = _read_straight(library, press, rest)
+    along = np.zeros((2,) + straight.shape[1:])
+    along[0, ..., 0] = along[1, ..., 1] = straight[0, ..., 2] / -press.depth
+    if any(press.dragged):
+        straight[:3, ..., :2] -= straight[:3, ..., 2:] * (np.asarray(press.dragged) / press.depth)
+    return np.concatenate([straight, along])
+
+
+def _read_straight(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
+    """(5, K, 3, 3): as read_press of a press that has dragged nothing, and its derivatives by place, depth and log radius."""
     node, (x, y), carried = _weights(library.plan, press.place, rest)
     fields = library.fields(press.place, press.depth, press.log_radius)
     local = fields.transpose(1, 0, 2).reshape(-1, 15)[node]
@@ -107,7 +126,8 @@ def appearance_derivatives(deformed: np.ndarray, derivatives: np.ndarray, rest: 
                            eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3), given those of deformed, (P, K, 3, 3), by presses' vectors and
     then by factors."""
-    steps = np.concatenate([np.tile(_STEPS, len(derivatives) // 4), np.full(len(derivatives) % 4, _STEP)])[:, None, None]
+    presses, factors = divmod(len(derivatives), len(_STEPS))
+    steps = np.concatenate([np.tile(_STEPS, presses), np.full(factors, _STEP)])[:, None, None]
     moved = appearance(np.concatenate([deformed[None], deformed + steps[..., None] * derivatives]), rest, eye)
     return moved[0], (moved[1:] - moved[0]) / steps
 

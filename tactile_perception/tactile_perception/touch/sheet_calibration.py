@@ -28,6 +28,7 @@ SCALE = 8e-3          # m, of the mesh about a tip; less on a small sheet
 STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # where no untouched frame tells
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # nothing is surer than this
 FEWEST_TOUCHING = 6
+MOST_SQUARES = 9.0    # normalised squared errors beyond three sigmas say little of the others
 FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
 QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # a third of the time
 
@@ -36,7 +37,8 @@ QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # a third of the time
 class SheetCalibration:
     """library: with the calibrated tip in its middle; material; marker_radius: m; eyes; noise: of fields, with the share by which the model
     is wrong; place_error: m, and depth_share: standard deviations of what is left, of place and over depth; place_range: (2, 2) m, lowest
-    and highest x and y, deepest: m, calibrated.
+    and highest x and y, deepest: m, calibrated; offset: (2,) m, by which places over x and y come out beside those of the presses: the
+    markers are not printed where the sensor frame has them.
     """
 
     library: SheetLibrary
@@ -48,6 +50,7 @@ class SheetCalibration:
     depth_share: float
     place_range: np.ndarray
     deepest: float
+    offset: np.ndarray
 
     @property
     def found(self) -> SheetNumbers:
@@ -59,7 +62,7 @@ class SheetCalibration:
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
                 'eye_shifts': self.eyes.shifts.tolist(), 'noise': asdict(self.noise), 'place_error': self.place_error,
                 'depth_share': self.depth_share, 'place_range': self.place_range.tolist(), 'deepest': self.deepest,
-                'library': library_numbers(self.library)}
+                'offset': self.offset.tolist(), 'library': library_numbers(self.library)}
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
@@ -71,7 +74,8 @@ class SheetCalibration:
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
             place_range = np.array(numbers['place_range'], float).reshape(2, 2)
             noise = FieldNoise(**numbers['noise'])
-            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest)
+            offset = np.array(numbers['offset'], float).reshape(2)
+            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest, offset)
         except (KeyError, TypeError, ValueError) as error:
             raise BadCalibration(f"the sheet's model in the calibration file cannot be read ({error}); run calibrate again") from None
 
@@ -100,10 +104,10 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
     noise = _noise(still, fields, truths, SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch)))
     inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
-    place_error, depth_share = _left_over(found, truths)
+    place_error, depth_share, offset = _left_over(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
     return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
-                            deepest)
+                            deepest, offset)
 
 
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
@@ -124,18 +128,21 @@ def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Pre
     return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
 
 
-def _left_over(found: list, truths: list[Press]) -> tuple[float, float]:
-    """Standard deviation of place, m, and of depth, over the depth, that the presses' own covariances leave unexplained."""
-    error = np.array([inverse.presses[0].vector[:3] - truth.vector[:3] for inverse, truth in zip(found, truths)])
-    variance = np.array([np.diag(inverse.covariance)[:3] for inverse in found])
+def _left_over(found: list, truths: list[Press]) -> tuple[float, float, np.ndarray]:
+    """Standard deviation of place, m, and of depth, over the depth, that the presses' own covariances leave unexplained, once places are
+    moved by what they are off in the middle, (2,) m, which is told too."""
+    error = np.array([inverse.tip(0)[0] - truth.vector[:3] for inverse, truth in zip(found, truths)])
+    offset = np.median(error[:, :2], axis=0)
+    error[:, :2] -= offset
+    variance = np.array([np.diag(inverse.tip(0)[1]) for inverse in found])
     depth = np.array([truth.depth for truth in truths])
     place = _extra(error[:, :2].ravel()**2, variance[:, :2].ravel(), np.ones(2 * len(depth)))
-    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2)
+    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2), offset
 
 
 def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:
-    """The s >= 0 with which squares / (variance + s^2 scale) are 1 in the mean."""
+    """The s >= 0 with which squares / (variance + s^2 scale), none counted as more than MOST_SQUARES, are 1 in the mean."""
     def over(s: float) -> float:
-        return float(np.mean(squares / (variance + s * s * scale)) - 1)
+        return float(np.mean(np.minimum(squares / (variance + s * s * scale), MOST_SQUARES)) - 1)
     largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12
     return float(brentq(over, 0.0, largest, xtol=1e-9)) if over(0.0) > 0 > over(largest) else 0.0

@@ -16,18 +16,27 @@ from .field import MarkerField
 from .sheet_appearance import Press, appearance, appearance_derivatives, disc_appearance, disc_points, read_derivatives, read_press
 from .sheet_library import SPREAD, SheetLibrary
 
+SIZE = 6               # of a press's vector
 RADIUS_SIGMA = 0.15    # of the log of the tip's radius, about the calibrated one
 FIRST_SIGMA = 0.01     # the same in the first round, which only finds the place
+STRAIGHT = 1e-4        # of the depth, sigma of how far the sheet is dragged along where nothing drags it
+DRAGGED = 0.25         # the same where something does
+CARRIED = 0.5          # of how far the field is dragged: how far its tip stands beside the place where it touched
+UNSURE = 0.3           # of the same: sigma of that
+FARTHEST = 1.0         # of the largest depth, how far at most
 DOUBT = 3.0            # sigmas: what is farther off counts less
 NEAR = 2.5             # marker pitches from a press within which markers count as discs, farther away as points
-STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3])  # largest step
+STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # largest step
 ROUNDS = 5
 CORRECTED = (1, 3)    # the rounds in which what discs show is worked out
 SETTLED = 0.15         # sigmas: a step below is the last
 SHALLOW = 1e-5         # m: least depth
-MIXED = 0.4, 0.25      # of the shared part: middle, sigma
-MOST_MIXED = 0.0, 0.9  # the same, least and largest
+MIXED = 0.3, 0.35      # of the shared part: middle, sigma
+MOST_MIXED = -0.6, 0.9  # the same, least and largest
 BETWEEN = np.array([0.02, 0.02, 2.0])  # of the lesser of two presses' displacements, by which that is wrong (growth: 1/m)
+
+
+_TIP = np.eye(3, SIZE) + CARRIED * np.eye(3, SIZE, 4) * [[1], [1], [0]]  # from a press's vector to its tip: place, and way dragged
 
 
 @dataclass(frozen=True)
@@ -44,13 +53,19 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class Inverse:
-    """presses: found; covariance: (4 T, 4 T) of their vectors, several with one more row for how they hinder each other; misfit: mean
+    """presses: found; covariance: (6 T, 6 T) of their vectors, several with one more row for how they hinder each other; misfit: mean
     squared residual over its variance (about 1); mixed: how much several hinder each other, 0 of one."""
 
     presses: list[Press]
     covariance: np.ndarray
     misfit: float
     mixed: float = 0.0
+
+    def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), wider where the fit is worse."""
+        vector, part = self.presses[k].vector, slice(SIZE * k, SIZE * (k + 1))
+        unsure = UNSURE * np.hypot(*vector[4:]) * np.array([1, 1, 0])
+        return _TIP @ vector, _TIP @ self.covariance[part, part] @ _TIP.T * max(self.misfit, 1.0) + np.diag(unsure**2)
 
 
 class Seen:
@@ -70,22 +85,24 @@ class SheetInverse:
 
     def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
         self._library, self._noise, self._marker_radius, self._near = library, noise, marker_radius, NEAR * pitch
-        self._most = np.array([*library.plan.reach, library.plan.depth, SPREAD]) * (1 - 1e-6)
-        self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD])
+        farthest = FARTHEST * library.plan.depth
+        self._most = np.array([*library.plan.reach, library.plan.depth, SPREAD, farthest, farthest]) * (1 - 1e-6)
+        self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD, -farthest, -farthest])
 
-    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None) -> Inverse:
-        """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other."""
+    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False) -> Inverse:
+        """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other; dragged:
+        whether they may have dragged the sheet along."""
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
         count, correction = len(start), np.zeros_like(seen.value)
         for turn in range(ROUNDS):
             presses = _presses(state, count)
-            whole, slopes, weight = self._appears(presses, state[4 * count:], seen)
+            whole, slopes, weight = self._appears(presses, state[SIZE * count:], seen)
             if turn in CORRECTED:
                 correction = self._disc_correction(presses, seen)
             residual = ((seen.value - whole - correction) * weight).ravel()
             jacobian = (slopes * weight).reshape(len(slopes), -1)
             trust = np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
-            middle, prior = self._prior(count, RADIUS_SIGMA if turn else FIRST_SIGMA)
+            middle, prior = self._prior(presses, turn > 0, dragged)
             information = (jacobian * trust) @ jacobian.T + np.diag(prior)
             gradient = (jacobian * trust) @ residual - prior * (state - middle)
             covariance = np.linalg.inv(information + 1e-9 * np.diag(np.diag(information)))
@@ -94,7 +111,7 @@ class SheetInverse:
             if turn >= CORRECTED[0] and step @ gradient < SETTLED**2:
                 break
         misfit = float(np.sum(trust * residual**2) / max(seen.known.sum(), 1))
-        return Inverse(_presses(state, count), covariance, misfit, float(state[4 * count:].sum()))
+        return Inverse(_presses(state, count), covariance, misfit, float(state[SIZE * count:].sum()))
 
     def _appears(self, presses: list[Press], mixed: np.ndarray, seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Shift and growth (N, 3) of the markers' middles, their derivatives by the state (P, N, 3), and the markers' weights (N, 3)."""
@@ -111,11 +128,14 @@ class SheetInverse:
         return np.array([MIXED[0] if mixed is None else mixed] if len(presses) > 1 else [])
 
     @staticmethod
-    def _prior(count: int, radius_sigma: float) -> tuple[np.ndarray, np.ndarray]:
-        """What the state is expected to be, and one over its variance, 0 where nothing is."""
-        several = [1] if count > 1 else []
-        middle = np.array([0.0] * (4 * count) + [MIXED[0]] * len(several))
-        return middle, np.array([0, 0, 0, radius_sigma**-2] * count + [MIXED[1]**-2] * len(several))
+    def _prior(presses: list[Press], free: bool, dragged: bool) -> tuple[np.ndarray, np.ndarray]:
+        """What the state is expected to be, and one over its variance, 0 where nothing is; free: tips may have other sizes than the
+        calibrated."""
+        share, radius = DRAGGED if dragged else STRAIGHT, RADIUS_SIGMA if free else FIRST_SIGMA
+        several = [1] if len(presses) > 1 else []
+        sigmas = [[np.inf, np.inf, np.inf, radius, share * press.depth, share * press.depth] for press in presses]
+        sigma = np.concatenate([np.ravel(sigmas), MIXED[1] * np.ones(len(several))])
+        return np.concatenate([np.zeros(SIZE * len(presses)), MIXED[0] * np.ones(len(several))]), sigma**-2
 
     def predict(self, presses: list[Press], seen: Seen) -> tuple[np.ndarray, np.ndarray]:
         """Shift and growth (N, 3) that presses would show, markers near them as discs; and the displacement (N, 3), m."""
@@ -147,10 +167,10 @@ class SheetInverse:
         return correction
 
     def _within(self, state: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
-        stride = step[:4 * count].reshape(-1, 4)
+        stride = step[:SIZE * count].reshape(-1, SIZE)
         stride = stride * np.minimum(1, np.min(STRIDE / np.maximum(np.abs(stride), 1e-12), axis=1, keepdims=True))
-        vectors = np.clip(state[:4 * count].reshape(-1, 4) + stride, self._least, self._most)
-        return np.concatenate([vectors.ravel(), np.clip(state[4 * count:] + step[4 * count:], *MOST_MIXED)])
+        vectors = np.clip(state[:SIZE * count].reshape(-1, SIZE) + stride, self._least, self._most)
+        return np.concatenate([vectors.ravel(), np.clip(state[SIZE * count:] + step[SIZE * count:], *MOST_MIXED)])
 
 
 def hindrance(deformed: list[np.ndarray]) -> np.ndarray:
@@ -165,4 +185,5 @@ def hindrance(deformed: list[np.ndarray]) -> np.ndarray:
 
 
 def _presses(state: np.ndarray, count: int) -> list[Press]:
-    return [Press(vector[:2], float(vector[2]), float(vector[3])) for vector in state[:4 * count].reshape(-1, 4)]
+    vectors = state[:SIZE * count].reshape(-1, SIZE)
+    return [Press(vector[:2], float(vector[2]), float(vector[3]), (float(vector[4]), float(vector[5]))) for vector in vectors]

@@ -7,19 +7,20 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from .estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .presses import Presses
 from .sensor import MarkerSensor
-from .sheet_appearance import Press
 from .sheet_calibration import QUICK, SheetCalibration, calibrate_sheet
-from .sheet_inverse import Inverse, Seen, SheetInverse
+from .sheet_inverse import SheetInverse
+from .sheet_several import SheetPresses, Tip, tips_of
 from .sheet_start import SheetStart
 
 FEWEST = 10    # markers seen, below which nothing is told
 STANDS_OUT = 8.0  # sigmas by which a field must stand out of the noise
 SURE = 4.0     # sigmas by which the depth must
 BEYOND = 1.02  # of the calibrated depth, from where on it is out of range
+UNEXPLAINED = 8.0  # misfit, above which there may be several touches
 EDGE = 0.999   # of the reach of the library
 
 
@@ -29,8 +30,9 @@ class SheetModelMethod:
     def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
         self._calibration = calibration
         library, noise = calibration.library, calibration.noise
-        self._inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
+        inverse = SheetInverse(library, noise, calibration.marker_radius, max(sensor.pitch))
         self._start = SheetStart(library, noise.shift, noise.growth)
+        self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
         self._margin = np.array(sensor.pitch)
 
     @classmethod
@@ -57,23 +59,22 @@ class SheetModelMethod:
         start, score = self._start.best(field)
         if score < STANDS_OUT:
             return []
-        found = self._inverse.solve(Seen(field), [start])
-        return [touch for touch in self._estimates(found) if touch.depth > SURE * touch.depth_sigma]
+        found = self._presses.explain(field, start)
+        touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
+        return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
 
-    def _estimates(self, found: Inverse) -> list[TouchEstimate]:
-        return [self._touch(press, found.covariance[4 * k:4 * k + 3, 4 * k:4 * k + 3]) for k, press in enumerate(found.presses)]
-
-    def _touch(self, press: Press, covariance: np.ndarray) -> TouchEstimate:
-        calibration = self._calibration
-        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * press.depth])
+    def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
+        calibration, tip = self._calibration, found.vector
+        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * tip[2]])
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
-        covariance = turned @ (covariance + np.diag(extra**2)) @ turned
-        radius = float(calibration.library.plan.radius * np.exp(press.log_radius))
-        return TouchEstimate(np.array([*press.place, -press.depth]), press.depth, covariance, float(np.sqrt(covariance[2, 2])), radius,
-                             self._flags(press))
+        covariance = turned @ (found.covariance + np.diag(extra**2)) @ turned
+        radius = float(calibration.library.plan.radius * np.exp(found.log_radius))
+        position = np.append(tip[:2] - calibration.offset, -tip[2])
+        flags = self._flags(tip) | AMBIGUOUS * (misfit > UNEXPLAINED)
+        return TouchEstimate(position, float(tip[2]), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
 
-    def _flags(self, press: Press) -> int:
+    def _flags(self, tip: np.ndarray) -> int:
         low, high = self._calibration.place_range
-        outside = (press.place < low - self._margin).any() or (press.place > high + self._margin).any()
-        flags = OUT_OF_RANGE if outside or press.depth > BEYOND * self._calibration.deepest else 0
-        return flags | (AT_EDGE if (np.abs(press.place) >= EDGE * self._calibration.library.plan.reach).any() else 0)
+        outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
+        flags = OUT_OF_RANGE if outside or tip[2] > BEYOND * self._calibration.deepest else 0
+        return flags | (AT_EDGE if (np.abs(tip[:2]) >= EDGE * self._calibration.library.plan.reach).any() else 0)

@@ -9,10 +9,10 @@ import pytest
 import yaml
 from tactile_perception.errors import BadCalibration
 from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
-from tactile_perception.touch.sheet_appearance import Press
 from tactile_perception.touch.sheet_calibration import SheetCalibration
 from tactile_perception.touch.sheet_eyes import EyeShifts
 from tactile_perception.touch.sheet_inverse import FieldNoise
+from tactile_perception.touch.sheet_several import Tip
 from tactile_perception.touch.sheet_touch import SheetModelMethod
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
@@ -21,7 +21,7 @@ from sheet_scenes import GRID, MATERIAL, SENSOR, field_of, library, pressed  # n
 NOISE = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
 CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE, 3e-5, 0.01,
-                               COVERED, 6e-3)
+                               COVERED, 6e-3, np.zeros(2))
 METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
 
@@ -35,6 +35,13 @@ def test_a_touch_is_told_with_its_uncertainty():
     assert touch.radius == pytest.approx(8e-3, rel=0.1) and touch.flags == 0 and touch.reason == ''
     assert 3e-5 < np.sqrt(touch.covariance[0, 0]) < 3e-4 and touch.depth_sigma == pytest.approx(np.sqrt(touch.covariance[2, 2]))
     assert np.linalg.eigvalsh(touch.covariance).min() > 0
+
+
+def test_places_are_told_in_the_frame_of_the_presses():
+    aside = SheetModelMethod(dataclasses.replace(CALIBRATION, offset=np.array([3e-4, -2e-4])), SENSOR)
+    field = field_of(pressed(0.004, -0.003, 3e-3))
+    (there,), (here,) = aside.estimate(field), METHOD.estimate(field)
+    assert there.position - here.position == pytest.approx([-3e-4, 2e-4, 0])
 
 
 def test_shallow_touches_are_told():
@@ -66,7 +73,7 @@ def test_a_touch_at_the_clamp_stays_on_the_sheet():
     beyond = dataclasses.replace(field, rest=field.rest - [0, 0.002])  # as if the sheet were printed a little aside
     for touch in METHOD.estimate(beyond):
         assert np.abs(touch.position[1]) < 0.0225
-    assert METHOD._touch(Press(library().plan.reach.copy(), 1e-3), np.eye(3) * 1e-10).flags & AT_EDGE
+    assert METHOD._touch(Tip(np.append(library().plan.reach, 1e-3), np.eye(3) * 1e-10, 0.0), 1.0).flags & AT_EDGE
 
 
 def test_the_calibration_file_keeps_it():

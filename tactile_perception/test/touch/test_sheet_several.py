@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+from tactile_perception.touch.sheet_appearance import Press, appearance, read_press
+from tactile_perception.touch.sheet_inverse import FieldNoise, SheetInverse, hindrance
+from tactile_perception.touch.sheet_several import SheetPresses, tips_of
+from tactile_perception.touch.sheet_start import SheetStart
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from sheet_scenes import EYE, GRID, field_of, library, pressed  # noqa: E402
+
+NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
+START = SheetStart(library(), NOISE.shift, NOISE.growth)
+PRESSES = SheetPresses(library(), SheetInverse(library(), NOISE, 0.0, PITCH), START, PITCH)
+
+
+def explained(field):
+    found = PRESSES.explain(field, START.best(field)[0])
+    return found, tips_of(library(), found)
+
+
+def together(presses, mixed=0.4, seed=0):
+    """The field of presses whose sum lacks a part of what they share."""
+    each = [read_press(library(), press, GRID) for press in presses]
+    return field_of(appearance(sum(each) + mixed * hindrance(each), GRID, EYE), 2e-6, 2e-3, seed)
+
+
+def test_the_sheet_between_two_presses_lacks_most_in_the_middle():
+    places = np.array([[0.0, 0.0], [1e-6, 0.0], [0.01, 0.0]])
+    each = [read_press(library(), Press(np.array([x, 0.0]), 3e-3), places) for x in (-0.01, 0.01)]
+    lacks = hindrance(each)
+    assert lacks[0, 0, 2] == pytest.approx(-each[0][0, 0, 2] / 2, rel=1e-6) and (lacks[:, 0, 2] > 0).all()
+    assert lacks[1, 1, 2] == pytest.approx((lacks[1, 0, 2] - lacks[0, 0, 2]) / 1e-6, abs=2e-3)
+    assert not lacks[..., :2].any()
+
+
+@pytest.mark.parametrize('one, other', [((-0.010, 0.003, 3e-3), (0.006, -0.004, 2.4e-3)), ((-0.008, -0.006, 4e-3), (0.004, 0.005, 3.5e-3)),
+                                        ((0.0, 0.0, 2e-3), (0.012, 0.002, 2e-3))])
+def test_two_presses_are_told_apart(one, other):
+    truth = [Press(np.array(press[:2]), press[2]) for press in (one, other)]
+    found, tips = explained(together(truth))
+    assert len(tips) == 2 and found.misfit < 2 and found.mixed == pytest.approx(0.4, abs=0.25)
+    places = sorted((press.place for press in found.presses), key=lambda place: place[0])
+    assert np.abs(np.array(places) - [one[:2], other[:2]]).max() < 5e-4
+
+
+def test_a_tip_beside_another_stands_where_the_sheet_is_inclined_to():
+    truth = [Press(np.array([-0.008, 0.0]), 3e-3), Press(np.array([0.008, 0.0]), 3e-3)]
+    found, tips = explained(together(truth))
+    for press, tip in zip(found.presses, tips):
+        nearer = abs(press.place[0]) - abs(tip.vector[0])
+        assert 1e-4 < nearer < 1.5e-3 and tip.vector[2] > press.depth + 2e-4
+        assert tip.covariance[0, 0] > (0.1 * nearer)**2
+
+
+@pytest.mark.parametrize('place', [(0.0, 0.0), (0.012, -0.007), (-0.015, 0.010), (0.003, 0.0145)])
+def test_one_tip_of_any_size_is_one(place):
+    for depth, radius in ((1e-3, 7e-3), (4e-3, 5.6e-3), (4e-3, 8.75e-3)):
+        for seed in range(20):
+            _, tips = explained(field_of(pressed(*place, depth, radius), 5e-6, 5e-3, seed))
+            assert len(tips) == 1 and np.hypot(*(tips[0].vector[:2] - place)) < 8e-4
+
+
+def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
+    press = Press(np.array([0.005, -0.003]), 4e-3, dragged=(1.5e-3, -1e-3))
+    found, tips = explained(together([press]))
+    assert len(tips) == 1 and found.presses[0].dragged == pytest.approx(press.dragged, abs=1e-4)
+    assert np.abs(tips[0].vector[:2] - [0.00575, -0.0035]).max() < 1e-4 and tips[0].covariance[0, 0] > (3e-4)**2
