@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -42,6 +43,8 @@ OBJECT_PARAMETERS = (
 TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
     _fixed('method', str, 'mechanics', '', 'contact and slip by the mechanics of the pad, or by the steps of the paper',
            choices=tuple(TAXEL_METHODS)),
+    _fixed('reference.start', str, 'first', '', 'untouched values at the start: the first frame; zero, where it may be touched already; '
+           'a calibration that has them goes before', choices=('first', 'zero')),
     _fixed('reference.frames', int, 10, '', 'untouched frames that are averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's', 'how fast slow drift is followed while nothing touches', 0.1, 1e6),
 ) + OBJECT_PARAMETERS
@@ -57,6 +60,8 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
     array = taxel_array(values)
     pad = SoftPad(*(values[f'pad.{name}'] for name in ('thickness', 'stiffness', 'shear_modulus', 'friction')))
     response = read_taxels(values['calibration'], array) if values['calibration'] else Response()
+    if response.zero is None and values['reference.start'] == 'zero':
+        response = replace(response, zero=np.zeros(array.shape, np.float32))
     dead = tuple(number for number in values['dead_taxels'] if number >= 0)
     estimator = TaxelEstimator(array, pad, TaxelSettings(values['method'], dead, values['reference.frames'],
                                                          values['reference.time_constant'], response))

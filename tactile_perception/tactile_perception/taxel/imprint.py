@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .array import SoftPad, TaxelArray
-from .registration import KeyPicture, PictureMotion
+from .registration import KeyCentre, KeyPicture, PictureMotion
 from .shear import LEAD, SurfaceShear
 
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels, from which on another key is taken
 _WINDOW_S = 0.06  # over which velocity and slip are told
+_FEW = 40  # taxels: a contact of no more has no edges to speak of
 _FEWEST = 4  # frames that a velocity needs
+_EVIDENT = 0.4  # taxels from frame to frame, that a pressure's centre does not move by load alone
 _UNEVEN = 0.2  # change of the load over the window, from which it is the load that changes the picture
 # Slip over the window that is noise: taxels, and standard deviations of the picture's place.
 _STILL, _DOUBT = 0.008, 0.4
@@ -48,7 +50,7 @@ class Imprint:
     def reset(self) -> None:
         """Nothing touches."""
         self.shear.reset()
-        self._key: KeyPicture | None = None
+        self._key: KeyPicture | KeyCentre | None = None
         self._seen: PictureMotion | None = None
         self._pose = np.zeros(3)  # since the key, of the key's middle: m, m, rad
         self._total = np.zeros(3)  # of the object's point at the origin, and its turn, since it touched
@@ -64,15 +66,20 @@ class Imprint:
 
     def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float) -> ImprintMotion:
         """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty."""
-        if self._key is None:
-            self._rekey(score)
-        seen = self._key.motion(score, self._seen)
+        now = (pressure, touched) if np.count_nonzero(touched) <= _FEW else (score,)
+        kind = KeyPicture if len(now) == 1 else KeyCentre
+        if not isinstance(self._key, kind):
+            self._rekey(kind, now)
+        seen = self._key.motion(score, self._seen) if kind is KeyPicture else self._key.motion(*now)
         if seen is None:
-            self._rekey(score)
+            self._rekey(kind, now)
             self._past.clear()
             return self._unknown()
-        if self._load_changes(float(pressure[touched].sum()), stamp_s) or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
-            self._rekey(score)
+        loading = self._load_changes(float(pressure[touched].sum()), stamp_s)
+        if kind is KeyCentre and seen.largest > _EVIDENT and self._loads[-1][1] < (1 + _UNEVEN) * self._loads[0][1]:
+            loading = False
+        if loading or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
+            self._rekey(kind, now)
             seen = PictureMotion(np.zeros(2), seen.turn * 0, 0.0, seen.spread, seen.middle, seen.reach, seen.sigma)
         step = self._step(seen, pressure, touched)
         about = (self._key.middle - self._middle) * self._array.pitch
@@ -82,7 +89,7 @@ class Imprint:
         self._total = self._total + [*at_origin, step[2]]
         self._remember(slip, stamp_s)
         if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
-            self._rekey(score)
+            self._rekey(kind, now)
         linear, turn = self._velocity()
         self._along = self._direction(linear, turn, seen)
         turns = bool(np.isfinite(seen.turn))
@@ -133,8 +140,8 @@ class Imprint:
         length = np.linalg.norm(motion)
         return motion / length if length > 0 else np.zeros(3)
 
-    def _rekey(self, score: np.ndarray) -> None:
-        self._key, self._seen, self._pose = KeyPicture(score), None, np.zeros(3)
+    def _rekey(self, kind: type, now: tuple) -> None:
+        self._key, self._seen, self._pose = kind(*now), None, np.zeros(3)
 
     def _remember(self, slip: np.ndarray, stamp_s: float) -> None:
         self._past.append((stamp_s, self._total))

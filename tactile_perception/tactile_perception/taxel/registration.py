@@ -21,6 +21,8 @@ _SPREAD = 0.03  # least standard deviation of a score that is expected
 # Information on a direction, of that on the best one, under which it is open, and on a turn: a face of 3 : 2 has 0.06, a ring none but what
 # its roughness tells, which is more where edges are few.
 _OPEN, _OPEN_TURN, _FEW = 0.02, 0.035, 3.0
+_LARGE = 20  # taxels, from which an array can do without two at its rim
+_CENTRE_DOUBT = 0.3  # taxels: pressure shifts within a contact of a few, though nothing moves
 _FAR = 5.0  # taxels: what has moved farther is not found from the last place
 # Two pictures are of one object's motion where the score is left with less than the first (a standard deviation), at more than the second
 # of the edges.
@@ -36,7 +38,7 @@ def bordered(picture: np.ndarray) -> np.ndarray:
 
 
 def read_between(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic; beyond the rim as on it."""
+    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic; as on the rim beyond it."""
     rows, columns = picture.shape
     x = np.minimum(np.maximum(x + _BORDER, 1), columns - 2.001)
     y = np.minimum(np.maximum(y + _BORDER, 1), rows - 2.001)
@@ -97,7 +99,8 @@ class KeyPicture:
         gy[1:-1] = 0.5 * (score[2:] - score[:-2])
         steep = np.hypot(gx, gy)
         # The array's rim tells nothing: what leaves it there is not seen.
-        steep[:2], steep[-2:], steep[:, :2], steep[:, -2:] = 0, 0, 0, 0
+        rim = 2 if min(score.shape) >= _LARGE else 1
+        steep[:rim], steep[-rim:], steep[:, :rim], steep[:, -rim:] = 0, 0, 0, 0
         rows, columns = np.nonzero(steep > _EDGE)
         thin = slice(None, None, 1 + len(rows) // _MOST)
         rows, columns = rows[thin], columns[thin]
@@ -161,3 +164,24 @@ class KeyPicture:
         normal = (slopes * weight[:, None]).T @ slopes
         normal[np.diag_indices(len(used))] += 1e-9 * np.trace(normal) + 1e-12
         return np.linalg.solve(normal, slopes.T @ (weight * left)), spread
+
+
+class KeyCentre:
+    """As KeyPicture, for a contact of so few taxels that it has no edges: what moves is its pressure's centre. pressure: (rows, columns);
+    touched: (rows, columns) bool, not empty."""
+
+    def __init__(self, pressure: np.ndarray, touched: np.ndarray):
+        self.middle, self.reach = _centre(pressure, touched), 1.0
+
+    def motion(self, pressure: np.ndarray, touched: np.ndarray) -> PictureMotion | None:
+        """The motion from the key to pressure where touched; None for a jump."""
+        shift = _centre(pressure, touched) - self.middle
+        if not np.hypot(*shift) < _FAR:
+            return None
+        return PictureMotion(shift, np.nan, 0.0, _SPREAD, self.middle, self.reach, _CENTRE_DOUBT)
+
+
+def _centre(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
+    row, column = np.nonzero(touched)
+    weight = np.maximum(pressure[row, column], 0) + 1e-12
+    return np.array([weight @ column, weight @ row]) / weight.sum()

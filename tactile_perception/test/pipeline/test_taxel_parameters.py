@@ -29,3 +29,10 @@ def test_wrong_object(wrong):
 def test_dead_taxels_reach_the_estimator():
     with pytest.raises(BadArgument, match='dead'):
         taxel_estimator(VALUES | {'dead_taxels': [44 * 44]})
+
+
+def test_a_sensor_that_is_touched_from_the_first():
+    image = np.zeros((44, 44), np.uint8)
+    image[10:30, 10:30] = 90
+    found = [len(taxel_estimator(VALUES | {'reference.start': start}).process(image, 1.0).contacts) for start in ('first', 'zero')]
+    assert found == [0, 1]

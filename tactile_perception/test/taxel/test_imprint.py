@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.imprint import Imprint
 from tactile_perception.taxel.score import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
@@ -37,3 +37,17 @@ def test_motion_of_a_picture_without_features_is_not_known():
     full = np.ones((44, 44), np.float32)
     motion = imprint.process(full, full * 3e4, full > 0, 1.0)
     assert np.isnan(motion.linear).all() and not motion.slipped.any()
+
+
+def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
+    coarse = TaxelArray(13, 6, 3.4e-3)
+    values = np.zeros((13, 6), np.float32)
+    values[3:6, 2:4] = 3e4
+
+    def slips(pictures):
+        imprint = Imprint(coarse, PAD)
+        found = [imprint.process(p, p, p > 0, 0.03 * k) for k, p in enumerate(pictures)]
+        return [bool((imprint.slips(motion.slipped) & (p > 0)).any()) for motion, p in zip(found, pictures)], found
+    assert not any(slips([values * load for load in (1, 1, 1.2, 1.5, 2, 1, 0.7, 0.7, 0.7)])[0])
+    seen, found = slips([values] * 6 + [np.roll(values, 2, axis=0)] * 3)
+    assert seen[6] and not any(seen[:6]) and found[6].linear[1] > 0.01
