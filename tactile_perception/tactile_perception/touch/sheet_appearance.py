@@ -10,8 +10,6 @@ import numpy as np
 from .sheet_library import LibraryPlan, SheetLibrary
 from .sheet_model_mesh import locate
 
-_STEPS = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6])  # of a press's vector, over which appearances are compared
-_STEP = 1e-4  # the same of a factor
 _DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # points whose mean is that of a disc, up to cubic terms
 _BASIS = np.array([[[0.5, -1, 0.5], [0.5, 1, -1], [0, 0, 0.5]], [[-1, 1, 0], [1, -2, 0], [0, 1, 0]], [[1, 0, 0], [-2, 0, 0], [1, 0, 0]]])
 
@@ -122,12 +120,11 @@ def appearance(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.nd
     return seen
 
 
-def appearance_derivatives(deformed: np.ndarray, derivatives: np.ndarray, rest: np.ndarray,
-                           eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3), given those of deformed, (P, K, 3, 3), by presses' vectors and
-    then by factors."""
-    presses, factors = divmod(len(derivatives), len(_STEPS))
-    steps = np.concatenate([np.tile(_STEPS, presses), np.full(factors, _STEP)])[:, None, None]
+def appearance_derivatives(deformed: np.ndarray, derivatives: np.ndarray, rest: np.ndarray, eye: np.ndarray,
+                           steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3) by parameters, given those of deformed, (P, K, 3, 3), by
+    differences over steps (P,) of the parameters."""
+    steps = steps[:, None, None]
     moved = appearance(np.concatenate([deformed[None], deformed + steps[..., None] * derivatives]), rest, eye)
     return moved[0], (moved[1:] - moved[0]) / steps
 

@@ -19,17 +19,17 @@ from .sheet_library import SPREAD, SheetLibrary
 SIZE = 6               # of a press's vector
 RADIUS_SIGMA = 0.15    # of the log of the tip's radius, about the calibrated one
 FIRST_SIGMA = 0.01     # the same in the first round, which only finds the place
-STRAIGHT = 1e-4        # of the depth, sigma of how far the sheet is dragged along where nothing drags it
-DRAGGED = 0.25         # the same where something does
+DRAGGED = 0.25         # of the depth, sigma of how far the sheet is dragged along
 CARRIED = 0.5          # of how far the field is dragged: how far its tip stands beside the place where it touched
 UNSURE = 0.3           # of the same: sigma of that
 FARTHEST = 1.0         # of the largest depth, how far at most
 DOUBT = 3.0            # sigmas: what is farther off counts less
 NEAR = 2.5             # marker pitches from a press within which markers count as discs, farther away as points
+STEPS, MIXED_STEP = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6]), 1e-4  # over which appearances are compared
 STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # largest step
 ROUNDS = 5
 CORRECTED = (1, 3)    # the rounds in which what discs show is worked out
-SETTLED = 0.15         # sigmas: a step below is the last
+SETTLED = 0.5          # sigmas: a step below is the last; what it leaves is a small part of it
 SHALLOW = 1e-5         # m: least depth
 MIXED = 0.3, 0.35      # of the shared part: middle, sigma
 MOST_MIXED = -0.6, 0.9  # the same, least and largest
@@ -94,18 +94,22 @@ class SheetInverse:
         whether they may have dragged the sheet along."""
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
         count, correction = len(start), np.zeros_like(seen.value)
+        free = np.tile([True, True, True, True, dragged, dragged], count)
+        free = np.append(free, np.ones(len(state) - len(free), bool))
         for turn in range(ROUNDS):
             presses = _presses(state, count)
-            whole, slopes, weight = self._appears(presses, state[SIZE * count:], seen)
+            whole, slopes, weight = self._appears(presses, state[SIZE * count:], seen, free)
             if turn in CORRECTED:
                 correction = self._disc_correction(presses, seen)
             residual = ((seen.value - whole - correction) * weight).ravel()
             jacobian = (slopes * weight).reshape(len(slopes), -1)
             trust = np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
-            middle, prior = self._prior(presses, turn > 0, dragged)
-            information = (jacobian * trust) @ jacobian.T + np.diag(prior)
-            gradient = (jacobian * trust) @ residual - prior * (state - middle)
-            covariance = np.linalg.inv(information + 1e-9 * np.diag(np.diag(information)))
+            middle, prior = self._prior(presses, turn > 0)
+            information = (jacobian * trust) @ jacobian.T + np.diag(prior[free])
+            gradient = np.zeros(len(state))
+            gradient[free] = (jacobian * trust) @ residual - (prior * (state - middle))[free]
+            covariance = np.zeros((len(state), len(state)))
+            covariance[np.ix_(free, free)] = np.linalg.inv(information + 1e-9 * np.diag(np.diag(information)))
             step = covariance @ gradient
             state = self._within(state, step, count)
             if turn >= CORRECTED[0] and step @ gradient < SETTLED**2:
@@ -113,27 +117,30 @@ class SheetInverse:
         misfit = float(np.sum(trust * residual**2) / max(seen.known.sum(), 1))
         return Inverse(_presses(state, count), covariance, misfit, float(state[SIZE * count:].sum()))
 
-    def _appears(self, presses: list[Press], mixed: np.ndarray, seen: Seen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Shift and growth (N, 3) of the markers' middles, their derivatives by the state (P, N, 3), and the markers' weights (N, 3)."""
+    def _appears(self, presses: list[Press], mixed: np.ndarray, seen: Seen,
+                 free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Shift and growth (N, 3) of the markers' middles, their derivatives by the free part of the state (P, N, 3), and the markers'
+        weights (N, 3)."""
         parts = [read_derivatives(self._library, press, seen.rest) for press in presses]
         whole, slopes = sum(part[0] for part in parts), np.concatenate([part[1:] for part in parts])
         weight = self._weight(seen, [part[0][:, 0] for part in parts])
         if len(mixed):
             hindered = hindrance([part[0] for part in parts])
             whole, slopes = whole + mixed * hindered, np.concatenate([slopes, hindered[None]])
-        return *appearance_derivatives(whole, slopes, seen.rest, seen.eye), weight
+        steps = np.append(np.tile(STEPS, len(presses)), np.full(len(mixed), MIXED_STEP))
+        return *appearance_derivatives(whole, slopes[free], seen.rest, seen.eye, steps[free]), weight
 
     @staticmethod
     def _mixing(presses: list[Press], mixed: float | None) -> np.ndarray:
         return np.array([MIXED[0] if mixed is None else mixed] if len(presses) > 1 else [])
 
     @staticmethod
-    def _prior(presses: list[Press], free: bool, dragged: bool) -> tuple[np.ndarray, np.ndarray]:
+    def _prior(presses: list[Press], free: bool) -> tuple[np.ndarray, np.ndarray]:
         """What the state is expected to be, and one over its variance, 0 where nothing is; free: tips may have other sizes than the
         calibrated."""
-        share, radius = DRAGGED if dragged else STRAIGHT, RADIUS_SIGMA if free else FIRST_SIGMA
+        radius = RADIUS_SIGMA if free else FIRST_SIGMA
         several = [1] if len(presses) > 1 else []
-        sigmas = [[np.inf, np.inf, np.inf, radius, share * press.depth, share * press.depth] for press in presses]
+        sigmas = [[np.inf, np.inf, np.inf, radius, DRAGGED * press.depth, DRAGGED * press.depth] for press in presses]
         sigma = np.concatenate([np.ravel(sigmas), MIXED[1] * np.ones(len(several))])
         return np.concatenate([np.zeros(SIZE * len(presses)), MIXED[0] * np.ones(len(several))]), sigma**-2
 

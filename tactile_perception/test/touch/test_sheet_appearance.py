@@ -17,10 +17,10 @@ PRESS = Press(np.array([0.011, -0.006]), 4e-3, 0.08)
 def moved(k, step):
     vector = PRESS.vector
     vector[k] += step
-    return read_press(library(), Press(vector[:2], vector[2], vector[3]), GRID)
+    return read_press(library(), Press(vector[:2], vector[2], vector[3], vector[4:]), GRID)
 
 
-@pytest.mark.parametrize('k, step', [(0, 1e-7), (1, 1e-7), (2, 1e-7), (3, 1e-5)])
+@pytest.mark.parametrize('k, step', [(0, 1e-7), (1, 1e-7), (2, 1e-7), (3, 1e-5), (4, 1e-7), (5, 1e-7)])
 def test_derivatives_are_differences(k, step):
     expected = (moved(k, step) - moved(k, -step)) / (2 * step)
     assert read_derivatives(library(), PRESS, GRID)[1 + k] == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
@@ -43,7 +43,7 @@ def test_a_sheet_that_comes_nearer_as_a_whole_looks_larger():
 
 def test_appearances_tell_their_derivatives():
     parts = read_derivatives(library(), PRESS, GRID)
-    seen, slopes = appearance_derivatives(parts[0], parts[1:], GRID, EYE)
+    seen, slopes = appearance_derivatives(parts[0], parts[1:], GRID, EYE, np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6]))
     step = 1e-6
     assert seen == pytest.approx(appearance(moved(2, 0.0), GRID, EYE))
     assert slopes[2] == pytest.approx((appearance(moved(2, step), GRID, EYE) - appearance(moved(2, -step), GRID, EYE)) / (2 * step),
