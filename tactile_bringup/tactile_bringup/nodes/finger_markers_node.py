@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+import time
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.event_handler import PublisherEventCallbacks
@@ -32,13 +33,12 @@ class FingerMarkersNode(Node):
         if self._settings.problems:
             raise BadArgument('finger_markers_node: ' + '; '.join(self._settings.problems.values()))
         self._markers = FingerMarkers(self._settings)
-        self._input, self._newest = None, None
+        self._input, self._due_s = None, 0.0
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._output = self.create_publisher(MarkerArray, 'markers', qos_profile_system_default, event_callbacks=matched)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._place_output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._publish_pole()
-        self.create_timer(1 / self._settings['rate'], self._draw)
         self._follow_demand()
 
     def destroy_node(self) -> None:
@@ -62,15 +62,13 @@ class FingerMarkersNode(Node):
             self._input = self.create_subscription(Contacts, 'contacts', self._take, _QUEUE)
         elif not wanted and self._input is not None:
             self.destroy_subscription(self._input)
-            self._input = self._newest = None
+            self._input = None
 
     def _take(self, message: Contacts) -> None:
-        self._newest = message
         self._markers.note(message)
-
-    def _draw(self) -> None:
-        message, self._newest = self._newest, None
-        if message is not None:
+        now = time.monotonic()
+        if now >= self._due_s:
+            self._due_s = now + 1 / self._settings['rate']
             self._output.publish(self._markers.frame(message.header, {'contacts': message}))
 
 

@@ -11,7 +11,7 @@ from ..errors import BadCalibration
 
 _LARGEST_LOG = 50.0
 _FEWEST = 12  # contacts, of three loads or more
-_SPREAD = 1.5  # largest load over the smallest one
+_SPREAD = 1.3  # largest load over the smallest one
 _TERMS = 8
 _LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> terms: more where there are more
 _RISING = 0.35  # of a press's light: an onset that is brighter was noted late
