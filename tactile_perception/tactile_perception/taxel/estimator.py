@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate
-from ..contact.region import ContactRegionEstimate, axes, quaternion
+from ..contact.region import ContactRegionEstimate, axes
 from ..contact.slip import SlipEstimate
 from ..errors import BadArgument, BadFrame
 from .array import SoftPad, TaxelArray
@@ -202,8 +202,7 @@ class TaxelEstimator:
         loops = estimate.outlines + estimate.holes
         estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
         if motion is not None and np.isfinite([*motion.step, motion.step_turn]).all() and interval > 0:
-            turn = motion.step_turn
             estimate.motion_translation = np.array([*motion.step, 0.0])
-            estimate.motion_rotation = quaternion(np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]))
+            estimate.motion_rotation = np.array([0.0, 0.0, np.sin(0.5 * motion.step_turn), np.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
         return estimate

@@ -123,7 +123,7 @@ class Imprint:
     def _step(self, seen: PictureMotion, pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
         """(3,) m, m, rad since the last frame, at the key's middle. The picture has been freed of the lead that traction was to have
         made; what the object has moved since shows in it together with the lead of that."""
-        found = np.array([*(seen.shift * self._array.pitch), np.nan_to_num(seen.turn)])
+        found = np.array([*(seen.shift * self._array.pitch), seen.known_turn])
         mean = max(float(pressure[touched].mean()), 1.0)
         stiff = LEAD * self._pad.thickness * self._pad.shear_stiffness / mean
         moved = found - self._pose

@@ -12,9 +12,9 @@ import numpy as np
 from ..contact.moments import Moments
 from ..contact.outline import Outline, contour, group_loops
 from .array import TaxelArray
-from .score import LEVEL
+from .score import LEVEL, largest_near
 
-_AROUND = np.ones((5, 5), np.uint8)  # taxels beside a region that its force reaches
+_AROUND = 2  # taxels beside a region that its force reaches
 _MOST = 64  # regions, the largest: more is no contact, but a broken image
 
 
@@ -75,8 +75,7 @@ class _Sums:
     """Sums of pressure by label."""
 
     def __init__(self, labels: np.ndarray, count: int, pressure: np.ndarray, array: TaxelArray):
-        near = cv2.dilate(labels.astype(np.float32), _AROUND).astype(np.int32)
-        near = np.where(labels > 0, labels, near)
+        near = np.where(labels > 0, labels, largest_near(labels, _AROUND))
         flat, weight = near.ravel(), np.maximum(pressure, 0).ravel()
         self._array = array
         self.count = np.bincount(labels.ravel(), minlength=count)

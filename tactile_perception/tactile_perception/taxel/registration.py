@@ -7,6 +7,7 @@ growth of the contact along their normals, are fitted to it at once. A change of
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -38,7 +39,7 @@ def bordered(picture: np.ndarray) -> np.ndarray:
 
 
 def read_between(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic; as on the rim beyond it."""
+    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic."""
     rows, columns = picture.shape
     x = np.minimum(np.maximum(x + _BORDER, 1), columns - 2.001)
     y = np.minimum(np.maximum(y + _BORDER, 1), rows - 2.001)
@@ -82,9 +83,14 @@ class PictureMotion:
     sigma: float
 
     @property
+    def known_turn(self) -> float:
+        """rad, 0 where it is not told."""
+        return 0.0 if math.isnan(self.turn) else self.turn
+
+    @property
     def largest(self) -> float:
         """Largest displacement, taxels."""
-        return float(np.hypot(*self.shift) + abs(np.nan_to_num(self.turn)) * self.reach)
+        return math.hypot(*self.shift) + abs(self.known_turn) * self.reach
 
 
 class KeyPicture:
@@ -122,7 +128,7 @@ class KeyPicture:
         if self._used is None:
             return None
         used = self._used
-        guess = np.zeros(4) if start is None else np.array([*start.shift, np.nan_to_num(start.turn) * self.reach, start.growth])
+        guess = np.zeros(4) if start is None else np.array([*start.shift, start.known_turn * self.reach, start.growth])
         score = bordered(score)
         for _ in range(_ROUNDS):
             left = self._value - self._sampled(score, guess)
@@ -130,7 +136,7 @@ class KeyPicture:
             guess[used] += step
             if np.abs(step).max() < _SETTLED:
                 break
-        if not np.isfinite(guess).all() or np.hypot(*guess[:2]) + abs(guess[2]) > _FAR or spread > _ALIKE or \
+        if not np.isfinite(guess).all() or math.hypot(*guess[:2]) + abs(guess[2]) > _FAR or spread > _ALIKE or \
                 np.mean(np.abs(left) < _TUKEY * spread) < _AGREED:
             return None
         turn = guess[2] / self.reach if 2 in used else np.nan

@@ -18,6 +18,7 @@ _GAP = 0.35  # of the level: where pressure does not fall to this between touche
 _ENOUGH = 16  # taxels inside a patch, from which its level is a fitted plane
 _CURVED = 0.5  # share of what a plane leaves of the variance that a parabola must explain, to be the level
 _LEAST, _MOST = 0.3, 1.7  # of a patch's mean, bounds of the level
+_FAR = 4  # taxels
 _SAMPLE = 1500  # taxels of a patch that are used
 
 
@@ -32,8 +33,7 @@ class ContactScore:
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._smooth = max(_SMOOTH * pad.thickness / array.pitch, 0.5)
         reach = max(1, round(pad.thickness / array.pitch))
-        self._near = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-        self._join = np.ones((reach + 1 | 1, reach + 1 | 1), np.uint8)
+        self._reach, self._join = reach, (reach + 1) // 2
 
     def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
         """(rows, columns) float32, 0 to 1, from pressure (rows, columns) float32 in any unit, with noise of sigma in the same."""
@@ -52,12 +52,12 @@ class ContactScore:
 
     def _nearby(self, smooth: np.ndarray) -> np.ndarray:
         """(rows, columns): the largest pressure within a thickness, gone on with to the border by how it changes over another one."""
-        near = cv2.dilate(smooth, self._near)
-        return np.maximum(2 * near - cv2.dilate(near, self._near), _LEAST * near)
+        near = largest_near(smooth, self._reach)
+        return np.maximum(2 * near - largest_near(near, self._reach), _LEAST * near)
 
     def _patches(self, pressure: np.ndarray, touched: np.ndarray, inner: np.ndarray, nearby: np.ndarray) -> np.ndarray:
         """(rows, columns): nearby with the fitted level on each patch and around it."""
-        count, labels, boxes, _ = cv2.connectedComponentsWithStats(cv2.dilate(touched, self._join), connectivity=8)
+        count, labels, boxes, _ = cv2.connectedComponentsWithStats(largest_near(touched, self._join), connectivity=8)
         level = nearby
         for label in range(1, count):
             left, top, width, height, size = boxes[label]
@@ -67,7 +67,7 @@ class ContactScore:
             patch = (labels[box] == label).astype(np.uint8)
             fitted = _fitted(pressure[box], inner[box] * patch)
             if fitted is not None:
-                mine = cv2.dilate(patch, self._join) > 0
+                mine = largest_near(patch, self._join) > 0
                 level[box] = np.where(mine, fitted, level[box])
         return level
 
@@ -119,3 +119,18 @@ def _closed(score: np.ndarray) -> np.ndarray:
     if dip.any():
         score[dip[labels]] = 1
     return score
+
+
+def largest_near(values: np.ndarray, reach: int) -> np.ndarray:
+    """(rows, columns): the largest of values (rows, columns) within reach taxels along both axes."""
+    if reach > _FAR:
+        return cv2.dilate(values, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    down = values.copy()
+    for step in range(1, reach + 1):  # quicker than OpenCV on a small picture
+        np.maximum(down[step:], values[:-step], out=down[step:])
+        np.maximum(down[:-step], values[step:], out=down[:-step])
+    across = down.copy()
+    for step in range(1, reach + 1):
+        np.maximum(across[:, step:], down[:, :-step], out=across[:, step:])
+        np.maximum(across[:, :-step], down[:, step:], out=across[:, :-step])
+    return across
