@@ -29,7 +29,8 @@ FLOOR = 0.02           # of the deepest press: less deep ones are not fitted to,
 EXCITED = 0.01         # of the largest force or moment: an axis whose values spread less is refused
 PLACES = 3             # with fewer (mirror images counted once) those left out cannot tell what an axis is worth
 AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
-_PARTS = 6             # normal force, its way along x and y, and how far its line is off the tip: moment about x, y and z
+_FEATURES = (3, 2, 2, 2, 2, 3)  # of each part: normal force, its way along x and y, and the moment about the tip, over the normal force
+_PARTS = len(_FEATURES)
 
 
 def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrench | None = None) -> dict:
@@ -84,15 +85,15 @@ class WrenchMap:
             self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']), base)
             self._scale, self._told = float(numbers['scale']), np.array(numbers['told'], bool)
             self._states, self._lengths = np.array(numbers['states'], float), np.array(numbers['lengths'], float)
-            self._duals = [np.array(dual, float) for dual in numbers['duals']]
-            shapes = {dual.shape[0] for dual in self._duals} | {len(self._states)}
-            if len(shapes) > 1 or self._lengths.shape != (_PARTS, self._states.shape[1]) or self._told.shape != (_PARTS,):
+            duals = [np.array(dual, float) for dual in numbers['duals']]
+            shapes = [dual.shape for dual in duals] + [self._lengths.shape, self._told.shape]
+            count, inputs = self._states.shape
+            if shapes != [(count, features) for features in _FEATURES] + [(_PARTS, inputs), (_PARTS,)]:
                 raise ValueError('shapes do not agree')
         except (KeyError, TypeError, ValueError, IndexError) as wrong:
             raise BadCalibration(f'the wrench map cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
-        self._part = np.repeat(np.arange(_PARTS), [dual.shape[1] for dual in self._duals])
+        self._part, self._dual = np.repeat(np.arange(_PARTS), _FEATURES), np.hstack(duals)
         self._starts = np.searchsorted(self._part, np.arange(_PARTS))
-        self._dual = np.hstack(self._duals)
         self._widths = 1 / self._lengths**2
 
     def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
