@@ -22,6 +22,8 @@ ORDERS = 3                        # of depth
 ORDER_RIDGE = np.array([0.2, 1.0, 3.0])
 ROUGH = 30.0                      # times that, against kinks along the splines
 SHALLOW = 0.2                     # of the deepest press: down to this, a dent is as wrong as it is deep
+ANCHORS = np.array([0.0, 0.08, 0.16, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2])  # rad from the touch
+ANCHOR = 0.01                     # times the weight of a marker's place: that of what is roughly known there
 NEAREST = 0.1                     # of a point's height over the eye
 NEARER = (0.5, 2.5)               # times, at the most, that a point comes nearer to the eye
 UNLIKE = 3.0                      # a press that is further off than so many medians is unlike the others
@@ -76,23 +78,35 @@ class Dent:
         rows = np.einsum('kmc,o,ks->kcmos', along[seen], powers, self._splines(angle[seen]))
         return rows.reshape(2 * seen.sum(), -1), shift[seen].ravel()
 
+    def anchors(self, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Rows, and what they should give (n,), m: that the skin roughly goes down under the tip, and less and less around it.
+
+        A dome that shrinks towards the eye looks the same as ever, so that markers alone do not tell how far anything moves.
+        """
+        angle, turn = (part.ravel() for part in np.meshgrid(ANCHORS, [0.0, np.pi / 2, np.pi]))
+        along, up = _frame(place, self.towards, self.cap.curvature_radius)
+        across = np.cross(up, along)
+        points = np.sin(angle)[:, None] * (np.cos(turn)[:, None] * along + np.sin(turn)[:, None] * across) + np.cos(angle)[:, None] * up
+        known, modes = self._modes(place, self.cap.curvature_radius * points)
+        powers = depth / self.unit * (depth / self.unit) ** np.arange(ORDERS)
+        down = -depth * np.log(ANCHORS[-1] / np.maximum(angle, ANCHORS[1])) / np.log(ANCHORS[-1] / ANCHORS[1])
+        rows = np.einsum('kmc,o,ks->kcmos', modes, powers, self._splines(known)).reshape(3 * len(angle), -1)
+        return rows, np.column_stack([np.zeros((len(angle), 2)), down]).ravel()
+
     def _splines(self, angle: np.ndarray) -> np.ndarray:
         position = np.clip(np.nan_to_num(angle, nan=KNOTS[-1]) / self.step, 0, len(self.table) - 1.001)
         low = position.astype(int)
         part = (position - low)[:, None]
         return self.table[low] * (1 - part) + self.table[low + 1] * part
 
-    def _modes(self, tip: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Angles (K,) rad from the touch, and the directions (K, MODES, 3) of the modes."""
-        place = tip * (1 - self.towards)
-        reach = float(np.hypot(*place))
-        along = place / reach if reach > 1e-9 else np.array([1.0, 0.0])
-        sine = min(reach / self.cap.curvature_radius, 0.95)
-        cosine = np.sqrt(1 - sine**2)
-        x, y = self._from_centre[:, :2] @ along, self._from_centre[:, :2] @ [-along[1], along[0]]
-        ahead, up = x * cosine - self._from_centre[:, 2] * sine, x * sine + self._from_centre[:, 2] * cosine
-        flat = np.maximum(np.hypot(ahead, y), 1e-12)
-        angle, cos, sin = np.arctan2(flat, up), ahead / flat, y / flat
+    def _modes(self, tip: np.ndarray, points: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Angles (K,) rad from the touch, and the directions (K, MODES, 3) of the modes, of points (K, 3) m from the dome's centre."""
+        points = self._from_centre if points is None else points
+        ahead, touch = _frame(tip, self.towards, self.cap.curvature_radius)
+        sine, along = float(np.hypot(*touch[:2])), ahead[:2] / np.hypot(*ahead[:2])
+        x, y, up = points @ ahead, points[:, :2] @ [-along[1], along[0]], points @ touch
+        flat = np.maximum(np.hypot(x, y), 1e-12)
+        angle, cos, sin = np.arctan2(flat, up), x / flat, y / flat
         fade = np.clip(angle / NEAR, 0, 1)
         outward = np.stack([cos * along[0] - sin * along[1], cos * along[1] + sin * along[0]], axis=1) * fade[:, None]
         sideways = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
@@ -103,6 +117,16 @@ class Dent:
         return angle, modes
 
 
+def _frame(tip: np.ndarray, towards: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (3,) at the touch of a tip at (2,) m on a sphere of radius, m: down the slope along it, and out of it."""
+    place = tip * (1 - towards)
+    reach = float(np.hypot(*place))
+    along = place / reach if reach > 1e-9 else np.array([1.0, 0.0])
+    sine = min(reach / radius, 0.95)
+    cosine = np.sqrt(1 - sine**2)
+    return np.array([*(cosine * along), -sine]), np.array([*(sine * along), cosine])
+
+
 class DentFit:
     """Fits dents to presses with shifts (K, 2) m each, tips (M, 2) m and depths (M,) m."""
 
@@ -110,6 +134,7 @@ class DentFit:
         self._dent, self._shifts, self._places, self._depths = dent, shifts, places, depths
         self._systems = [dent.equations(shift, place, depth) for shift, place, depth in zip(shifts, places, depths)]
         self._sure = 1 / np.hypot(depths, SHALLOW * depths.max())
+        self._anchors = self._anchored(places, depths)
         self._first = self._normal(self._sure[:, None])
         self._penalty = _penalty(dent.table.shape[1]) * np.trace(self._first[0]) / len(self._first[1])
 
@@ -121,8 +146,15 @@ class DentFit:
         first = self._solve(self._first, ridge)
         return self._solve(self._normal(self._weights(first)), ridge)
 
-    def _normal(self, weights) -> tuple[np.ndarray, np.ndarray]:
+    def _anchored(self, places, depths) -> tuple[np.ndarray, np.ndarray]:
         square, pull = 0.0, 0.0
+        for place, depth, sure in zip(places, depths, self._sure):
+            rows, target = (part * (ANCHOR * sure) for part in self._dent.anchors(place, depth))
+            square, pull = square + rows.T @ rows, pull + rows.T @ target
+        return square, pull
+
+    def _normal(self, weights) -> tuple[np.ndarray, np.ndarray]:
+        square, pull = self._anchors
         for (rows, target), weight in zip(self._systems, weights):
             rows = rows * weight.reshape(-1, 1)
             square, pull = square + rows.T @ rows, pull + rows.T @ (target * weight)

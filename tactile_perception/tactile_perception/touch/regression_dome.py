@@ -25,7 +25,7 @@ from .sensor import MarkerSensor
 
 FEWEST = 6               # presses
 MOST = 80                # presses that are held out in turn to choose the ridge
-RIDGES = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+RIDGES = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 DEPTH_COUNTS = 4.0       # times as much as place, in that choice
 MEDIAN_SQUARE = 0.79     # of a third of chi-square with three degrees of freedom
 SIZE_SIGMA = 0.3         # log: how much larger or smaller objects are than the calibrated tip
@@ -93,8 +93,7 @@ class DomeRegression:
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
         """Numbers for the calibration file. Raises BadCalibration for too few presses.
 
-        How much the dent is held back is what tells presses best, both those at places held out and those that it was learned from:
-        points that go straight to the eye are not seen to move, so that a dent held back too little may be quite another.
+        How much the dent is held back is what tells presses best, both those at places held out and those that it was learned from.
         """
         some = _some(presses)
         learned = cls._numbers(presses, sensor, RIDGES)

@@ -63,3 +63,12 @@ def test_a_press_unlike_the_others_hardly_counts(learned):
     told = dent().with_coefficients(fit_to(both).coefficients(RIDGE)).appear(pressed((0.02, 0.02), 0.02))
     off = np.hypot(*(told - learned.appear(pressed((0.02, 0.02), 0.02))).T)
     assert np.nanmedian(off) < 0.4e-3
+
+
+def test_what_is_roughly_known_is_of_a_dents_size(learned):
+    place, depth = np.array([0.03, -0.02]), 0.02
+    rows, target = learned.anchors(place, depth)
+    assert target.reshape(-1, 3)[:, 2].min() == -depth and target.max() == 0.0
+    told = (rows @ learned.coefficients.ravel()).reshape(-1, 3)
+    assert np.abs(told - target.reshape(-1, 3)).max() < 0.5 * depth
+    assert told[0, 2] == pytest.approx(-depth, rel=0.2)
