@@ -63,7 +63,9 @@ class SerialPort:
         if self._port is None:
             raise DeviceLost(f'device: {self._device} is not open')
         try:
-            return self._port.read(self._port.in_waiting or 1)
+            waiting = self._port.in_waiting
+            data = self._port.read(waiting or 1)
+            return data if waiting or not data else data + self._port.read(self._port.in_waiting)
         except (OSError, TypeError) as error:  # TypeError: pyserial's way to tell that it was closed meanwhile
             raise DeviceLost(f'device: {self.path} is gone ({error}); check the cable') from error
 
