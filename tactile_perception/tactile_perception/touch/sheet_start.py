@@ -25,7 +25,8 @@ class SheetStart:
         self._rest = self._eye = np.zeros((0, 2))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
-        """The press that matches the field best, its depth to scale, and by how many standard deviations it stands out of the noise."""
+        """The press that matches the field best, its depth to scale, and by how many standard deviations it stands out of the noise, which
+        is no less than what the press leaves unexplained."""
         self._renew(field)
         value = np.column_stack([field.shift, field.growth]) / self._sigma
         known = np.isfinite(value).ravel() & self._known
@@ -35,7 +36,8 @@ class SheetStart:
         k = int(np.argmax(score))
         press = self._presses[k]
         depth = np.clip(press.depth * match[k] / max(size[k], 1e-9), 1e-5, self._library.plan.depth)
-        return Press(press.place, float(depth)), float(score[k])
+        left = (value @ value - score[k]**2) / max(known.sum(), 1)
+        return Press(press.place, float(depth)), float(score[k] / np.sqrt(max(left, 1.0)))
 
     def _renew(self, field: MarkerField) -> None:
         """Work the fields out anew where markers or eyes are others than last time; one that is not seen leaves what is known of it."""

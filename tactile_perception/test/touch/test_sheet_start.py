@@ -34,3 +34,10 @@ def test_markers_out_of_sight_are_left_out():
 def test_noise_does_not_stand_out():
     start, still = SheetStart(library(), NOISE, GROWTH), np.zeros((len(GRID), 3))
     assert max(start.best(field_of(still, NOISE, GROWTH, seed))[1] for seed in range(500)) < 6
+
+
+def test_noise_louder_than_was_calibrated_does_not_stand_out():
+    """Nor does it hide a press."""
+    start, still = SheetStart(library(), NOISE, GROWTH), np.zeros((len(GRID), 3))
+    scores = [start.best(field_of(still, 3e-5, 2e-2, seed))[1] for seed in range(300)]
+    assert max(scores) < 6 < 30 < start.best(field_of(pressed(0.006, -0.004, 3e-3), 3e-5, 2e-2))[1]
