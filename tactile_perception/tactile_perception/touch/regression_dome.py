@@ -49,8 +49,11 @@ class DomeRegression:
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
         """The touches of one frame; empty where displacements are no more than noise. Raises BadArgument for another pattern."""
         found = self.dents(field)
-        return [] if found is None else [self._told(one, found.covariance[4 * k:4 * k + 4, 4 * k:4 * k + 4])
-                                         for k, one in enumerate(found.parameters)]
+        if found is None:
+            return []
+        # What dents do not explain, as a drag, is not trusted.
+        covariance = found.covariance * max(1.0, found.squares / (2 * field.seen.sum()))
+        return [self._told(one, covariance[4 * k:4 * k + 4, 4 * k:4 * k + 4]) for k, one in enumerate(found.parameters)]
 
     def dents(self, field: MarkerField) -> DentFound | None:
         """What dents one frame; None where nothing does. Raises BadArgument for another pattern."""
@@ -166,10 +169,10 @@ def _some(presses: Presses) -> Presses:
 
 
 def _straight(presses: Presses) -> np.ndarray:
-    """(M,) bool: presses at places that were pressed to several depths, if these are most; a tip that is dragged is nowhere twice."""
-    again = np.bincount(presses.places() + 1)[presses.places() + 1] > 1
-    touching = presses.touching
-    return touching & again if again[touching].mean() > 0.5 else touching
+    """(M,) bool: presses at places that have half as many as is usual, or more; a tip that is dragged is nowhere for long."""
+    places, touching = presses.places() + 1, presses.touching
+    count = np.bincount(places)[places]
+    return touching & (count > 0.5 * np.median(count[touching]))
 
 
 def _tip_radius(touched: Presses, sensor: MarkerSensor) -> float:

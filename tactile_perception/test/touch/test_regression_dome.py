@@ -56,6 +56,14 @@ def test_deeper_and_further_out_than_calibrated_is_flagged(method):
     assert flags[0] == 0 and flags[1] == OUT_OF_RANGE and flags[2] & AT_EDGE
 
 
+def test_what_a_dent_does_not_explain_widens_the_covariance(method):
+    field = dome_field([((0.02, 0.01), 0.02)])
+    plain, = method.estimate(field)
+    field.shift[:] += np.random.default_rng(5).normal(0, 1e-3, field.shift.shape)
+    spoilt = method.estimate(field)[0]
+    assert spoilt.covariance[0, 0] > 4 * plain.covariance[0, 0] and np.hypot(*(spoilt.position[:2] - [0.02, 0.01])) < 5e-3
+
+
 def test_lost_markers_widen_the_covariance(method):
     field = dome_field([((0.02, 0.01), 0.02)])
     whole, = method.estimate(field)
