@@ -61,10 +61,17 @@ class Dent:
 
     def moved(self, dent: np.ndarray) -> np.ndarray:
         """(K, 3) m, displacement under a dent with parameters (4,)."""
-        angle, modes = self._modes(dent[:2])
-        powers = np.exp(dent[LOG_DEPTH]) / self.unit * (np.exp(dent[LOG_SHAPE]) / self.unit) ** np.arange(ORDERS)
-        size = self._splines(angle) @ np.einsum('mos,o->sm', self.coefficients, powers)
-        return np.einsum('km,kmc->kc', size, modes)
+        return self.powers(dent) @ self.fields(dent[:2])
+
+    def fields(self, tip: np.ndarray) -> np.ndarray:
+        """(K, ORDERS, 3) m, displacement for each power of depth under a dent at tip (2,) m."""
+        angle, modes = self._modes(tip)
+        size = self._splines(angle) @ self.coefficients.transpose(2, 1, 0).reshape(-1, ORDERS * MODES)
+        return size.reshape(-1, ORDERS, MODES) @ modes
+
+    def powers(self, dent: np.ndarray) -> np.ndarray:
+        """(ORDERS,) powers of the depth of a dent with parameters (4,)."""
+        return np.exp(dent[LOG_DEPTH]) / self.unit * (np.exp(dent[LOG_SHAPE]) / self.unit) ** np.arange(ORDERS)
 
     def equations(self, shift: np.ndarray, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
         """Rows (2 n, MODES * ORDERS * splines), and what they should give (2 n,), m, for a press whose shift (K, 2)

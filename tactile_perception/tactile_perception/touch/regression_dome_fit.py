@@ -72,10 +72,11 @@ class DentSolver:
         weight = np.where(seen, self._weight(field), 0.0)
         limit = np.tile(LIMIT, len(starts))
         for turn in range(ITERATIONS):
-            moved = [self.dent.moved(one) for one in parameters]
+            fields = [self.dent.fields(one[:2]) for one in parameters]
+            moved = [self.dent.powers(one) @ field for one, field in zip(parameters, fields)]
             told = np.nan_to_num(self.dent.seen_at(sum(moved))).ravel()
             if turn < FOLLOW:
-                slope = self._slope(parameters, moved, told)
+                slope = self._slope(parameters, fields, moved, told)
             normal, pull = _with_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ ((shift - told) * weight))
             normal[np.diag_indices_from(normal)] += np.tile(LEAST, len(starts))
             size = 1 / np.sqrt(np.diag(normal))
@@ -88,11 +89,13 @@ class DentSolver:
         covariance = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
         return DentFound(parameters, covariance, float(np.sum(weight * left**2)))
 
-    def _slope(self, parameters, moved, told) -> np.ndarray:
+    def _slope(self, parameters, fields, moved, told) -> np.ndarray:
         columns = []
         for k, one in enumerate(parameters):
             others = sum(moved[:k] + moved[k + 1:], np.zeros_like(moved[k]))
-            columns += [self.dent.seen_at(others + self.dent.moved(one + step)).ravel() - told for step in np.diag(STEPS)]
+            for number, step in enumerate(np.diag(STEPS)):  # the depth leaves the fields of the place as they are
+                field = fields[k] if number >= LOG_DEPTH else self.dent.fields((one + step)[:2])
+                columns.append(self.dent.seen_at(others + self.dent.powers(one + step) @ field).ravel() - told)
         return np.nan_to_num(np.stack(columns, axis=1)) / np.tile(STEPS, len(parameters))
 
     def _weight(self, field: MarkerField) -> np.ndarray:
