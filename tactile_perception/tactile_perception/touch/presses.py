@@ -53,11 +53,12 @@ class Presses:
         return Presses(tuple(field for field, kept in zip(self.fields, keep) if kept), self.position[keep], self.depth[keep],
                        self.segment[keep], self.wrench[keep], self.radius[keep])
 
-    def places(self) -> np.ndarray:
-        """(M,) int, number of the place pressed, counted from 0 in order of appearance; -1 where nothing touches."""
+    def places(self, mirrored: bool = False) -> np.ndarray:
+        """(M,) int, number of the place pressed, counted from 0 in order of appearance; -1 where nothing touches; mirrored: a place has
+        that of its mirror images along x and y."""
         place, known = np.full(len(self), -1), np.zeros((0, 2))
         for k in np.flatnonzero(self.touching):
-            xy = self.position[k, :2]
+            xy = np.abs(self.position[k, :2]) if mirrored else self.position[k, :2]
             near = np.flatnonzero(np.hypot(*(known - xy).T) < SAME_PLACE)
             place[k] = near[0] if len(near) else len(known)
             known = known if len(near) else np.vstack([known, xy])
@@ -74,8 +75,10 @@ class Presses:
         return straight
 
     def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
-        """Pairs (to fit, held out): in each, every so many-th place is held out; untouched frames are always among those to fit."""
-        place = self.places()
+        """Pairs (to fit, held out): in each, every so many-th place is held out with its mirror images, from which a method that knows the
+        sensor's symmetry would know it; untouched frames are always among those to fit."""
+        place = self.places(mirrored=True)
+        place = place if place.max(initial=-1) > 0 else self.places()
         for fold in range(folds):
             held = (place >= 0) & (place % folds == fold)
             if held.any() and (self.touching & ~held).any():

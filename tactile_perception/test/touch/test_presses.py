@@ -19,9 +19,11 @@ def test_places_are_counted_in_order():
 
 
 def test_held_out_leaves_whole_places_out():
-    for fit, held in presses().held_out(3):
-        assert len(fit) == 6 and len(held) == 2 and not fit.touching[:2].any()
-        assert not set(fit.position[fit.touching, 0]) & set(held.position[:, 0])
+    pairs = list(presses().held_out(3))
+    assert [len(held) for _, held in pairs] == [4, 2]  # a place and its mirror image, and the middle
+    for fit, held in pairs:
+        assert len(fit) + len(held) == 8 and not fit.touching[:2].any()
+        assert not set(np.abs(fit.position[fit.touching, 0])) & set(np.abs(held.position[:, 0]))
 
 
 def test_a_drag_is_no_press_straight_down():
