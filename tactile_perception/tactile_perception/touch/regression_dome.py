@@ -32,7 +32,7 @@ SIZE_SIGMA = 0.3         # log: how much larger or smaller objects are than the 
 UNDER_TIP = 0.17         # of the depth, times the log of the size: by how much a smaller tip goes deeper for the same dent around it
 RADII = np.arange(0.0, 0.0801, 0.001)  # m, of the calibrated tip
 SEVERAL = 1.5            # mean square left by one dent, in units of what is expected, from where on two are tried
-BETTER, LESSER = 2.5, 0.2  # times that two must leave less than one; depth of the lesser over the other's
+EVIDENCE = 1.4           # for two: times that they leave less than one, times the depth of the lesser over the other's
 BEYOND = 1.15            # times the deepest calibrated press: deeper is out of range
 
 
@@ -71,7 +71,8 @@ class DomeRegression:
         """Whether two dents explain so much more than one that they are two."""
         depth = np.exp(two.parameters[:, LOG_DEPTH])
         apart = np.hypot(*(two.parameters[0, :2] - two.parameters[1, :2]))
-        return bool(two.squares * BETTER < one.squares and depth.min() > LESSER * depth.max() and apart > APART * max(self.sensor.pitch))
+        evidence = one.squares / max(two.squares, 1e-9) * depth.min() / depth.max()
+        return bool(evidence > EVIDENCE and apart > APART * max(self.sensor.pitch))
 
     def _told(self, parameters, covariance) -> TouchEstimate:
         place = parameters[:2] * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*parameters[:2]), 1e-9))
