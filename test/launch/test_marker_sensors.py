@@ -22,7 +22,7 @@ DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 RAW = {'image_raw': Image, 'ground_truth/contacts': Contacts}
 # sensor: its nodes, markers printed, m within which a touch is told: place, depth
 SENSORS = {'areal_single': ('camera_node', 117, 1e-3, 0.5e-3), 'areal_dual': ('dual_camera_node', 154, 1.5e-3, 0.3e-3),
-           'air_cushion': ('camera_node', 221, 4e-3, 3e-3)}
+           'air_cushion': ('camera_node', 221, 6e-3, 3e-3)}
 NODES = ('dot_tracker_node', 'contact_point_node')
 RATE = 10.0  # Hz
 
