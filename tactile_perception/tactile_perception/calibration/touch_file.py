@@ -18,6 +18,7 @@ WRENCH, STITCHING, METHODS, PATTERN = 'wrench', 'stitching', 'methods', 'pattern
 _PLACE, _DEPTH = 'place_median', 'depth_median'
 _EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
 _ABSENT, _VALUES = 'never_seen', 'values'
+_AHEAD = {'model': 2.0}  # how many times larger a method's errors may be for it to be chosen all the same
 
 
 @dataclass(frozen=True)
@@ -108,13 +109,16 @@ def _unpacked(numbers):
 def best_method(residuals: dict, methods) -> str:
     """The method whose median errors of held-out presses' place and depth are least, each in proportion to the least of all methods, and
     the more presses it misses or takes for several, the larger. A mean would be that of the presses too shallow to be located, which
-    another method does not find at all."""
+    another method does not find at all.
+
+    A method that follows from mechanics is taken before one that has only learned the presses unless it is clearly worse: that it knows
+    tips of other sizes and several touches, no presses by one tip can show."""
     known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
     known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}
     if not known:
         return next(iter(methods))
     least = np.maximum(np.min(list(known.values()), axis=0), 1e-9)
-    return min(known, key=lambda name: float(np.sum(known[name] / least)))
+    return min(known, key=lambda name: float(np.sum(known[name] / least)) / _AHEAD.get(name, 1.0))
 
 
 def _typical(numbers: dict) -> np.ndarray:

@@ -63,6 +63,13 @@ def test_the_best_is_the_one_with_the_least_errors_in_proportion():
     assert best_method({}, ['only']) == 'only'
 
 
+def test_mechanics_come_before_what_was_only_learned_unless_clearly_worse():
+    worse = replace(GOOD, place_median=1.8 * GOOD.place_median, depth_median=1.8 * GOOD.depth_median)
+    assert best_method({'regression': GOOD.numbers(), 'model': worse.numbers()}, ['regression', 'model']) == 'model'
+    clearly = replace(GOOD, place_median=2.5 * GOOD.place_median, depth_median=2.5 * GOOD.depth_median)
+    assert best_method({'regression': GOOD.numbers(), 'model': clearly.numbers()}, ['regression', 'model']) == 'regression'
+
+
 def test_a_method_that_finds_shallow_presses_badly_is_better_than_one_that_does_not_find_them():
     found_all, missed_some = replace(GOOD, place_mean=2e-2), replace(GOOD, missed=2)
     assert best_method({'all': found_all.numbers(), 'some': missed_some.numbers()}, ['some', 'all']) == 'all'
