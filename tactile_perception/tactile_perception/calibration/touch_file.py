@@ -122,8 +122,9 @@ def best_method(residuals: dict, methods) -> str:
 
 
 def _typical(numbers: dict) -> np.ndarray:
-    """(2,) m: median errors of place and depth over the share of presses that are told as one; NaN where not known."""
+    """(2,) m: median errors of place and depth over the square of the share of presses that are told as one, since a press that is not told
+    is worse than one that is told badly; NaN where not known."""
     errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
     presses = numbers.get('presses', 0)
     told = presses - numbers.get('missed', 0) - numbers.get('split', 0)
-    return errors * presses / told if told > 0 else np.full(2, np.nan)
+    return errors * (presses / told)**2 if told > 0 else np.full(2, np.nan)
