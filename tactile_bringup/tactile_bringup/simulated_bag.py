@@ -11,8 +11,7 @@ from tactile_driver.nodes.conversions import calibration_to_message, header_of, 
 from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, wrench_message
 from tactile_driver.simulation.scene import TwoCameraScene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
-from tactile_perception.nodes.serialization import MessageCodec
-from tactile_perception.offline.bags import BagWriter
+from tactile_perception.offline.message_bag import write_messages
 
 _FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
 _SECOND_NS = 10**9
@@ -24,14 +23,8 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
     frames: how many, 0 for the whole scene. Raises BadArgument for an unknown scene or a bag that exists.
     """
     scene = _open(name, rate, seed)
-    codec, numbers = MessageCodec(), TouchNumbers()
-    namespace = namespace or scene.sensor
-    count = frames or scene.frames
-    with BagWriter(path, codec.store) as writer:
-        for number in range(count):
-            for topic, stamp_ns, message in _messages(scene, number, numbers, namespace):
-                type_name, data = codec.encode(message)
-                writer.write(f'/{namespace}/{topic}', type_name, stamp_ns, data)
+    numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
+    write_messages(path, namespace, (found for number in range(count) for found in _messages(scene, number, numbers, namespace)))
     return count
 
 
@@ -40,8 +33,8 @@ def _open(name: str, rate: float, seed: int):
     return (open_dual_scene if name.startswith('areal_dual') else open_scene)(name, rate, seed)
 
 
-def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[str, int, object]]:
-    """(topic, stamp, ns, message) of one frame; truth has the stamp of the only, or the left view."""
+def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """(stamp, ns, topic, message) of one frame; truth has the stamp of the only, or the left view."""
     stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)
@@ -53,8 +46,8 @@ def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Itera
     for prefix, image, camera, own_ns in views:
         info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
         info.header = header_of(own_ns, frame_id)
-        yield f'{prefix}camera_info', own_ns, info
-        yield f'{prefix}image_raw', own_ns, image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
+        yield own_ns, f'{prefix}camera_info', info
+        yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
     header = header_of(stamp_ns, frame_id)
-    yield 'ground_truth/contacts', stamp_ns, contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
-    yield 'ground_truth/wrench', stamp_ns, wrench_message(truth, header)
+    yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
+    yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes calibration/*_sim.yaml: calibrates the simulated specimens, as a user would calibrate his, by presses at known places.
+"""Makes calibration/*_sim.yaml: calibrates the simulated specimens, as a user would calibrate his, by presses at known places or loads.
 
     python3 -m tactile_bringup.simulated_calibrations FOLDER [TYPE ...]
 
-Of the touch methods the files hold the one that did best; the errors of all are there.
+Of a sheet's or dome's touch methods the files hold the one that did best; the errors of all are there.
 """
 from __future__ import annotations
 
@@ -15,45 +15,56 @@ from tempfile import TemporaryDirectory
 
 from tactile_perception.calibration.files import read_calibration, write_calibration
 from tactile_perception.calibration.touch_file import METHODS, best_method
-from tactile_perception.errors import TactileError
+from tactile_perception.errors import BadArgument, TactileError
 from tactile_perception.offline.calibrate_markers import calibrate_markers
+from tactile_perception.offline.calibrate_psd import calibrate_psd
+from tactile_perception.offline.calibrate_taxels import calibrate_taxels
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from .parameter_files import LICENCE
 from .sensor_launch import share
+from .simulated_array import write_taxel_scene
 from .simulated_bag import write_scene
+from .simulated_finger import write_psd_scene
 
-_RATE = 3.0  # Hz: two to four frames of each depth
+# sensor type: what calibrates it; what writes a scene of it; which scene; Hz (of sheets and dome two to four frames a depth)
+SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},
+             'psd_finger': (calibrate_psd, write_psd_scene, 'calibration', 1000.0),
+             'taxel_array': (calibrate_taxels, write_taxel_scene, 'plate', 20.0)}
 
 
-def calibrate_specimen(sensor_type: str, output: Path, rate: float = _RATE) -> str:
-    """Write the calibration of the simulated specimen of a type to output, from its calibration scene at rate Hz; how it went.
+def calibrate_specimen(sensor_type: str, output: Path) -> str:
+    """Write the calibration of the simulated specimen of a type to output, from its calibration scene; how it went.
 
     Raises TactileError for a type that there is none of.
     """
+    if sensor_type not in SPECIMENS:
+        raise BadArgument(f'no simulated specimen of type {sensor_type!r}; there are {", ".join(SPECIMENS)}')
+    calibrate, write, scene, rate = SPECIMENS[sensor_type]
     with TemporaryDirectory() as folder:
         bag = Path(folder) / sensor_type
-        write_scene(bag, f'{sensor_type}_calibration', rate)
-        told = calibrate_markers([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
-    keep_best(output, sensor_type)
+        write(bag, scene, rate)
+        told = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
+    if sensor_type in MARKER_SENSORS:
+        keep_best(output, sensor_type)
+    output.write_text(LICENCE + output.read_text())  # it ships
     return told
 
 
 def keep_best(path: Path, sensor_type: str) -> None:
-    """Leave only the best of the methods in a calibration file, and give it the licence's header: it ships."""
+    """Leave only the best of the methods in a calibration file."""
     file = read_calibration(path, sensor_type)
     methods = file.fitted[METHODS]
     best = best_method(file.residuals, methods)
     file.fitted[METHODS] = {best: methods[best]}
     write_calibration(path, file)
-    path.write_text(LICENCE + path.read_text())
 
 
 def main(args: list[str] | None = None) -> int:
     """The command; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser('simulated_calibrations', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folder', type=Path)
-    parser.add_argument('types', nargs='*', default=list(MARKER_SENSORS), help=f'of {", ".join(MARKER_SENSORS)}; all where none is given')
+    parser.add_argument('types', nargs='*', default=list(SPECIMENS), help=f'of {", ".join(SPECIMENS)}; all where none is given')
     given = parser.parse_args(args)
     given.folder.mkdir(parents=True, exist_ok=True)
     try:

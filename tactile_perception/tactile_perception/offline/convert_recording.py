@@ -20,8 +20,7 @@ from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, re
 from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
 from ..errors import TactileError
 from ..nodes.conversions import camera_info_message
-from ..nodes.serialization import MessageCodec
-from .bags import BagWriter
+from .message_bag import write_messages
 from .progress import Progress
 from .psd_recording import PsdRecording
 from .recording import Recording
@@ -39,17 +38,9 @@ def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
 def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, namespace: str) -> int:
     """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples. Raises
     TactileError."""
-    codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
     messages = _messages(recording, namespace) if isinstance(recording, Recording) else recording.messages(namespace)
-    with BagWriter(target, codec.store) as writer:
-        for stamp_ns, topic, message in Progress(messages, 'messages'):
-            writer.write(prefix + topic, *_typed(codec, message, stamp_ns))
+    write_messages(target, namespace, Progress(messages, 'messages'))
     return len(recording)
-
-
-def _typed(codec: MessageCodec, message, stamp_ns: int) -> tuple[str, int, bytes]:
-    type_name, data = codec.encode(message)
-    return type_name, stamp_ns, data
 
 
 def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
