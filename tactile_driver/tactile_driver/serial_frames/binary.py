@@ -13,7 +13,6 @@ from ..errors import BadArgument
 from .counts import CountFrame, FrameCounts, SequenceCheck
 
 SAMPLES, MATRIX = 1, 2
-KINDS = {'samples': SAMPLES, 'matrix': MATRIX}
 SYNC, END = b'\xa5\x5a', 0x7e
 LARGEST = 256
 _HEADER = struct.Struct('<2sBBIIIBB')

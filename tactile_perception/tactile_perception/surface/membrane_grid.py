@@ -51,7 +51,6 @@ class GridMesh:
         row, column = np.divmod(self.triangles, self.columns)
         slot = (row[None] - row[:, None] + 1) * 3 + column[None] - column[:, None] + 1
         self.pair_index = (slot * self.size + self.triangles[:, None]).ravel()
-        self.corner_index = self.triangles.ravel()
 
     def _place_band(self):
         """Where the products of stencil slots (a, b) of each inner dot go in lower band storage (bandwidth + 1, K)."""
@@ -59,10 +58,6 @@ class GridMesh:
         low, high = self.stencil[self.slot_a], self.stencil[self.slot_b]
         index = (high - low) * self.size + low
         self.band_index = np.where(self.inner, index, 0).ravel()
-
-    def to_dots(self, corners: np.ndarray) -> np.ndarray:
-        """Sum of values at the triangles' corners (3, T) for each dot (K,)."""
-        return np.bincount(self.corner_index, corners.ravel(), self.size)
 
     def to_pairs(self, values: np.ndarray) -> np.ndarray:
         """Sum of values of corner pairs (3, 3, T) in the stencils of the dots, (9, K)."""
