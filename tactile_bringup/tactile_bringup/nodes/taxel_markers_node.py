@@ -5,63 +5,35 @@ from __future__ import annotations
 
 import sys
 
-from geometry_msgs.msg import TransformStamped
-from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data, qos_profile_system_default
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image
-from std_msgs.msg import Header
-from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.nodes.diagnostics import SayOnce
-from tactile_driver.nodes.parameter_server import NodeParameters
+from tactile_driver.errors import TactileError
 from tactile_driver.nodes.run import run_node
 from tactile_perception.nodes.taxel_stages import RESULTS
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from ..parameters import TAXEL_MARKERS_PARAMETERS
+from .drawing_node import DrawingNode
 from .taxel_markers import TaxelMarkers
 
 _INPUTS = {'image_raw': Image, **RESULTS}
 _KEPT = 20  # messages of each topic, among which those of one instant are sought
 
 
-class TaxelMarkersNode(Node):
+class TaxelMarkersNode(DrawingNode):
     """Draws, while somebody looks, as often as an eye can follow."""
 
     def __init__(self):
-        super().__init__('taxel_markers_node')
-        self._settings = NodeParameters(self, TAXEL_MARKERS_PARAMETERS)
-        if self._settings.problems:
-            raise BadArgument('taxel_markers_node: ' + '; '.join(self._settings.problems.values()))
-        self._markers, self._say = TaxelMarkers(self._settings), SayOnce(self)
+        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS)
+        self.markers = TaxelMarkers(self.settings)
         self._inputs: list = []
         self._kept: dict[str, dict] = {}
-        matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
-        self._output = self.create_publisher(MarkerArray, 'markers', qos_profile_system_default, event_callbacks=matched)
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._place_output = self.create_publisher(TFMessage, '/tf_static', latched)
-        self._publish_array()
-        self.create_timer(1 / self._settings['rate'], self._draw)
-        self._follow_demand()
+        self.publish_place('taxels', (0.0, 0.0, -self.settings['cell_height']))
+        self.create_timer(1 / self.settings['rate'], self._draw)
+        self.follow_demand()
 
-    def destroy_node(self) -> None:
-        """Take the markers away first."""
-        if self.context.ok() and self._output.get_subscription_count():
-            self._output.publish(self._markers.nothing(Header(frame_id=self._settings['frame_id'])))
-        super().destroy_node()
-
-    def _publish_array(self) -> None:
-        """The frame of the taxels under the pad, so that the sensor frame exists for RViz too."""
-        frame = self._settings['frame_id']
-        array = TransformStamped(child_frame_id=frame + '_taxels')
-        array.header.frame_id, array.header.stamp = frame, self.get_clock().now().to_msg()
-        array.transform.translation.z = -self._settings['cell_height']
-        array.transform.rotation.w = 1.0
-        self._place_output.publish(TFMessage(transforms=[array]))
-
-    def _follow_demand(self) -> None:
-        wanted = self._output.get_subscription_count() > 0
+    def follow_demand(self) -> None:
+        """Subscribe to images and results while somebody wants markers."""
+        wanted = self.marker_output.get_subscription_count() > 0
         if wanted and not self._inputs:
             self._inputs = [self.create_subscription(kind, topic, lambda message, topic=topic: self._take(topic, message),
                                                      qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT))
@@ -86,9 +58,9 @@ class TaxelMarkersNode(Node):
         found = {topic: kept[newest] for topic, kept in self._kept.items() if newest in kept}
         self._kept = {}
         try:
-            self._output.publish(self._markers.frame(found['image_raw'].header, found))
+            self.marker_output.publish(self.markers.frame(found['image_raw'].header, found))
         except TactileError as error:
-            self._say.error('image', f'no markers: {error}')
+            self.say.error('image', f'no markers: {error}')
 
 
 def main(args: list[str] | None = None) -> None:

@@ -1,12 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """finger_markers_node draws for those who look, and nothing for nobody."""
-import time
-
 import pytest
 
-rclpy = pytest.importorskip('rclpy')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+pytest.importorskip('rclpy')
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -17,25 +14,8 @@ from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode  # noqa:
 pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def bench():
-    rclpy.init(domain_id=65)
-    node, other, executor = FingerMarkersNode(), rclpy.create_node('other'), SingleThreadedExecutor()
-    executor.add_node(node), executor.add_node(other)
-
-    def until(condition, seconds=15.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
-        return condition()
-    yield other, until
-    executor.shutdown()
-    node.destroy_node(), other.destroy_node()
-    rclpy.try_shutdown()
-
-
 def test_markers_for_somebody_and_the_tip_for_all(bench):
-    other, until = bench
+    other, until = bench(FingerMarkersNode, 65)
     contacts = other.create_publisher(Contacts, 'contacts', 10)
     places, drawn = [], []
     other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))

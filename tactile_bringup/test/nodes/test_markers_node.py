@@ -1,36 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """markers_node draws what belongs together, for those who look, and nothing for nobody."""
-import time
-
 import pytest
 
-rclpy = pytest.importorskip('rclpy')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+pytest.importorskip('rclpy')
 from tactile_bringup.nodes.markers_node import MarkersNode  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def bench():
-    rclpy.init(domain_id=64)
-    node, other, executor = MarkersNode(), rclpy.create_node('other'), SingleThreadedExecutor()
-    executor.add_node(node)
-    executor.add_node(other)
-
-    def until(condition, seconds=15.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
-        return condition()
-    yield node, other, until
-    executor.shutdown()
-    node.destroy_node()
-    other.destroy_node()
-    rclpy.try_shutdown()
 
 
 def sent_dots(stamp):
@@ -41,7 +19,7 @@ def sent_dots(stamp):
 
 
 def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(bench):
-    node, other, until = bench
+    other, until = bench(MarkersNode, 64)
     dots = other.create_publisher(DotTracks, 'dots', 10)
     region = other.create_publisher(ContactRegion, 'contact_region', 10)
     until(lambda: False, 1.0)

@@ -1,13 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """taxel_markers_node draws for those who look, and nothing for nobody."""
-import time
-
 import numpy as np
 import pytest
 
-rclpy = pytest.importorskip('rclpy')
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+pytest.importorskip('rclpy')
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
@@ -21,25 +18,8 @@ from tactile_bringup.nodes.taxel_markers_node import TaxelMarkersNode  # noqa: E
 pytestmark = pytest.mark.ros
 
 
-@pytest.fixture
-def bench():
-    rclpy.init(domain_id=66)
-    node, other, executor = TaxelMarkersNode(), rclpy.create_node('other'), SingleThreadedExecutor()
-    executor.add_node(node), executor.add_node(other)
-
-    def until(condition, seconds=15.0):
-        end = time.monotonic() + seconds
-        while not condition() and time.monotonic() < end:
-            executor.spin_once(timeout_sec=0.05)
-        return condition()
-    yield other, until
-    executor.shutdown()
-    node.destroy_node(), other.destroy_node()
-    rclpy.try_shutdown()
-
-
 def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
-    other, until = bench
+    other, until = bench(TaxelMarkersNode, 66)
     publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
     places, drawn = [], []
     other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))

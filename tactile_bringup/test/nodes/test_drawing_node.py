@@ -1,0 +1,54 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What nodes that draw share: who looks is heard of, places stand on /tf_static, bad parameters are named."""
+import pytest
+
+pytest.importorskip('rclpy')
+import rclpy  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from tactile_driver.errors import BadArgument  # noqa: E402
+from tactile_driver.nodes.parameters import Parameter  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
+
+from tactile_bringup.nodes.drawing_node import DrawingNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+class Lookers(DrawingNode):
+    """Notes how many look."""
+
+    def __init__(self):
+        super().__init__('lookers', (Parameter('frame_id', str, 'pad', '', 'sensor frame'),))
+        self.looking = []
+
+    def follow_demand(self):
+        self.looking.append(self.marker_output.get_subscription_count())
+
+
+def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0], 67)
+    node = made[0]
+    node.publish_place('tip', (0.0, 0.0, 0.016), (0.0, 0.6, 0.0, 0.8))
+    places = []
+    other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    assert until(lambda: places)
+    place = places[0].transforms[0]
+    assert (place.header.frame_id, place.child_frame_id) == ('pad', 'pad_tip')
+    assert place.transform.translation.z == 0.016 and (place.transform.rotation.y, place.transform.rotation.w) == (0.6, 0.8)
+    look = other.create_subscription(MarkerArray, 'markers', lambda _message: None, 10)
+    assert until(lambda: node.looking[-1:] == [1])
+    other.destroy_subscription(look)
+    assert until(lambda: node.looking[-1:] == [0])
+    node.markers = None  # nobody looks any more: nothing is taken away
+
+
+def test_a_parameter_that_cannot_be_used_is_named():
+    rclpy.init(args=['--ros-args', '-p', 'rate:=-1.0'], domain_id=67)
+    try:
+        with pytest.raises(BadArgument, match='bad_drawer.*rate'):
+            DrawingNode('bad_drawer', (Parameter('rate', float, 10.0, 'Hz', 'pictures', lowest=0.1),))
+    finally:
+        rclpy.try_shutdown()
