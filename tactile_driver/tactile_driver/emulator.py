@@ -3,14 +3,13 @@
 """psd_emulator: a PSD finger's firmware on a pseudo-terminal, with the faults that real ones have."""
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from .errors import BadArgument, TactileError
-from .port_emulator import PortEmulator, serve
+from .errors import BadArgument
+from .port_emulator import PortEmulator, emulator_parser, serve
 from .samples import CHANNELS
 from .serial_frames.binary import SAMPLES, write_frame
 from .serial_frames.counts import CountFrame
@@ -57,21 +56,12 @@ class Emulator(PortEmulator):
 
 
 def main(args: list[str] | None = None) -> int:
-    """The command psd_emulator; exit code 0, or 1 with one line that says what is wrong."""
-    parser = argparse.ArgumentParser(prog='psd_emulator', description=__doc__)
-    parser.add_argument('--link', default='psd_finger_port', help='symbolic link to the pseudo-terminal: what psd_node opens as device')
-    parser.add_argument('--scene', default='demo')
-    parser.add_argument('--rate', type=float, default=1000.0, help='samples a second')
+    """The command psd_emulator; its exit code."""
+    parser = emulator_parser('psd_emulator', __doc__, 'psd_finger_port', 1000.0)
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
-    parser.add_argument('--seed', type=int, default=0)
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))
     given = parser.parse_args(args)
-    try:
-        emulator = Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format)
-    except TactileError as error:
-        print(f'psd_emulator: {error}', file=sys.stderr)
-        return 1
-    return serve(emulator)
+    return serve(parser.prog, lambda: Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format))
 
 
 if __name__ == '__main__':

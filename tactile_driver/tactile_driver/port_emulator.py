@@ -3,7 +3,9 @@
 """A sensor's firmware on a pseudo-terminal, with the faults that real ones have; what is sent, subclasses say."""
 from __future__ import annotations
 
+import argparse
 import os
+import signal
 import sys
 import threading
 import time
@@ -13,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import BadArgument
+from .errors import BadArgument, TactileError
 from .sources.pacing import NS, wait_until
 
 _GARBAGE, _DROPPED = 300, 40  # bytes
@@ -126,10 +128,27 @@ class PortEmulator:
                 return
 
 
-def serve(emulator: PortEmulator) -> int:
-    """Send until interrupted, with faults from the standard input, one a line; the exit code."""
+def emulator_parser(prog: str, description: str, link: str, rate: float) -> argparse.ArgumentParser:
+    """Of the arguments that all emulators take; link: name of the symbolic link; rate: of what a device sends, Hz."""
+    parser = argparse.ArgumentParser(prog=prog, description=description)
+    parser.add_argument('--link', default=link, help='symbolic link to the pseudo-terminal: what the driver opens as device')
+    parser.add_argument('--scene', default='demo')
+    parser.add_argument('--rate', type=float, default=rate, help='samples or frames a second')
+    parser.add_argument('--seed', type=int, default=0)
+    return parser
+
+
+def serve(name: str, make: Callable[[], PortEmulator]) -> int:
+    """Send until interrupted, with faults from the standard input, one a line; the exit code: 0, 1 after a line that says what is wrong."""
+    try:
+        emulator = make()
+    except TactileError as error:
+        print(f'{name}: {error}', file=sys.stderr)
+        return 1
     print(f'sending to {emulator.link.absolute()}; type a fault and Enter: {", ".join(FAULTS)}', flush=True)
     threading.Thread(target=_listen, args=(emulator,), daemon=True).start()
+    for number in (signal.SIGINT, signal.SIGTERM):  # a script's background process starts with SIGINT ignored
+        signal.signal(number, signal.default_int_handler)
     try:
         emulator.run(lambda: False)
     except KeyboardInterrupt:

@@ -3,14 +3,13 @@
 """taxel_emulator: a taxel array's firmware on a pseudo-terminal, with the faults that real ones have."""
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from .errors import BadArgument, TactileError
-from .port_emulator import PortEmulator, serve
+from .errors import BadArgument
+from .port_emulator import PortEmulator, emulator_parser, serve
 from .serial_frames.binary import LARGEST, MATRIX, write_frame
 from .serial_frames.counts import CountFrame
 from .simulation.taxel_scene import open_taxel_scene
@@ -50,22 +49,14 @@ class TaxelEmulator(PortEmulator):
 
 
 def main(args: list[str] | None = None) -> int:
-    """The command taxel_emulator; exit code 0, or 1 with one line that says what is wrong."""
-    parser = argparse.ArgumentParser(prog='taxel_emulator', description=__doc__)
-    parser.add_argument('--link', default='taxel_array_port', help='symbolic link to the pseudo-terminal: what taxel_array_node opens')
-    parser.add_argument('--scene', default='demo')
-    parser.add_argument('--rate', type=float, default=100.0, help='frames a second')
+    """The command taxel_emulator; its exit code."""
+    parser = emulator_parser('taxel_emulator', __doc__, 'taxel_array_port', 100.0)
     parser.add_argument('--rows', type=int, default=44)
     parser.add_argument('--columns', type=int, default=44)
     parser.add_argument('--bits', type=int, default=8)
-    parser.add_argument('--seed', type=int, default=0)
     given = parser.parse_args(args)
-    try:
-        emulator = TaxelEmulator(given.link, given.scene, given.rate, given.seed, (given.rows, given.columns), given.bits)
-    except TactileError as error:
-        print(f'taxel_emulator: {error}', file=sys.stderr)
-        return 1
-    return serve(emulator)
+    shape = given.rows, given.columns
+    return serve(parser.prog, lambda: TaxelEmulator(given.link, given.scene, given.rate, given.seed, shape, given.bits))
 
 
 if __name__ == '__main__':

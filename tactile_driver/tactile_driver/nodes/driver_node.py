@@ -12,9 +12,9 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..sources.capture import Backoff
+from .base_stream import BaseStream
 from .camera_health import unconfigured_health
 from .diagnostics import Health, NodeDiagnostics, SayOnce
-from .image_stream import BaseStream
 from .parameter_server import NodeParameters
 from .parameters import Parameter
 

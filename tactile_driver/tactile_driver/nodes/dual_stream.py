@@ -11,8 +11,9 @@ from ..frame import CameraCalibration, Frame, PairFrame, as_encoding
 from ..sources.dual import NAMES, DualSource
 from ..stitchers import MiddleStitcher, Stitcher, make_stitcher
 from ..stitching import Stitching
+from .base_stream import BaseStream
 from .conversions import header_of
-from .image_stream import BaseStream, ImagePublishers, ImageTopic, info_of_size, size_remark
+from .image_stream import ImagePublishers, ImageTopic, info_of_size, size_remark
 
 
 class DualPublishers(ImagePublishers):
@@ -55,11 +56,6 @@ class DualStream(BaseStream):
         if stitching is None:
             self._remark('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
                          'pair and give its file')
-
-    @property
-    def remark(self) -> str:
-        """What is wrong with pairs that come all the same, ''."""
-        return '; '.join(text for text in (self.source.remark, super().remark) if text)
 
     def _publish(self, pair: PairFrame) -> None:
         header = header_of(pair.stamp_ns, self._values['frame_id'])

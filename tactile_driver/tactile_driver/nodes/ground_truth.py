@@ -19,6 +19,7 @@ from .conversions import point, polygon, vector
 _NAN = float('nan')
 _SAME_TOUCH = 5e-3
 _KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
+TRUTH = tuple(_KINDS)
 
 
 class TouchNumbers:
@@ -84,7 +85,7 @@ def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
 class GroundTruth:
     """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
 
-    def __init__(self, node: Node, names: Sequence[str] = tuple(_KINDS)):
+    def __init__(self, node: Node, names: Sequence[str] = TRUTH):
         self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', qos_profile_system_default)
                             for name in names}
         self._numbers = TouchNumbers()

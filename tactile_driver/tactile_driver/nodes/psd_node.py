@@ -9,7 +9,7 @@ from ..sources.psd_registry import make_psd_source
 from .driver_node import DriverNode
 from .psd_parameters import PSD_DRIVER_PARAMETERS, check_together
 from .run import run_node
-from .voltage_stream import VoltagePublishers, VoltageStream
+from .voltage_stream import VoltageStream, voltage_publishers
 
 
 class PsdNode(DriverNode):
@@ -17,7 +17,7 @@ class PsdNode(DriverNode):
 
     def __init__(self):
         super().__init__('psd_node', PSD_DRIVER_PARAMETERS, frozenset(), self._opened, 'psd finger')
-        self._outputs = VoltagePublishers(self)
+        self._outputs = voltage_publishers(self)
 
     def _opened(self, values: dict) -> VoltageStream:
         check_together(values)

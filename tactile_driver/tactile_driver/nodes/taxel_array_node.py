@@ -9,7 +9,7 @@ from ..sources.taxel_registry import make_taxel_source
 from .driver_node import DriverNode
 from .run import run_node
 from .taxel_parameters import TAXEL_DRIVER_PARAMETERS, check_together
-from .taxel_stream import TaxelPublishers, TaxelStream
+from .taxel_stream import TaxelStream, taxel_publishers
 
 
 class TaxelArrayNode(DriverNode):
@@ -17,7 +17,7 @@ class TaxelArrayNode(DriverNode):
 
     def __init__(self):
         super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, frozenset(), self._opened, 'taxel array')
-        self._outputs = TaxelPublishers(self)
+        self._outputs = taxel_publishers(self)
 
     def _opened(self, values: dict) -> TaxelStream:
         check_together(values)

@@ -22,7 +22,7 @@ _LONGEST_QUEUE = 4
 class TopicSource:
     """topic: of sensor_msgs/Image, relative to node's namespace; subscribed to only while its frames are wanted."""
 
-    live, on_demand, corrupt = True, False, 0
+    live, on_demand, corrupt, remark = True, False, 0, ''
 
     def __init__(self, node: Node, topic: str):
         if not topic:

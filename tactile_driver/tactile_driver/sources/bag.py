@@ -43,6 +43,7 @@ class BagSource:
     """
 
     live = False
+    remark = ''
     kinds, content = (_IMAGE, _COMPRESSED), 'image'
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):

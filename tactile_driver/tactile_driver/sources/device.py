@@ -38,8 +38,8 @@ class DeviceSettings:
 class DeviceSource:
     """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: ns for the stamps."""
 
-    live = True
-    on_demand = False
+    live, on_demand = True, False
+    remark = ''
 
     def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
         self.skipped = self.corrupt = 0

@@ -94,6 +94,7 @@ class FileSource:
     """
 
     live = False
+    remark = ''
 
     def __init__(self, path: str, rate: float, loop: bool, clock: Clock):
         if not path:

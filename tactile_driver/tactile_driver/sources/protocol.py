@@ -24,13 +24,15 @@ class Source(Protocol):
 
     live: it goes on by itself whether it is read or not, and only its newest frame is of interest; a recording waits and loses nothing.
     on_demand: it has no pace of its own, so it is read only while somebody wants its frames.
-    skipped: frames that were due but not made; corrupt: frames that could not be used.
+    skipped: frames that were due but not made; corrupt: frames that could not be used; remark: what is wrong with frames that come all the
+    same, or do not, ''.
     """
 
     live: bool
     on_demand: bool
     skipped: int
     corrupt: int
+    remark: str
 
     def open(self) -> None:
         """Get ready to read, from the start. Raises DeviceLost, BadRecording or BadArgument; may be called again after close."""

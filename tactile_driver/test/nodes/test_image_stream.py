@@ -26,7 +26,7 @@ pytestmark = pytest.mark.ros
 class FakeCamera:
     """A camera of 6 x 4 px and 100 Hz that notes whether its frames were wanted."""
 
-    live, on_demand, skipped, corrupt = True, False, 0, 0
+    live, on_demand, skipped, corrupt, remark = True, False, 0, 0, ''
 
     def __init__(self):
         self.wanted, self.closed = [], False
