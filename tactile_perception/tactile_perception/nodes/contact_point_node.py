@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 
 from rclpy.qos import qos_profile_system_default
 from tactile_driver.nodes.run import run_node
@@ -21,9 +22,9 @@ class ContactPointNode(StageNode):
         super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS)
         self.stage = TouchMessages(self.settings.values())
 
-    def on_message(self, message: DotTracks) -> dict[str, object]:
+    def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:
         """The touches that the markers of one frame show."""
-        return self.stage.on_dots(message)
+        return self.stage.on_dots(message, topics)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from cv_bridge import CvBridge, CvBridgeError
@@ -140,6 +140,20 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
         vx=_floats(estimate.vx),
         vy=_floats(estimate.vy),
     )
+
+
+#: topic -> (attribute of a stage's result, how it becomes a message)
+_RESULTS = {
+    'contact_region': ('region', region_to_message),
+    'contacts': ('contacts', contacts_to_message),
+    'slip': ('slip', slip_to_message),
+    'wrench': ('wrench', wrench_to_message),
+}
+
+
+def results_to_messages(result, header, topics: Collection[str]) -> dict[str, object]:
+    """Topic -> message under the raw message's header, of those parts of a stage's result that are asked for."""
+    return {topic: to_message(getattr(result, part), header) for topic, (part, to_message) in _RESULTS.items() if topic in topics}
 
 
 def camera_info_message(camera: Mapping, header) -> CameraInfo:

@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
-from std_srvs.srv import Trigger
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
 from ..pipeline.parameters import DOT_PARAMETERS
 from .stage_node import StageNode
 from .touchpad_stages import DotMessages
-
-_STALE_S = 2.0
 
 
 class DotTrackerNode(StageNode):
@@ -24,9 +22,9 @@ class DotTrackerNode(StageNode):
     def __init__(self):
         super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks})
         self.stage = DotMessages(self.settings.values())
-        self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
+        self.offer_reference(lambda: self.stage.set_reference())
 
-    def on_message(self, message: Image) -> dict[str, object]:
+    def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The dots of one image."""
         return {'dots': self.stage.on_image(message)}
 
@@ -34,12 +32,6 @@ class DotTrackerNode(StageNode):
         """Whether the reference can be trusted."""
         suspicion = self.stage.suspicion
         return suspicion, {'reference': suspicion or 'in order'}
-
-    def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self.stage.set_reference() and not self.log.age > _STALE_S
-        response.message = 'the next frame is the new reference; nothing may touch the sensor now' if response.success else \
-            'no image comes, so there is nothing to take: subscribe to dots, and see that image_raw is published'
-        return response
 
 
 def main(args: list[str] | None = None) -> None:

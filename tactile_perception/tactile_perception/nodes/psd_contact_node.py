@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from std_srvs.srv import Trigger
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import Contacts, PsdVoltages
 
@@ -14,7 +14,6 @@ from ..pipeline.psd_parameters import PSD_PARAMETERS
 from .psd_stages import PsdMessages
 from .stage_node import StageNode
 
-_STALE_S = 2.0
 _QUEUE = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # a second of blocks: every sample counts
 
 
@@ -26,9 +25,9 @@ class PsdContactNode(StageNode):
     def __init__(self):
         super().__init__('psd_contact_node', PSD_PARAMETERS, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts})
         self.messages = PsdMessages(self.settings.values())
-        self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
+        self.offer_reference(lambda: self.messages.stage.set_reference())
 
-    def on_message(self, message: PsdVoltages) -> dict[str, object]:
+    def on_message(self, message: PsdVoltages, topics: Collection[str]) -> dict[str, object]:
         """The contacts of one block."""
         return {'contacts': self.messages.on_voltages(message)}
 
@@ -36,14 +35,6 @@ class PsdContactNode(StageNode):
         """Whether outputs can be trusted."""
         suspicion, reference = self.messages.stage.suspicion, self.messages.stage.finger.reference
         return suspicion, {'reference': 'in order' if reference.ready else 'being taken', 'noise of the sum (V)': reference.sigma}
-
-    def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = not self.log.age > _STALE_S and self.log.done > 0
-        if response.success:
-            self.messages.stage.set_reference()
-        response.message = 'the next samples are the new reference; nothing may touch the finger now' if response.success else \
-            'no voltages come, so there is nothing to take: subscribe to contacts, and see that voltages is published'
-        return response
 
 
 def main(args: list[str] | None = None) -> None:

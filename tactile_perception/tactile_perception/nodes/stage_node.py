@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data, qos_profile_system_default
 from sensor_msgs.msg import CameraInfo
+from std_srvs.srv import Trigger
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
@@ -19,13 +20,14 @@ from .conversions import stamp_seconds
 from .work_log import WorkLog
 
 _PATIENCE_S = 5.0
+_STALE_S = 2.0
 
 
 class StageNode(Node):
     """A node over one stage.
 
-    source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message) -> {topic: message}
-    what is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info, or with_camera to
+    source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message, topics) what
+    is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info, or with_camera to
     False. Frames that raise a TactileError are counted, said once, skipped.
     """
 
@@ -49,7 +51,10 @@ class StageNode(Node):
     @property
     def wanted(self) -> bool:
         """Whether anybody needs this node to work."""
-        return any(publisher.get_subscription_count() for publisher in self._outputs.values())
+        return bool(self._wanted_topics())
+
+    def _wanted_topics(self) -> list[str]:
+        return [topic for topic, publisher in self._outputs.items() if publisher.get_subscription_count()]
 
     def _follow_demand(self) -> None:
         """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
@@ -83,15 +88,13 @@ class StageNode(Node):
             return
         begin = time.perf_counter()
         try:
-            results = self.on_message(message)
+            results = self.on_message(message, self._wanted_topics())
         except TactileError as error:
             self._refuse(error)
             return
         for topic, result in results.items():
-            publisher = self._outputs[topic]
-            if publisher.get_subscription_count():
-                for part in result if isinstance(result, list) else [result]:
-                    publisher.publish(part)
+            for part in result if isinstance(result, list) else [result]:
+                self._outputs[topic].publish(part)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
         self.say.forget('frame')
@@ -104,9 +107,25 @@ class StageNode(Node):
         else:
             self.say.error('frame', f'frame refused: {error}')
 
-    def on_message(self, message) -> dict[str, object]:
-        """Topic -> result of one message, or list of them. Raises TactileError for a message that cannot be used."""
+    def on_message(self, message, topics: Collection[str]) -> dict[str, object]:
+        """Topic -> result of one message, or list of them, for those topics that somebody subscribes to.
+
+        Raises TactileError for a message that cannot be used.
+        """
         raise NotImplementedError
+
+    def offer_reference(self, take: Callable[[], object]) -> None:
+        """Offer the service set_reference; take: makes the next message the reference."""
+        def called(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            response.success = self.log.done > 0 and self.log.age <= _STALE_S
+            if response.success:
+                take()
+                response.message = 'what comes next is the new reference; nothing may touch the sensor now'
+            else:
+                response.message = (f'nothing comes, so there is nothing to take: subscribe to {" or ".join(self._outputs)}, and see that '
+                                    f'{self._source[0]} is published')
+            return response
+        self._service = self.create_service(Trigger, 'set_reference', called)
 
     def check_change(self, changes: dict) -> None:
         """Whether parameters that can change while the node runs may become changes (name -> value). Raises TactileError to refuse."""

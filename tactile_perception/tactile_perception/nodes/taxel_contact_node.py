@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Collection
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
-from std_srvs.srv import Trigger
 from tactile_driver.nodes.run import run_node
 
 from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, grasped_object
 from .stage_node import StageNode
 from .taxel_stages import RESULTS, TaxelMessages
 
-_STALE_S = 2.0
 _QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # slip is told from motion: frames should not be lost
 
 
@@ -26,11 +25,11 @@ class TaxelContactNode(StageNode):
     def __init__(self):
         super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS)
         self.messages = TaxelMessages(self.settings.values())
-        self._service = self.create_service(Trigger, 'set_reference', self._set_reference)
+        self.offer_reference(lambda: self.messages.estimator.set_reference())
 
-    def on_message(self, message: Image) -> dict[str, object]:
+    def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The contact that one image shows."""
-        return self.messages.on_image(message)
+        return self.messages.on_image(message, topics)
 
     def remarks(self) -> tuple[str, dict]:
         """Whether the reference can be trusted."""
@@ -44,14 +43,6 @@ class TaxelContactNode(StageNode):
     def apply_change(self, changes: dict) -> None:
         """Take what has become known of the object."""
         self.messages.set_object(changes)
-
-    def _set_reference(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success = self.log.done > 0 and not self.log.age > _STALE_S
-        if response.success:
-            self.messages.estimator.set_reference()
-        response.message = 'the next frame is the new reference; nothing may touch the sensor now' if response.success else \
-            'no image comes, so there is nothing to take: subscribe to contacts, and see that image_raw is published'
-        return response
 
 
 def main(args: list[str] | None = None) -> None:

@@ -3,7 +3,7 @@
 """The taxel array's stage from message to message: what taxel_contact_node computes, process_bag computes by the same lines."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -40,19 +40,13 @@ class TaxelMessages:
         self._clock = StampClock()
         self.estimator = taxel_estimator(self._values)
 
-    def on_image(self, message: Image) -> dict[str, object]:
-        """Topic -> message under the image's header. Raises BadFrame for an image that cannot be used."""
+    def on_image(self, message: Image, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+        """Topic -> message under the image's header, for the topics asked for. Raises BadFrame for an image that cannot be used."""
         values = taxel_values(message)
         stamp_s = convert.stamp_seconds(message.header)
         if self._clock.begins_anew(stamp_s):
             self.estimator = taxel_estimator(self._values)
-        result, header = self.estimator.process(values, stamp_s), message.header
-        return {
-            'contact_region': convert.region_to_message(result.region, header),
-            'contacts': convert.contacts_to_message(result.contacts, header),
-            'slip': convert.slip_to_message(result.slip, header),
-            'wrench': convert.wrench_to_message(result.wrench, header),
-        }
+        return convert.results_to_messages(self.estimator.process(values, stamp_s), message.header, topics)
 
     def set_object(self, changes: Mapping) -> None:
         """Take what has become known of the object; changes: of OBJECT_PARAMETERS. Raises BadArgument."""

@@ -3,7 +3,7 @@
 """The stage of sheets and domes from message to message: what contact_point_node computes, process_bag computes by the same lines."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks
@@ -41,15 +41,10 @@ class TouchMessages(CameraSide):
         make_view = view_maker(self.sensor, matrices, self.calibration.stitching, camera_pose(self.values))
         return TouchStage(self.sensor, make_view, self.values, self.calibration) if make_view else None
 
-    def on_dots(self, message: DotTracks) -> dict[str, object]:
-        """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""
+    def on_dots(self, message: DotTracks, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+        """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the markers\' places need a calibrated camera')
         stamp_s = self.stamp_of(message)
         result = self.stage.process(convert.tracks_from_message(message), stamp_s)
-        header = message.header
-        return {
-            'contact_region': convert.region_to_message(result.region, header),
-            'contacts': convert.contacts_to_message(result.contacts, header),
-            'wrench': convert.wrench_to_message(result.wrench, header),
-        }
+        return convert.results_to_messages(result, message.header, topics)

@@ -3,7 +3,7 @@
 """The touchpad's stages from message to message: what a live node computes, process_bag computes by the same lines."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image
@@ -85,12 +85,10 @@ class DotMessages(_TouchpadSide):
         """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
         return self.stage.suspicion if self.stage is not None else ''
 
-    def set_reference(self) -> bool:
-        """Take the next frame as the untouched state; whether there are frames to take it from."""
-        if self.stage is None:
-            return False
-        self.stage.set_reference()
-        return True
+    def set_reference(self) -> None:
+        """Take the next frame as the untouched state, as a stage that is not made yet will do by itself."""
+        if self.stage is not None:
+            self.stage.set_reference()
 
     def on_image(self, message: Image) -> DotTracks:
         """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
@@ -113,16 +111,10 @@ class ContactMessages(_TouchpadSide):
         camera = self._model(matrices)
         return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 
-    def on_dots(self, message: DotTracks) -> dict[str, object]:
-        """Topic -> message under the dots' header. Raises BadFrame for dots that cannot be used."""
+    def on_dots(self, message: DotTracks, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+        """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
         stamp_s = self.stamp_of(message)
         result = self.stage.process(convert.tracks_from_message(message), stamp_s)
-        header = message.header
-        return {
-            'contact_region': convert.region_to_message(result.region, header),
-            'contacts': convert.contacts_to_message(result.contacts, header),
-            'slip': convert.slip_to_message(result.slip, header),
-            'wrench': convert.wrench_to_message(result.wrench, header),
-        }
+        return convert.results_to_messages(result, message.header, topics)

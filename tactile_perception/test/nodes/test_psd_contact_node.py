@@ -76,7 +76,7 @@ def test_without_voltages_there_is_no_reference_to_take(bench):
     client = helper.create_client(Trigger, 'set_reference')
     future = client.call_async(Trigger.Request())
     until(future.done)
-    assert not future.result().success and 'no voltages' in future.result().message
+    assert not future.result().success and 'see that voltages is published' in future.result().message
 
 
 def test_blocks_that_cannot_be_used(blocks):

@@ -111,4 +111,4 @@ def test_without_images_there_is_no_reference_to_take(bench):
     client = bench.bench.create_client(Trigger, 'set_reference')
     assert bench.until(client.service_is_ready)
     answer = client.call_async(Trigger.Request())
-    assert bench.until(answer.done) and not answer.result().success and 'no image' in answer.result().message
+    assert bench.until(answer.done) and not answer.result().success and 'see that image_raw is published' in answer.result().message

@@ -46,14 +46,22 @@ def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):
 def test_the_image_is_not_looked_at_before_its_camera_is_known(ball_messages):
     info, images, values, _ = ball_messages
     dots, contact = DotMessages(values), ContactMessages(values)
-    assert dots.needs_camera and not dots.set_reference() and dots.suspicion == ''
+    assert dots.needs_camera and dots.suspicion == ''
     with pytest.raises(BadFrame, match='no camera_info'):
         dots.on_image(images[0])
     dots.on_camera_info(info)
-    assert not dots.needs_camera and dots.set_reference()
+    assert not dots.needs_camera
     message = dots.on_image(images[0])
     with pytest.raises(BadFrame, match='no usable camera_info'):
         contact.on_dots(message)
+
+
+def test_only_what_is_asked_for_becomes_a_message(ball_messages):
+    info, images, values, _ = ball_messages
+    dots, contact = DotMessages(values), ContactMessages(values)
+    dots.on_camera_info(info), contact.on_camera_info(info)
+    first, second = (dots.on_image(image) for image in images[:2])
+    assert list(contact.on_dots(first, ['wrench'])) == ['wrench'] and contact.on_dots(second, []) == {}
 
 
 def test_without_a_surface_dots_need_no_camera(ball_messages):
