@@ -22,27 +22,8 @@ _MOMENT_S = 0.2
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
 
 
-class DualSource(Protocol):
-    """What every source of two cameras does: as a Source (protocol.py) whose frames are pairs; remark: what is wrong with one of the two,
-    ''."""
-
-    live: bool
-    on_demand: bool
-    skipped: int
-    corrupt: int
-    remark: str
-
-    def open(self) -> None:
-        """As Source.open."""
-
-    def read(self, wanted: bool = True) -> PairFrame | None:
-        """As Source.read."""
-
-    def close(self) -> None:
-        """As Source.close."""
-
-    def describe(self) -> dict:
-        """As Source.describe."""
+class DualSource(Source, Protocol):
+    """A source of two cameras, whose frames are pairs."""
 
     def calibrations(self) -> Calibrations:
         """Both cameras' calibrations, where the source knows them; valid once open."""

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures for the tests of nodes that run as processes of their own."""
+"""Fixtures for the tests of nodes, in this process and as processes of their own."""
+import os
 import signal
 import sys
 from pathlib import Path
@@ -26,6 +27,20 @@ def start():
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         process.communicate(timeout=20)
+
+
+@pytest.fixture
+def node():
+    """A node in a context of its own."""
+    rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+    from rclpy.context import Context
+    from rclpy.lifecycle import LifecycleNode
+    context = Context()
+    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    made = LifecycleNode('tested', context=context)
+    yield made
+    made.destroy_node()
+    rclpy.try_shutdown(context=context)
 
 
 @pytest.fixture

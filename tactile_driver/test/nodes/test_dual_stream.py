@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A stream of pairs of a source that is made here: what is published for whom, and what is said of views that do not fit."""
-import os
 import time
 
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.lifecycle import LifecycleNode  # noqa: E402
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from stitchings import SIZE, stitching  # noqa: E402
@@ -48,16 +45,6 @@ class TwoCameras:
 
     def describe(self):
         return {'source': 'device', 'rate': 100.0}
-
-
-@pytest.fixture
-def node():
-    context = Context()
-    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
-    node = LifecycleNode('streaming', context=context)
-    yield node
-    node.destroy_node()
-    rclpy.shutdown(context=context)
 
 
 class Streamed:

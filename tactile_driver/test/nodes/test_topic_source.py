@@ -1,14 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import os
-
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from rclpy.context import Context  # noqa: E402
-from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 
 from tactile_driver.errors import BadArgument, BadFrame  # noqa: E402
@@ -18,16 +14,6 @@ from tactile_driver.nodes.topic_source import TopicSource  # noqa: E402
 from tactile_driver.sources.protocol import NothingYet  # noqa: E402
 
 pytestmark = pytest.mark.ros
-
-
-@pytest.fixture
-def node():
-    context = Context()
-    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
-    node = Node('subscribing', context=context)
-    yield node
-    node.destroy_node()
-    rclpy.shutdown(context=context)
 
 
 def message(k):
