@@ -28,6 +28,7 @@ setup(
             'psd_contact_node = tactile_perception.nodes.start:psd_contact_node',
             'taxel_contact_node = tactile_perception.nodes.start:taxel_contact_node',
             'process_bag = tactile_perception.nodes.start:process_bag',
+            'evaluate = tactile_perception.nodes.start:evaluate',
             'calibrate = tactile_perception.nodes.start:calibrate',
             'convert_recording = tactile_perception.nodes.start:convert_recording',
         ],

@@ -23,6 +23,8 @@ import numpy as np
 from tactile_driver.nodes.parameters import defaults
 from tactile_perception.calibration.touchpad_file import read_touchpad
 from tactile_perception.errors import BadFrame, TactileError
+from tactile_perception.evaluation.counts import f1
+from tactile_perception.evaluation.overlap import region_iou
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_places import DotPlaces
 from tactile_perception.pipeline.dot_stage import make_tracker
@@ -31,7 +33,7 @@ from tactile_perception.pipeline.sensor import Touchpad
 
 sys.path.insert(0, str(Path(__file__).parent))
 import sources  # noqa: E402
-from region_scores import contact_counts, f1, region_iou, slip_counts, true_loops  # noqa: E402
+from region_scores import contact_counts, slip_counts, true_loops  # noqa: E402
 
 #: name: parameters that differ from the defaults. Methods with the same detection share the tracker, so that it runs once a frame.
 METHODS = {

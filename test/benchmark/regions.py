@@ -25,12 +25,14 @@ from tactile_perception.contact.methods import Judgement, make_method
 from tactile_perception.contact.outline import label_score
 from tactile_perception.contact.region import ContactDots, describe, find_regions
 from tactile_perception.errors import TactileError
+from tactile_perception.evaluation.counts import f1
+from tactile_perception.evaluation.overlap import region_iou
 from tactile_perception.surface.cap import Cap
 from tactile_perception.surface.membrane import Membrane
 from tactile_perception.surface.membrane_forces import MembraneMaterial
 
 sys.path.insert(0, str(Path(__file__).parent))
-from region_scores import contact_counts, f1, place_errors, region_iou, slip_counts, true_loops  # noqa: E402
+from region_scores import contact_counts, place_errors, slip_counts, true_loops  # noqa: E402
 
 ROWS = COLUMNS = 23
 PAPER = {'paper.d_max': 0.91e-3, 'paper.delta_d': 0.19e-3}

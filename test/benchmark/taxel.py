@@ -17,6 +17,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from tactile_perception.evaluation.counts import macro_f1
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains, fit_response
@@ -139,12 +140,6 @@ def wrench_errors(results: list[TaxelResult], meta: dict, known: dict, truth: di
     parts = {'force': slice(0, 3), 'moment': slice(3, 6)}
     return {name: np.linalg.norm(found[:, part] - true[:, part], axis=1) / np.linalg.norm(true[:, part], axis=1)
             for name, part in parts.items()}
-
-
-def macro_f1(confusion: np.ndarray) -> float:
-    """Mean of the F1 of the states that occur; confusion (3, 3): true by found."""
-    right, true, found = np.diag(confusion), confusion.sum(axis=1), confusion.sum(axis=0)
-    return float(np.mean((2 * right / np.maximum(true + found, 1))[true > 0]))
 
 
 def benchmark(folder: Path, method: str) -> tuple[dict[str, np.ndarray], np.ndarray]:

@@ -17,10 +17,6 @@ FOLDER = Path(os.environ.get('TACTILE_RECORDINGS', 'nowhere'), 'simulated')
 needs_recordings = pytest.mark.skipif(not (FOLDER / 'tac_cal_flat').is_dir(), reason='TACTILE_RECORDINGS names no folder with tac_cal_flat')
 
 
-def test_macro_f1_leaves_out_states_that_do_not_occur():
-    assert benchmark.macro_f1(np.array([[8, 2, 0], [0, 0, 0], [0, 0, 5]])) == pytest.approx((16 / 18 + 1) / 2)
-
-
 def test_mask_of_a_square():
     array = TaxelArray(20, 20, 1e-3)
     estimator = TaxelEstimator(array, SoftPad())

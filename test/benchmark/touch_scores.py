@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from tactile_perception.evaluation.vectors import relative_errors
 from tactile_perception.touch.estimate import TouchEstimate
 from tactile_perception.touch.judge import score
 from tactile_perception.touch.presses import Presses
@@ -86,7 +87,6 @@ class TouchScore:
 
 def _relative(told: np.ndarray, true: np.ndarray) -> float:
     """Median of the error over the size, per cent, both of the axes that are told; inf for a frame in which none is."""
-    known, size = np.isfinite(told), np.linalg.norm(true, axis=1)
+    size = np.linalg.norm(true, axis=1)
     strong = size > _WEAK * size.max()
-    off, size = (np.linalg.norm(np.where(known, values, 0.0), axis=1)[strong] for values in (told - true, true))
-    return float(100 * np.median(np.where(known[strong].any(axis=1), off / np.maximum(size, 1e-12), np.inf))) if strong.any() else np.nan
+    return float(100 * np.median(relative_errors(told[strong], true[strong]))) if strong.any() else np.nan

@@ -42,3 +42,8 @@ def calibrate() -> None:
 def convert_recording() -> None:
     """The command convert_recording."""
     start_tool('tactile_perception.offline.convert_recording')
+
+
+def evaluate() -> None:
+    """The command evaluate."""
+    start_tool('tactile_perception.offline.evaluate')

@@ -1,0 +1,44 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.evaluation.quantities import QUANTITIES, Errors, over_surface, over_time, spread
+
+
+def errors(values, x=0.0):
+    found = Errors()
+    for k, value in enumerate(values):
+        found.add(float(k), np.array([x * k, 0.0]), value)
+    return found
+
+
+def test_spread_in_the_unit_of_the_quantity():
+    found = spread(1e-3 * np.array([-3.0, 1.0, -2.0]), QUANTITIES['depth'])
+    assert [found[name] for name in ('median', 'worst', 'bias')] == pytest.approx([2, 3, -2]) and found['count'] == 3
+    assert found['within_95'] == pytest.approx(2.9)
+    assert np.isnan(spread(np.zeros(0), QUANTITIES['depth'])['median'])
+
+
+def test_of_an_overlap_the_least_is_the_worst():
+    found = spread(np.linspace(0, 1, 101), QUANTITIES['region_overlap'])
+    assert found['worst'] == 0 and found['within_95'] == pytest.approx(0.05) and 'bias' not in found
+
+
+def test_what_is_not_told_is_counted_and_no_error():
+    found = errors([1e-3, np.nan, 2e-3])
+    assert found.untold == 1 and found.table()[:, 3].tolist() == [1e-3, 2e-3]
+
+
+def test_over_time_and_over_the_surface():
+    table = errors([1e-3] * 60 + [5e-3] * 60, x=1e-4).table()
+    times = over_time(table, QUANTITIES['place'])
+    assert len(times) == 12 and times[0]['median'] == pytest.approx(1) and times[-1]['median'] == pytest.approx(5)
+    assert sum(part['count'] for part in times) == 120 and times[-1]['to_s'] == 119
+    cells = over_surface(table, QUANTITIES['place'])
+    assert [cell['median'] for cell in cells] == pytest.approx([1, 1, 3, 5, 5]) and sum(cell['count'] for cell in cells) == 120
+    assert cells[0]['x_mm'] == pytest.approx(1.19)
+
+
+def test_of_nothing_there_is_nothing():
+    assert over_time(np.zeros((0, 4)), QUANTITIES['place']) == over_surface(np.zeros((0, 4)), QUANTITIES['place']) == []
+    assert over_surface(np.array([[0, np.nan, np.nan, 1.0]]), QUANTITIES['place']) == []

@@ -1,0 +1,49 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The report says in words what the numbers say, and is JSON."""
+import json
+import pathlib
+import sys
+
+import numpy as np
+from tactile_perception.evaluation.evaluation import Evaluation
+from tactile_perception.evaluation.frames import Instant
+from tactile_perception.evaluation.report import plain, text
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from made import contact, region, slip  # noqa: E402
+
+TIMES = {'latency_ms': {'contacts': {'median': 12.34, 'within_95': 20.0, 'worst': 99.9, 'count': 5}}, 'stages_ms': {}, 'memory_mb': 151.2,
+         'refused': {'image is black': 2}}
+
+
+def report(*frames, times=TIMES):
+    evaluation = Evaluation()
+    for k, (told, true) in enumerate(frames):
+        evaluation.add(float(k), told, true)
+    return {'instants': {'judged': len(frames), 'without an estimate': 3, 'without truth': 0}, **evaluation.summary(), 'times': times}
+
+
+def test_the_text_says_it_all():
+    told = Instant([contact(1e-3, 0, 1.25e-3, flags=1)], region(10e-3, [1, 0]), slip(1, 0.5, 1e-3), np.arange(6.0))
+    page = text(report((told, Instant([contact(0, 0)], region(10e-3, [1, 2]), slip(2, 1.0, 1e-3), np.arange(6.0)))))
+    rows = {line[:50].strip(): line[50:].split() for line in page.splitlines()}
+    assert rows['depth of the touch'] == ['mm', '0.25', '0.25', '0.25', '1', '0']
+    assert '1 instants judged; 3 had no estimate' in page and 'touches:  1 there, 0 never told, 0 made up' in page
+    assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the touch +0.25 mm' in page and 'squared error over stated variance' in page
+    assert 'latency of contacts: 12.3 ms in the median, 20 in 95 %, 99.9 at the most' in page
+    assert 'memory: 151 MB' in page and 'refused 2 times: image is black' in page
+    assert max(map(len, page.splitlines())) < 180
+
+
+def test_of_little_little_is_said():
+    page = text(report((Instant(wrench=np.ones(6)), Instant(wrench=np.ones(6))),
+                       times={'latency_ms': {}, 'stages_ms': {}, 'memory_mb': np.nan, 'refused': {}}))
+    assert 'touches:' not in page and 'dots' not in page and 'covariance' not in page and 'memory' not in page
+    assert 'force of the wrench' in page
+
+
+def test_json_has_none_for_what_is_not_known():
+    found = plain(report((Instant([]), Instant([]))))
+    assert found['touches']['told_after_ms']['median'] is None
+    assert json.loads(json.dumps(found, allow_nan=False)) == found

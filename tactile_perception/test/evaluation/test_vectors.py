@@ -1,0 +1,37 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Errors of vectors, by hand and by drawing from known covariances."""
+import numpy as np
+import pytest
+from tactile_perception.evaluation.vectors import honest_range, normalised_square, relative_errors
+
+NAN = np.nan
+
+
+def test_relative_errors_are_of_the_axes_that_are_told():
+    told = np.array([[1.1, 0, 0], [NAN, 3.0, 4.0], [NAN, NAN, NAN]])
+    true = np.array([[1.0, 0, 0], [9.0, 3.0, 3.0], [1.0, 1.0, 1.0]])
+    assert relative_errors(told, true) == pytest.approx([0.1, 1 / np.hypot(3, 3), np.inf])
+
+
+def test_a_drawn_error_has_a_normalised_square_of_its_directions():
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(3, 3)) * 1e-4
+    squares = [normalised_square(root @ rng.normal(size=3), root @ root.T) for _ in range(4000)]
+    assert {directions for _, directions in squares} == {3}
+    values = np.array([square for square, _ in squares]) / 3
+    low, high = honest_range(3)
+    assert values.mean() == pytest.approx(1, abs=0.05) and np.mean((values > low) & (values < high)) == pytest.approx(0.95, abs=0.02)
+
+
+def test_flat_directions_are_left_out():
+    covariance = np.diag([4e-8, 1e-8, 0.0])
+    assert normalised_square(np.array([2e-4, 1e-4, 5.0]), covariance) == (pytest.approx(2.0), 2)
+
+
+@pytest.mark.parametrize('error, covariance', [
+    (np.full(3, NAN), np.eye(3)), (np.zeros(3), np.full((3, 3), NAN)), (np.zeros(3), np.zeros((3, 3))),
+    (np.zeros(3), np.diag([1.0, 1, -1]))])
+def test_what_says_nothing_is_not_judged(error, covariance):
+    square, directions = normalised_square(error, covariance)
+    assert np.isnan(square) and directions == 0
