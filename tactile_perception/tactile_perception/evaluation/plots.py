@@ -129,9 +129,9 @@ def over_surface(pyplot, evaluation: Evaluation):
 
 def states(pyplot, evaluation: Evaluation):
     """Which state was told for which there was, of dots and of the slip of the whole contact; per cent of each true state."""
-    tables = [(title, counts, names, told) for title, counts, names, told in (
-        ('dots', evaluation.dots, DOT_STATES, (*DOT_STATES, 'not seen')), ('slip of the contact', evaluation.slip, SLIP_STATES, SLIP_STATES))
-        if counts.any()]
+    both = (('dots', evaluation.dots, DOT_STATES, (*DOT_STATES, 'not seen')),
+            ('slip of the contact', evaluation.slip, SLIP_STATES, SLIP_STATES))
+    tables = [table for table in both if table[1].any()]
     if not tables:
         return None
     figure, panels = pyplot.subplots(1, len(tables), figsize=(5.2 * len(tables), 4.2), layout='constrained', squeeze=False)
@@ -171,8 +171,8 @@ def spent(pyplot, times: dict):
     if not groups:
         return None
     bars = sum(len(found) for _, found in groups)
-    figure, panels = pyplot.subplots(len(groups), 1, figsize=(8, 1.6 + 0.45 * bars + 0.6 * len(groups)), layout='constrained', squeeze=False,
-                                     height_ratios=[len(found) + 1 for _, found in groups])
+    figure, panels = pyplot.subplots(len(groups), 1, figsize=(8, 1.6 + 0.45 * bars + 0.6 * len(groups)), layout='constrained',
+                                     squeeze=False, height_ratios=[len(found) + 1 for _, found in groups])
     for panel, (title, found) in zip(panels[:, 0], groups):
         names = list(found)[::-1]
         panel.barh(names, [found[name]['within_95'] for name in names], color='#aec7e8', label='95 % within')

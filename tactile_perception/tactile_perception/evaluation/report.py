@@ -18,11 +18,13 @@ def text(report: dict) -> str:
 def _counted(report: dict) -> str:
     frames, touches, instants = report['frames'], report['touches'], report['instants']
     after = touches['told_after_ms']
-    lines = [f'{instants["judged"]} instants judged; {instants["without an estimate"]} had no estimate, {instants["without truth"]} no truth']
+    lines = [f'{instants["judged"]} instants judged; {instants["without an estimate"]} had no estimate, '
+             f'{instants["without truth"]} no truth']
     if frames['judged']:
         lines += [
             f'touches:  {touches["there"]} there, {touches["never_told"]} never told, {touches["made_up"]} made up, '
-            f'{touches["renumbered"]} times another number; told {_said(after["median"])} ms after they began (worst {_said(after["worst"])})',
+            f'{touches["renumbered"]} times another number; told {_said(after["median"])} ms after they began '
+            f'(worst {_said(after["worst"])})',
             f'frames:   {frames["touched"]} touched, {frames["missed"]} of them missed, {frames["too_few"]} with too few touches, '
             f'{frames["too_many"]} with too many; {frames["untouched"]} untouched, {frames["false"]} of them called touched']
         flags = [f'{count} {name}' for name, count in report['flagged'].items() if count]
@@ -53,9 +55,9 @@ def _covariance(found: dict) -> str:
         return f'stated covariances: none for {found["not_stated"]} places' if found['not_stated'] else ''
     low, high = found['range_95']
     honest = ' to '.join(_said(value) for value in found['honest_range_95'])
-    return (f'stated covariances: squared error over stated variance {_said(found["mean"])} in the mean (honest: 1), 95 % between {_said(low)} '
-            f'and {_said(high)} (honest: {honest}); {100 * found["within_honest_range"]:.0f} % of {found["count"]} places in the honest range'
-            + (f'; none stated for {found["not_stated"]}' if found['not_stated'] else ''))
+    return (f'stated covariances: squared error over stated variance {_said(found["mean"])} in the mean (honest: 1), 95 % between '
+            f'{_said(low)} and {_said(high)} (honest: {honest}); {100 * found["within_honest_range"]:.0f} % of {found["count"]} places '
+            'in the honest range' + (f'; none stated for {found["not_stated"]}' if found['not_stated'] else ''))
 
 
 def _times(times: dict) -> str:

@@ -15,16 +15,16 @@ from ..errors import BadFrame
 
 def contacts_from_message(message: Contacts) -> list[ContactEstimate]:
     """The contacts; which dots belong to each, which the message does not carry, is empty."""
-    return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3), c.flags,
-                            np.zeros(0, bool)) for c in message.contacts]
+    return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3),
+                            c.flags, np.zeros(0, bool)) for c in message.contacts]
 
 
 def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
     """The region. Raises BadFrame where dots and their states differ in number, or a state is none."""
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
     if len(ids) != len(states) or (states > ContactRegion.SLIPPING).any():
-        raise BadFrame(f'contact_region: {len(ids)} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both arrays have to run '
-                       'in parallel')
+        raise BadFrame(f'contact_region: {len(ids)} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both arrays have to '
+                       'run in parallel')
     turn = message.motion.rotation
     return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
                                  message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
