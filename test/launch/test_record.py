@@ -73,5 +73,5 @@ def test_a_bag_that_exists_is_not_overwritten(ros2, tmp_path):
     assert refused.wait(30) != 0
     assert 'record:=old exists already' in refused.log
     node = ros2('run', 'tactile_bringup', 'record_node', '--ros-args', '-p', 'bag:=old')
-    assert node.wait(30) == 1
+    assert node.wait(30) == 2
     assert 'old: exists already' in node.log and 'Traceback' not in node.log

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from ..sources.capture import CaptureStatus
-from .diagnostics import ERROR, OK, WARN, Health
+from .diagnostics import ERROR, OK, WARN, Health, common_values
 
 _RATE_TOLERANCE = 0.9
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
@@ -15,17 +15,17 @@ _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
 def unconfigured_health(problem: str, retrying: bool) -> Health:
     """The health of a node without a source; problem: why, '' where nobody has asked for one yet; retrying: whether it is tried again."""
     if not problem:
-        return Health(OK, 'not configured yet', {'state': 'unconfigured'})
+        return Health(OK, 'not configured yet', common_values('unconfigured'))
     what = problem + ('; tried again by itself' if retrying else '')
-    return Health(ERROR, what, {'state': 'unconfigured', 'last error': problem})
+    return Health(ERROR, what, {**common_values('unconfigured'), 'last error': problem})
 
 
 def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) -> Health:
     """The health of a node with an open source; about: its description; remark: something else to warn of, ''."""
     nominal = float(about.get('rate', 0) or 0)
-    values = {'state': status.state, 'source': about.get('source', ''), 'device': about.get('path') or about.get('device', ''),
-              'serial': about.get('serial', ''), 'rate (Hz)': status.rate, 'nominal rate (Hz)': nominal if nominal > 0 else math.nan,
-              'frames': status.received, 'dropped': status.dropped, 'corrupt': status.corrupt, 'age of newest frame (s)': status.age_s,
+    values = {**common_values(status.state, status.rate, status.age_s, status.dropped), 'source': about.get('source', ''),
+              'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
+              'nominal rate (Hz)': nominal if nominal > 0 else math.nan, 'frames': status.received, 'corrupt': status.corrupt,
               'last error': status.error}
     if 'unpaired' in about:
         values['unpaired'] = about['unpaired']

@@ -3,6 +3,7 @@
 """A node's health on /diagnostics, and messages that are said once."""
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -23,11 +24,24 @@ class Health:
     values: dict = field(default_factory=dict)
 
 
+def common_values(state: str, rate: float = math.nan, age: float = math.nan, dropped: int = 0) -> dict:
+    """The values that every node reports under the same names. rate: of what it publishes, Hz; age: of the newest, s; dropped: what came
+    and went no further. The last of them, what to do, follows from the message."""
+    return {'state': state, 'rate (Hz)': rate, 'age (s)': age, 'dropped': dropped}
+
+
+def remedy_of(health: Health) -> str:
+    """What to do: the part of the message after what is wrong, or all of it; '' where nothing is wrong."""
+    return '' if health.level == OK else health.message.split('; ', 1)[-1]
+
+
 class NodeDiagnostics:
-    """Publishes what examine() returns, once a second and whenever update() is called. hardware_id: which sensor, as its serial number."""
+    """Publishes what examine() returns, once a second and whenever update() is called, under the node's full name. hardware_id: which
+    sensor, as its serial number."""
 
     def __init__(self, node: Node, task: str, hardware_id: str, examine: Callable[[], Health]):
         self._updater = diagnostic_updater.Updater(node)
+        self._updater.node_name = node.get_fully_qualified_name()  # a hand has many camera_nodes
         self._examine = examine
         self.set_hardware_id(hardware_id)
         self._updater.add(task, self._run)
@@ -43,7 +57,7 @@ class NodeDiagnostics:
     def _run(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
         health = self._examine()
         status.summary(health.level, health.message)
-        for name, value in health.values.items():
+        for name, value in {**health.values, 'what to do': remedy_of(health)}.items():
             status.add(name, f'{value:.4g}' if isinstance(value, float) else str(value))
         return status
 

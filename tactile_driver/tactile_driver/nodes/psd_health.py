@@ -10,7 +10,7 @@ from collections import deque
 import numpy as np
 
 from ..sources.capture import CaptureStatus
-from .diagnostics import ERROR, OK, WARN, Health
+from .diagnostics import ERROR, OK, WARN, Health, common_values
 
 _WINDOW_S, _SILENCE_S = 4.0, 1.0
 _RATE_TOLERANCE, _SATURATED = 0.9, 0.01
@@ -54,9 +54,9 @@ def sample_health(status: CaptureStatus, about: dict, meter: SampleMeter, live: 
     """The health of a node with an open source; about: its description; remark: something else to warn of, ''."""
     extra = {name: about[name] for name in ('crc errors', 'refused frames', 'garbage bytes', 'missing frames', 'missing samples', 'resets')
              if name in about}
-    values = {'state': status.state, 'source': about.get('source', ''), 'device': about.get('path') or about.get('device', ''),
-              'rate (Hz)': meter.rate, 'samples': meter.samples, 'saturated (%)': 100 * meter.saturated_part, 'messages': status.received,
-              'dropped messages': status.dropped, 'age of newest samples (s)': status.age_s, **extra, 'last error': status.error}
+    values = {**common_values(status.state, meter.rate, status.age_s, status.dropped), 'source': about.get('source', ''),
+              'device': about.get('path') or about.get('device', ''), 'samples': meter.samples,
+              'saturated (%)': 100 * meter.saturated_part, 'messages': status.received, **extra, 'last error': status.error}
     return Health(*_judged(status, about, meter, live, remark), values)
 
 

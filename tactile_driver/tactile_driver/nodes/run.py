@@ -1,24 +1,26 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a node as a process: started by its entry point, ended cleanly by SIGINT or SIGTERM."""
+"""Runs nodes as a process: started by its entry point, ended cleanly by SIGINT or SIGTERM."""
 from __future__ import annotations
 
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 
 from ..errors import TactileError
 from .start import INTERRUPT
 
+#: the exit code of a node that was given something wrong: started again, it would end again
+WRONG = 2
 #: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
 _SWITCH_S = 5e-4
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
@@ -33,31 +35,37 @@ def make_room_for_images() -> None:
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Spin the node that make() returns until it is interrupted; returns the exit code 0.
+    """Spin the node that make() returns until it is interrupted; returns the exit code: 0, or WRONG where make() raises a TactileError.
 
     The node's destroy_node() has to release what it holds.
     """
-    node = None
+    return run_nodes(lambda: iter([make()]), args)
+
+
+def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None) -> int:
+    """The same for all nodes that make() yields, in one thread; they are put away in the same order."""
+    nodes: list[Node] = []
     try:
         make_room_for_images()
         sys.setswitchinterval(_SWITCH_S)
         INTERRUPT.begin_making()
         rclpy.init(args=args)
-        node = make()
+        for node in make():
+            nodes.append(node)
         INTERRUPT.begin_running()
-        _spin(node)
+        _spin(nodes)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except TactileError as error:
         get_logger('tactile').fatal(str(error))
-        return 1
+        return WRONG
     except Exception:
         # What is half made when rclpy ends fails in many ways, none of them news.
         if not INTERRUPT.asked:
             raise
     finally:
         _be_deaf()
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
         _be_deaf()  # rclpy has put back what was there before it
@@ -70,13 +78,16 @@ def _be_deaf() -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _spin(node: Node) -> None:
+def _spin(nodes: list[Node]) -> None:
+    executor = SingleThreadedExecutor()
+    for node in nodes:
+        executor.add_node(node)
     while True:
         try:
-            rclpy.spin(node)
+            executor.spin()
             return
         except RCLError as error:
             # rclpy lets this out when somebody asks for a transition that the state does not allow: no reason to end.
-            if not node.context.ok():
+            if not nodes[0].context.ok():
                 return
-            node.get_logger().warning(f'a request was refused: {error}')
+            nodes[0].get_logger().warning(f'a request was refused: {error}')

@@ -19,7 +19,7 @@ def test_a_camera_that_runs():
     health = capture_health(GOOD, ABOUT, True, '')
     assert (health.level, health.message) == (OK, '29.9 Hz')
     assert health.values['rate (Hz)'] == 29.9 and health.values['dropped'] == 2 and health.values['corrupt'] == 1
-    assert health.values['device'] == '/dev/video0' and health.values['age of newest frame (s)'] == 0.02
+    assert health.values['device'] == '/dev/video0' and health.values['age (s)'] == 0.02
 
 
 @pytest.mark.parametrize(('change', 'level', 'said'), [

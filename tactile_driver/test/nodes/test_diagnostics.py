@@ -12,7 +12,7 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 
-from tactile_driver.nodes.diagnostics import WARN, Health, NodeDiagnostics, SayOnce  # noqa: E402
+from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, SayOnce, common_values, remedy_of  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -30,17 +30,27 @@ def node():
 def test_health_is_published(node):
     received = []
     node.create_subscription(DiagnosticArray, '/diagnostics', received.append, 10)
-    diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow', {'rate (Hz)': 14.23456, 'frames': 7}))
+    diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow; more light', {'rate (Hz)': 14.23456, 'frames': 7}))
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     end = time.monotonic() + 10
-    while not any(s.message == 'slow' for m in received for s in m.status) and time.monotonic() < end:
+    while not any(s.message.startswith('slow') for m in received for s in m.status) and time.monotonic() < end:
         diagnostics.update()
         executor.spin_once(timeout_sec=0.1)
     executor.shutdown()
-    status = next(s for m in received for s in m.status if s.message == 'slow')
-    assert (status.name, status.level, status.hardware_id) == ('diagnosed: camera', WARN, 'A111')
-    assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7'}
+    status = next(s for m in received for s in m.status if s.message.startswith('slow'))
+    assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
+    assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
+
+
+def test_what_to_do_follows_what_is_wrong():
+    assert remedy_of(Health(ERROR, 'no frame for 3 s; check the cable')) == 'check the cable'
+    assert remedy_of(Health(ERROR, 'check the cable')) == 'check the cable'
+    assert remedy_of(Health(OK, '30 Hz; all is well')) == ''
+
+
+def test_every_node_reports_the_same_keys():
+    assert list(common_values('running', 30.0, 0.01, 2)) == ['state', 'rate (Hz)', 'age (s)', 'dropped']
 
 
 def test_a_message_is_said_once_until_it_is_forgotten():

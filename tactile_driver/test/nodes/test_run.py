@@ -73,3 +73,25 @@ def test_without_one_the_profile_is_used_and_exists(monkeypatch):
         monkeypatch.setenv(name, '')
     run.make_room_for_images()
     assert os.path.isfile(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
+
+
+@pytest.mark.ros
+def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
+    from rclpy.node import Node
+    from tactile_driver.errors import BadArgument
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
+    monkeypatch.setattr(run, '_be_deaf', lambda: None)
+    gone = []
+
+    class Named(Node):
+        def destroy_node(self):
+            gone.append(self.get_name())
+            super().destroy_node()
+
+    def make():
+        yield Named('first')
+        yield Named('second')
+        raise BadArgument('third: its calibration is missing')
+    assert run.run_nodes(make, []) == run.WRONG
+    assert gone == ['first', 'second']
+    assert 'third: its calibration is missing' in capfd.readouterr().err

@@ -8,10 +8,11 @@ import time
 from collections import deque
 from statistics import median
 
-from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health
+from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health, common_values
 
 _RECENT = 120
-_SILENCE_S = 2.0
+_SILENCE_S, _WINDOW_S = 2.0, 4.0
+_FEW = 3  # so many left out within the window are no news: the machine did something else for a moment
 
 
 class WorkLog:
@@ -19,10 +20,11 @@ class WorkLog:
 
     def __init__(self, topic: str):
         self._topic = topic
-        self.done = self.refused = 0
+        self.done = self.refused = self.shed = 0
         self.last_error = ''
         self._in_error = False
         self._stamps: deque[float] = deque(maxlen=_RECENT)
+        self._left_out: deque[float] = deque(maxlen=_RECENT)
         self._seconds: deque[float] = deque(maxlen=_RECENT)
         self._latencies: deque[float] = deque(maxlen=_RECENT)
 
@@ -33,6 +35,11 @@ class WorkLog:
         self._stamps.append(time.monotonic())
         self._seconds.append(seconds)
         self._latencies.append(latency)
+
+    def leave_out(self) -> None:
+        """A frame had waited so long that it was left out."""
+        self.shed += 1
+        self._left_out.append(time.monotonic())
 
     def refuse(self, error: str) -> None:
         """A frame could not be used."""
@@ -48,15 +55,15 @@ class WorkLog:
     @property
     def rate(self) -> float:
         """Frames done per second, lately; NaN until known."""
-        recent = [t for t in self._stamps if time.monotonic() - t < 4.0]
+        recent = _recent(self._stamps)
         return (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else math.nan
 
     def health(self, idle: bool, remark: str = '', values: dict | None = None) -> Health:
         """For /diagnostics; idle: nobody subscribes; remark: something to warn of; values: more of them."""
         middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
-        shown = {'state': 'idle' if idle else 'running', 'rate (Hz)': self.rate, 'frames': self.done, 'refused frames': self.refused,
-                 **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
-                 'age of newest result (s)': self.age, 'last error': self.last_error, **(values or {})}
+        shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
+                 'refused frames': self.refused, **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
+                 'last error': self.last_error, **(values or {})}
         return Health(*self._judged(idle, remark), shown)
 
     def _judged(self, idle: bool, remark: str) -> tuple[bytes, str]:
@@ -66,4 +73,15 @@ class WorkLog:
             return ERROR, self.last_error
         if not self.done or self.age > _SILENCE_S:
             return WARN, f'nothing comes on {self._topic}: is its publisher running and active?'
+        shed = len(_recent(self._left_out))
+        if shed > _FEW:
+            share = 100 * shed / (shed + len(_recent(self._stamps)))
+            remark = (f'{share:.0f} % of {self._topic} is left out: this machine is too slow for it; lower the rate, choose a faster method '
+                      'or end what else it does')
         return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')
+
+
+def _recent(times: deque[float]) -> list[float]:
+    """Those of the last seconds."""
+    now = time.monotonic()
+    return [t for t in times if now - t < _WINDOW_S]

@@ -41,3 +41,16 @@ def test_a_remark_is_a_warning():
     log = WorkLog('image_raw')
     log.add(0.001, 0.002)
     assert log.health(False, 'taken while pressed', {'reference': 'x'}).message == 'taken while pressed'
+
+
+def test_what_is_left_out_is_counted_and_warned_of_with_its_share():
+    log = WorkLog('dots')
+    for _ in range(30):
+        log.add(0.001, 0.002)
+    for _ in range(3):
+        log.leave_out()
+    assert log.health(False).level == OK, 'a moment is no news'
+    for _ in range(7):
+        log.leave_out()
+    health = log.health(False)
+    assert health.level == WARN and health.message.startswith('25 % of dots is left out') and health.values['dropped'] == 10
