@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import header_of, image_to_message
-from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.nodes.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.taxel_scene import open_taxel_scene
 from tactile_perception.offline.message_bag import write_messages
 
@@ -33,7 +33,5 @@ def _messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, obj
         stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # a stamp of zero means «no time» to much of ROS
         header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
         yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
-        yield stamp, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
-        yield stamp, 'ground_truth/contact_region', region_message(truth, 1 / rate, header)
-        yield stamp, 'ground_truth/slip', slip_message(truth, header)
-        yield stamp, 'ground_truth/wrench', wrench_message(truth, header)
+        for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
+            yield stamp, f'ground_truth/{name}', message

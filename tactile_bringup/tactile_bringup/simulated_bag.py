@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
-from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, wrench_message
+from tactile_driver.nodes.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.scene import TwoCameraScene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
 from tactile_perception.offline.message_bag import write_messages
@@ -49,5 +49,5 @@ def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Itera
         yield own_ns, f'{prefix}camera_info', info
         yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
     header = header_of(stamp_ns, frame_id)
-    yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
-    yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
+    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / scene.rate, header).items():
+        yield stamp_ns, f'ground_truth/{name}', message

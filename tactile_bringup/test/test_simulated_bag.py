@@ -10,6 +10,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_bringup.simulated_bag import write_scene  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
+from tactile_driver.nodes.ground_truth import TRUTH  # noqa: E402
 from tactile_driver.simulation.scenes import open_scene  # noqa: E402
 from tactile_perception.nodes.conversions import camera_matrices, image_to_array  # noqa: E402
 from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
@@ -32,7 +33,7 @@ def stamp_ns(message):
 def test_one_camera_with_truth(tmp_path):
     assert write_scene(tmp_path / 'bag', 'areal_single_press', 1.0, seed=4, namespace='sheet', frames=4) == 4
     found, scene = messages_of(tmp_path / 'bag'), open_scene('areal_single_press', 1.0, seed=4)
-    assert set(found) == {f'/sheet/{name}' for name in ('image_raw', 'camera_info', 'ground_truth/contacts', 'ground_truth/wrench')}
+    assert set(found) == {f'/sheet/{name}' for name in ('image_raw', 'camera_info', *(f'ground_truth/{truth}' for truth in TRUTH))}
     assert [stamp_ns(image) for image in found['/sheet/image_raw']] == [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]
     np.testing.assert_array_equal(image_to_array(found['/sheet/image_raw'][2]), scene.render(2.0).image)
     np.testing.assert_allclose(camera_matrices(found['/sheet/camera_info'][0])[0], scene.camera.matrix)

@@ -82,6 +82,14 @@ def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
     return message
 
 
+def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header, names: Sequence[str] = TRUTH) -> dict[str, object]:
+    """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames."""
+    make = {'contacts': lambda: contacts_message(truth.contacts, ids, header),
+            'contact_region': lambda: region_message(truth, interval, header),
+            'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
+    return {name: make[name]() for name in names}
+
+
 class GroundTruth:
     """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
 
@@ -102,10 +110,6 @@ class GroundTruth:
 
     def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
         """Publish what is subscribed, under the image's header; interval: s between the scene's frames."""
-        numbers = self._numbers.assign(truth.contacts)
-        make = {'contacts': lambda: contacts_message(truth.contacts, numbers, header),
-                'contact_region': lambda: region_message(truth, interval, header),
-                'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
-        for name, publisher in self._publishers.items():
-            if publisher.get_subscription_count():
-                publisher.publish(make[name]())
+        wanted = [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
+        for name, message in truth_messages(truth, self._numbers.assign(truth.contacts), interval, header, wanted).items():
+            self._publishers[name].publish(message)
