@@ -45,7 +45,7 @@ def _axis(name: str, quantity: Quantity) -> str:
     """What is along an axis or a colour bar."""
     if not quantity.low:
         return 'overlap (1: the same)'
-    return f'error of {name.replace("_", " ").removesuffix(" relative")}, {quantity.unit}'
+    return f'{name.replace("_", " ").removesuffix(" relative")}, {quantity.unit}'
 
 
 def over_time(pyplot, evaluation: Evaluation):
@@ -82,11 +82,12 @@ def _error_panel(panel, name: str, table: np.ndarray, begin: float) -> None:
         panel.plot(table[_WINDOW // 2:-(_WINDOW // 2), 0] - begin, middle, color=_MIDDLE, linewidth=1)
     panel.axhline(0 if quantity.low else 1, color='black', linewidth=0.6)
     low, high = np.percentile(values, [0.5, 99.5])
-    reach = max(high - min(low, 0), 1e-9)
-    panel.set_ylim((min(low, 0) - 0.1 * reach, high + 0.15 * reach) if quantity.low else (0, 1.05))
+    low, high = min(low, 0), max(high, 0, 1e-9)
+    panel.set_ylim((low - 0.1 * (high - low), high + 0.15 * (high - low)) if quantity.low else (0, 1.05))
     panel.set_ylabel(_axis(name, quantity).replace(', ', ',\n').replace(' (', '\n('), fontsize='small')
     found = spread(table[:, 3], quantity)
-    panel.set_title(f'{quantity.text}: median {found["median"]:.3g}, 95 % within {found["within_95"]:.3g}, worst {found["worst"]:.3g}',
+    what = f'error of the {quantity.text}' if quantity.low else quantity.text
+    panel.set_title(f'{what}: median {found["median"]:.3g}, 95 % within {found["within_95"]:.3g}, worst {found["worst"]:.3g}',
                     fontsize='small', loc='right', pad=2)
 
 
@@ -181,7 +182,7 @@ def spent(pyplot, times: dict):
             panel.text(found[name]['within_95'], row, f' {found[name]["median"]:.1f} / {found[name]["within_95"]:.1f} ms', va='center',
                        fontsize='small')
         panel.set(title=title, xlabel='ms')
-        panel.margins(x=0.25)
+        panel.margins(x=0.3)
         panel.grid(alpha=0.3, axis='x')
-        panel.legend(fontsize='small', loc='lower right')
+        panel.legend(fontsize='small', loc='upper right')
     return figure

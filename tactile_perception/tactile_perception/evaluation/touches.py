@@ -52,7 +52,8 @@ class _Episode:
 class TouchCounts:
     """How many touches were told right, missed, made up; and what the stated covariances were worth.
 
-    frames: counts of frames judged, touched, missed (nothing told), too_few, too_many, untouched, false (told where nothing touches).
+    frames: counts of frames judged, touched, missed (nothing told), too_few, too_many, untouched, false (told where nothing touches). A
+    touch told is made up where in none of its frames it was the one nearest to a true one.
     """
 
     frames: Counter = field(default_factory=Counter)
@@ -60,16 +61,16 @@ class TouchCounts:
     squares: list[tuple[float, int]] = field(default_factory=list)
     uncertain: int = 0
     _episodes: dict[int, _Episode] = field(default_factory=dict)
-    _false: int = 0
-    _in_false: bool = False
+    _told: set[int] = field(default_factory=set)
+    _matched: set[int] = field(default_factory=set)
 
     def add(self, stamp: float, told: list[ContactEstimate], true: list[ContactEstimate], matched: list) -> None:
         """One frame; matched: its pairs."""
         here = {'judged': True, 'touched': bool(true), 'untouched': not true, 'missed': bool(true) and not told,
                 'too_few': 0 < len(told) < len(true), 'too_many': 0 < len(true) < len(told), 'false': bool(told) and not true}
         self.frames.update(name for name, so in here.items() if so)
-        self._false += here['false'] and not self._in_false
-        self._in_false = here['false']
+        self._told.update(touch.id for touch in told)
+        self._matched.update(touch.id for touch, _ in matched)
         for touch in true:
             episode = self._episodes.setdefault(touch.id, _Episode(begin=stamp))
             episode.frames += 1
@@ -95,7 +96,7 @@ class TouchCounts:
         late = [e.first_told - e.begin for e in episodes if e.told]
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
         return {'frames': {name: self.frames[name] for name in names},
-                'touches': {'there': len(episodes), 'never_told': sum(not e.told for e in episodes), 'made_up': int(self._false),
+                'touches': {'there': len(episodes), 'never_told': sum(not e.told for e in episodes), 'made_up': len(self._told - self._matched),
                             'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
                             'told_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
                                               'worst': 1e3 * float(np.max(late)) if late else np.nan}},

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
 
+import cv2
 import numpy as np
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import header_of, image_to_message
@@ -21,6 +22,7 @@ _FIRST_S = 1.0  # a stamp of zero means «no time» to much of ROS
 _GRAVITY = 9.81
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
 _PITCH_M = 3.4e-3
+_FINE = 16  # parts of a taxel in which true outlines are drawn
 _PAUSE_S = 1.0  # between imprints
 _LOADED = 0.8  # of an imprint's largest sum: the weight stands
 _SETTLED = 0.5  # part of that time after which it has settled
@@ -81,7 +83,7 @@ class TaxelRecording:
     def _folder(self) -> list[_Row]:
         self.meta = json.loads((self.path / 'meta.json').read_text())
         found, truth = (_arrays(self.path / name) for name in ('input.npz', 'truth.npz'))
-        return [_Row(np.ascontiguousarray(values), float(stamp), _truth({name: v[k] for name, v in truth.items()}))
+        return [_Row(np.ascontiguousarray(values), float(stamp), _truth({name: v[k] for name, v in truth.items()}, self.meta['pitch_m']))
                 for k, (values, stamp) in enumerate(zip(found['frames'], found['t']))]
 
 
@@ -90,8 +92,8 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
         return {name: stored[name] for name in stored.files}
 
 
-def _truth(of: dict) -> TruthFrame:
-    """The truth of a frame in the form in which a simulated sensor gives it; unknown is NaN."""
+def _truth(of: dict, pitch: float) -> TruthFrame:
+    """The truth of a frame, pitch (m) from taxel to taxel, in the form in which a simulated sensor gives it; unknown is NaN."""
     touched = bool(of['contact'])
     centroid = np.array([*(1e-3 * np.asarray(of['centroid_mm'], float)), 0.0])
     normal = float(of['Fn_N'])
@@ -101,10 +103,21 @@ def _truth(of: dict) -> TruthFrame:
     frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), area=float(of['area_m2']),
                        slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']), wrench=wrench)
     if touched:
+        frame.outlines, frame.holes = _loops(np.asarray(of['contact_fraction'], np.float32), pitch)
         depth = 1e-3 * float(of['depth_mm']) or np.nan  # a weight's depth is not known
         frame.centroid, frame.normal = centroid, np.array([0.0, 0.0, 1.0])
         frame.contacts = [Touch(centroid + [0, 0, -np.nan_to_num(depth)], frame.normal, depth, normal)]
     return frame
+
+
+def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
+    """Outlines and holes, (M, 3) m each, of what is touched; fraction: (rows, columns) float32, how much of each taxel is."""
+    padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+    fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
+    loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
+    places = [pitch * ((loop.reshape(-1, 2) + 0.5) / _FINE - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
+    whole = [(np.column_stack([xy, np.zeros(len(xy))]), family[3] >= 0) for xy, family in zip(places, families[0])] if places else []
+    return [loop for loop, hole in whole if not hole], [loop for loop, hole in whole if hole]
 
 
 def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:

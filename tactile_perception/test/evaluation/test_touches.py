@@ -45,7 +45,7 @@ def test_without_a_depth_the_place_is_one_in_space():
 def test_frames_and_touches_are_counted():
     here, other = contact(0, 0), contact(0.02, 0, id=2)
     found = counted([([here], []), ([here], []), ([], []), ([], [here]), ([here], [here]), ([contact(0, 0, id=7)], [here]),
-                     ([here], [here, other]), ([here, other], [here]), ([here], [])]).summary()
+                     ([here], [here, other]), ([here, contact(0.02, 0, id=9)], [here]), ([contact(0, 0, id=8)], [])]).summary()
     assert found['frames'] == {'judged': 9, 'touched': 5, 'missed': 1, 'too_few': 1, 'too_many': 1, 'untouched': 4, 'false': 3}
     assert {name: found['touches'][name] for name in ('there', 'never_told', 'made_up', 'renumbered')} == {
         'there': 2, 'never_told': 1, 'made_up': 2, 'renumbered': 2}
