@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 
 from .errors import BadArgument
+from .lens import undistorted
 
 LARGEST_SIDE = 8192  # px of a picture
 
@@ -36,12 +37,13 @@ class SideView:
         """Image places (N, 2), px, of places xy (N, 2), m, in the plane."""
         seen = np.column_stack([np.asarray(xy, float).reshape(-1, 2), np.ones(np.size(xy) // 2)]) @ self.homography.T
         still = np.zeros(3)
+        if not len(seen):
+            return np.zeros((0, 2))
         return cv2.projectPoints(seen.reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0].reshape(-1, 2)
 
     def place(self, uv: np.ndarray) -> np.ndarray:
-        """Places (N, 2), m, in the plane of image places uv (N, 2), px."""
-        pixels = np.ascontiguousarray(uv, float).reshape(-1, 1, 2)
-        flat = cv2.undistortPoints(pixels, self.matrix, self.distortion).reshape(-1, 2)
+        """Places (N, 2), m, in the plane of image places uv (N, 2), px; NaN where the lens shows nothing."""
+        flat = undistorted(uv, self.matrix, self.distortion)
         seen = np.column_stack([flat, np.ones(len(flat))]) @ np.linalg.inv(self.homography).T
         return seen[:, :2] / seen[:, 2:]
 

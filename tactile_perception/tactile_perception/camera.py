@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from tactile_driver.lens import undistorted
 
 from .errors import BadArgument
 
@@ -49,11 +50,13 @@ class CameraModel:
     def project(self, xyz: np.ndarray) -> np.ndarray:
         """Image places (N, 2), px, of points xyz (N, 3) in the sensor frame, m."""
         points = np.ascontiguousarray(xyz, float).reshape(-1, 1, 3)
+        if not len(points):
+            return np.zeros((0, 2))
         return cv2.projectPoints(points, cv2.Rodrigues(self.rotation)[0], self.translation, self.matrix, self.distortion)[0].reshape(-1, 2)
 
     def rays(self, uv: np.ndarray) -> np.ndarray:
-        """Unit vectors (N, 3) in the sensor frame from the camera's centre through image places uv (N, 2), px."""
-        pixels = np.ascontiguousarray(uv, float).reshape(-1, 1, 2)
-        plane = cv2.undistortPoints(pixels, self.matrix, self.distortion).reshape(-1, 2)
+        """Unit vectors (N, 3) in the sensor frame from the camera's centre through image places uv (N, 2), px; NaN where the lens
+        shows nothing."""
+        plane = undistorted(uv, self.matrix, self.distortion)
         rays = np.column_stack([plane, np.ones(len(plane))]) @ self.rotation
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)

@@ -1,70 +1,31 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated touchpad, untouched and pressed by a disc, and the stages that read it."""
-import cv2
+"""The simulated touchpad as fixtures, and the record of hard cases, written at the end of a run."""
+import pathlib
+import sys
+
 import pytest
-from tactile_driver.nodes.parameters import defaults
-from tactile_driver.simulation.scenes import open_scene
-from tactile_perception.pipeline.contact_stage import ContactStage
-from tactile_perception.pipeline.dot_stage import DotStage
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad
 
-RATE = 10.0
-PRESSED_AT = 2.7  # s: the disc rests, 3 mm deep
-
-
-class Pad:
-    """The scene and its frames. rest: untouched images; pressed: one with the disc; truth: of that one."""
-
-    def __init__(self, name='disc_twist', width=640, height=480, pressed_at=PRESSED_AT):
-        self.scene = open_scene(name, rate=RATE, seed=1, width=width, height=height)
-        self.rest = [self.scene.render(k / RATE).image for k in range(6)]
-        seen = self.scene.render(pressed_at)
-        self.pressed, self.truth = seen.image, seen.truth
-        camera = self.scene.camera
-        self.info = {'width': width, 'height': height, 'K': camera.matrix, 'dist_k1_k2_p1_p2_k3': camera.distortion}
-
-    def values(self, **changes):
-        """Parameters of both nodes for this sensor; names with a dot as keyword by two underscores."""
-        skin, camera = self.scene.membrane, self.scene.camera
-        return {**defaults(REGION_PARAMETERS), **defaults(DOT_PARAMETERS),
-                'membrane.shear_stiffness': float(skin.tension), 'membrane.rest_pressure': float(skin.pressure),
-                'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(), 'camera.translation': camera.translation.tolist(),
-                **{name.replace('__', '.'): value for name, value in changes.items()}}
-
-    def chain(self, **changes):
-        """Fresh stages."""
-        return Chain(self, self.values(**changes))
-
-
-class Chain:
-    """Both stages as one; each call is a tenth of a second later, unless a stamp is given."""
-
-    def __init__(self, pad, values):
-        sensor = Touchpad.from_parameters(values)
-        camera = sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion)
-        self.dots, self.contact, self.stamp = DotStage(sensor, camera, values), ContactStage(sensor, camera, values), 1.0
-
-    def __call__(self, image, stamp=None):
-        self.stamp += 1 / RATE
-        stamp = self.stamp if stamp is None else stamp
-        tracks = self.dots.process(image, stamp)
-        return tracks, self.contact.process(tracks, stamp)
-
-    def begun(self, pad):
-        """This chain with three untouched frames done."""
-        for image in pad.rest[:3]:
-            self(image)
-        return self
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parents[1] / 'tactile_perception' / 'test' / 'touch')]  # the latter for dome_scenes
+from hard_engine import Record  # noqa: E402
+from pad_rig import Pad, shared_pad  # noqa: E402
 
 
 @pytest.fixture(scope='session')
 def pad():
-    return Pad()
+    return shared_pad()
 
 
 @pytest.fixture(scope='session')
 def small_pad():
     """The same view in a quarter of the pixels."""
     return Pad(width=320, height=240)
+
+
+@pytest.fixture(scope='session')
+def record():
+    """What the cases of this run have measured; out/stability.json and out/stability.md when all have run."""
+    kept = Record()
+    yield kept
+    kept.write(HERE.parents[1] / 'out')

@@ -17,6 +17,7 @@ FEWEST = 12  # markers of one view
 MARKER_NOISE = 0.04  # px: how well a marker's place in an image is known, per axis
 FINEST_PRINT = 2e-6  # m: no print is more regular
 LARGEST_RESIDUAL = 0.1  # of the pitch, root mean square in one view: beyond it markers were mistaken for each other, or pitch is wrong
+HIDDEN = 1.0  # m: where markers are put that a camera with such distortion could not have seen
 ROUNDS = 2  # of fitting and of measuring how irregular the print is
 
 Parameters = np.ndarray
@@ -60,10 +61,9 @@ def _sides(parameters: Parameters, split: int, makes: list) -> list[SideView]:
 
 def _misfit(sides: list[SideView], found: list[SideMarkers], grid: np.ndarray, print_sigma: float) -> np.ndarray:
     """Residuals over their standard deviations: markers from the grid, and the two views of one marker from each other."""
-    places = np.full((2, len(grid), 2), np.nan)
+    places, seen = np.zeros((2, len(grid), 2)), np.zeros((2, len(grid)), bool)
     for k, (side, markers) in enumerate(zip(sides, found)):
-        places[k, markers.id] = side.place(markers.uv)
-    seen = np.isfinite(places[:, :, 0])
+        places[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=HIDDEN), True
     both = seen.all(0)
     place = np.where(both[:, None], places.sum(0) / 2, np.where(seen[0][:, None], places[0], places[1]))[seen.any(0)]
     apart = (places[0] - places[1])[both]
@@ -87,7 +87,10 @@ def _posed_model(markers: SideMarkers, grid: np.ndarray):
     """A camera with known intrinsics: rotation vector and translation, m."""
     matrix, distortion = markers.camera
     places = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
-    found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), matrix, distortion)
+    try:
+        found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), matrix, distortion)
+    except cv2.error:  # markers at one place, or farther out than a number goes
+        found = False
     if not found:
         raise BadCalibration('no pose of the camera fits the markers; check camera_info, rows, columns and pitch')
 

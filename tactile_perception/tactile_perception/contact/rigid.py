@@ -18,6 +18,7 @@ _STARTS = 24  # neighbourhoods of _PATCH points from which a robust fit may star
 _PATCH = 9
 _NEAR = 2.0  # standard deviations a coordinate, within which a point agrees with a motion
 _SETTLED = 1e-2  # change of the weights, of the largest, at which a robust fit ends
+_LARGEST = 1e60  # m, m^-2: the product of a weight and four such numbers can still be told
 _AGREED = 0.8  # share of points that agree, from which on a fit to all is a good start
 
 
@@ -96,6 +97,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     if not (np.isfinite(sigma).all() and (sigma > 0).all()):
         raise BadArgument('fit_rigid_robust: sigma must be positive and finite, m')
     p, q, base = _checked(p, q, 1 / (sigma * sigma))
+    _check_count(base)
     rotation, translation = _best_start(p, q, base)
     weights = base
     for _ in range(steps):
@@ -113,14 +115,19 @@ def _checked(p, q, weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     w = np.ones(len(p)) if weights is None else np.asarray(weights, float)
     if p.ndim != 2 or p.shape[1] != 3 or q.shape != p.shape or w.shape != (len(p),):
         raise BadArgument(f'rigid fit: need p and q (N, 3) and weights (N,), got {p.shape}, {q.shape}, {w.shape}')
-    if not (np.isfinite(p).all() and np.isfinite(q).all() and np.isfinite(w).all() and (w >= 0).all()):
-        raise BadArgument('rigid fit: points and weights must be finite, weights not negative; leave unseen dots out')
+    sizes = [np.abs(values).max(initial=0.0) for values in (p, q, w)]
+    if not (max(sizes) <= _LARGEST and w.min(initial=0.0) >= 0) or np.isnan(sizes).any():
+        raise BadArgument(f'rigid fit: points and weights must be finite (to {_LARGEST:g}), weights not negative; leave unseen dots out')
     return p, q, w
 
 
-def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _check_count(w: np.ndarray) -> None:
     if np.count_nonzero(w) < 3:
         raise DegenerateFit('too_few', f'a rigid motion needs 3 points of positive weight, got {np.count_nonzero(w)}')
+
+
+def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    _check_count(w)
     rotation, translation, s, sign = _kabsch(p, q, w)
     share = w / w.sum()
     _check_rank(p - share @ p, q - share @ q, share, s, sign)

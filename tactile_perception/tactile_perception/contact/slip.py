@@ -19,6 +19,7 @@ _INCIPIENT = (0.05, 0.03)
 _GROSS = (0.90, 0.85)
 _FEWEST = 6  # dots from which a twist or a centre is told
 _FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_COINCIDENT = 1e-24  # m^2: a picometre
 _TOLD = 2.0  # a contact's movement is told where it is this many times its own doubt
 _WINDOW_S = 0.15  # time over which the contact's own movement is measured
 
@@ -141,10 +142,16 @@ def next_state(state: int, fraction: float) -> int:
 
 
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Velocity (2,) at the origin, rate of turn, and centre (2,) of it, NaN for a translation, from velocity (S, 2) at place (S, 2)."""
+    """Velocity (2,) at the origin, rate of turn, and centre (2,) of it, NaN for a translation, from velocity (S, 2) at place (S, 2); all
+    NaN for places that coincide, or are no numbers."""
+    if not len(place):
+        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
     middle, mean = place.mean(axis=0), velocity.mean(axis=0)
     arm, rest = place - middle, velocity - mean
-    turn = float(np.sum(arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0]) / np.sum(arm**2))
+    spread = np.sum(arm**2)
+    if not _COINCIDENT < spread < np.inf:
+        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
+    turn = float(np.sum(arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0]) / spread)
     linear = mean - turn * np.array([-middle[1], middle[0]])
     reach = _FAR * np.sqrt(np.mean(np.sum(arm**2, axis=1)))
     if np.linalg.norm(mean) >= abs(turn) * reach:

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from tactile_perception.dots.grid import GridNumbers, Numbered, number_grid
 from tactile_perception.dots.paper_number import number_by_paper
 from tactile_perception.dots.pattern_numbers import PatternNumbers
-from tactile_perception.dots.tracks import Linker
+from tactile_perception.dots.tracks import FARTHEST, Linker
 from tactile_perception.errors import BadArgument
 
 
@@ -26,7 +26,9 @@ def paper(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = N
     """Section 3.5 of the touchpad paper, see number_by_paper; previous is not used, image_size must be given."""
     if image_size is None:
         raise BadArgument('numbering by the paper starts from fixed points in the image: image_size (width, height) in px is needed')
-    id, reason = number_by_paper(np.asarray(uv, np.float64), (rows, columns), image_size)
+    uv, id = np.asarray(uv, np.float64), np.full(len(uv), -1)
+    good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
+    id[good], reason = number_by_paper(uv[good], (rows, columns), image_size)
     return GridNumbers(id, reason, np.nan)
 
 

@@ -42,8 +42,17 @@ class Reference:
                touched: bool | None = None) -> np.ndarray:
         """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN for a dot without a rest place.
 
-        touched: what a later stage knows; None leaves it to the dots themselves. columns: of the grid, 0 for other patterns.
+        touched: what a later stage knows; None leaves it to the dots themselves. columns: of the grid, 0 for other patterns. A dot whose
+        place is no number counts as not seen.
         """
+        seen = np.isfinite(uv).all(axis=1)
+        if seen.all():
+            return self._update(id, uv, sigma, stamp_s, columns, touched)
+        duv = np.full(uv.shape, np.nan)
+        duv[seen] = self._update(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
+        return duv
+
+    def _update(self, id, uv, sigma, stamp_s, columns, touched) -> np.ndarray:
         if not len(self.id):
             self._begin(id, uv, columns)
         rest = self.places(id)

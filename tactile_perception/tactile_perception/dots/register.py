@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import Delaunay, QhullError, cKDTree
 from scipy.spatial.distance import cdist
 
-from tactile_perception.dots.tracks import assign
+from tactile_perception.dots.tracks import FARTHEST, assign
 from tactile_perception.errors import BadArgument
 
 FEWEST = 8  # dots of a pattern
@@ -34,7 +34,7 @@ class Pattern:
 
     def __init__(self, uv: np.ndarray):
         uv = np.array(uv, np.float64)
-        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not np.isfinite(uv).all():
+        if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not (np.abs(uv) < FARTHEST).all():
             raise BadArgument(f'a pattern is at least {FEWEST} finite places (K, 2), not an array of shape {uv.shape}')
         self.uv = uv
         distance = cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
@@ -51,7 +51,7 @@ class Pattern:
     def match(self, uv: np.ndarray) -> np.ndarray:
         """Which of the pattern's dots each dot at uv (N, 2) px is, (N,) int64, -1 where not certain; one to one."""
         uv = np.asarray(uv, np.float64).reshape(-1, 2)
-        good = np.flatnonzero(np.isfinite(uv).all(axis=1))
+        good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
         id = np.full(len(uv), -1)
         if len(good) < LEAST_MATCHED * len(self.uv):
             return id

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from tactile_perception.errors import BadArgument
 
 NEW, TRACKED, LOST = 0, 1, 2
+FARTHEST = 1e9  # px: a place farther out is that of no dot
 
 
 class Linker:
@@ -38,7 +39,16 @@ class Linker:
         self._seen_s = np.zeros(0)
 
     def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
-        """Track number (N,) int64 of each dot at uv (N, 2) px, -1 while NEW; stamp_s must grow from call to call."""
+        """Track number (N,) int64 of each dot at uv (N, 2) px, -1 while NEW and where uv is no place; stamp_s must grow from call to
+        call."""
+        good = np.abs(uv).max(axis=1, initial=0.0) < FARTHEST
+        if good.all():
+            return self._update(uv, stamp_s)
+        number = np.full(len(uv), -1)
+        number[good] = self._update(uv[good], stamp_s)
+        return number
+
+    def _update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
         first = not len(self.id)
         track, dot = self._assign(uv, stamp_s)
         self._advance(track, uv[dot], stamp_s)

@@ -21,6 +21,7 @@ from ..errors import BadArgument, BadFrame
 from .rest_places import RestPlaces
 from .sensor import Touchpad
 
+_FARTHEST = 10.0  # radii of the cap: no dot of it gets so far
 _DRIFTED = 0.1  # px: a reference that has moved by more is looked at anew
 
 
@@ -77,9 +78,10 @@ class ContactStage:
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers (N,), places (N, 3) and rest places (N, 3), m, of the dots that have both."""
         rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
-        if np.isfinite(tracks.xyz).all() and np.isfinite(rest_xyz).all():
+        reach = _FARTHEST * self._sensor.cap.curvature_radius
+        usable = (np.abs(tracks.xyz) < reach).all(axis=1) & np.isfinite(rest_xyz).all(axis=1)
+        if usable.all():
             return tracks.id, tracks.xyz, rest_xyz
-        usable = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest_xyz).all(axis=1)
         if not usable.any():
             raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
         return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]

@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import BadArgument
 from .sphere import tangents
 
+_UNIT = 1e-3  # by which the square of a unit vector's length may differ from 1
 _FIRST_SPEED = 10.0  # rad/s: what a contact may move at as it begins
 
 
@@ -31,7 +32,9 @@ class SphereFilter:
 
     def update(self, normal: np.ndarray, covariance: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
         """(unit vector (3,), covariance (3, 3), rad^2) after a measurement normal (3,) with covariance (3, 3), rad^2, which came seconds
-        after the last one."""
+        after the last one. Raises BadArgument for a vector that is not of length 1 or a covariance that is no number."""
+        if not (abs(normal @ normal - 1) < _UNIT and np.isfinite(covariance).all()):
+            raise BadArgument(f'sphere filter: needs a unit vector and a finite covariance, got {normal}, {covariance}')
         if self._normal is None:
             self._normal, self._basis, self._speed = normal, tangents(normal), np.zeros(2)
             self._spread = np.zeros((4, 4))

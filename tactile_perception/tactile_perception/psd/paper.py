@@ -13,6 +13,7 @@ from .sphere import bent, flat
 #: rad for a half width: the rim on the detector's edge. What a fibre plate is made for, where nothing is measured.
 NOMINAL_BETA = np.pi / 2
 AT_POLE = 0.05  # rad
+_LEAST_AWAY = 1e-6  # half widths: less is no distance
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,12 @@ def fit_paper(place: np.ndarray, normal: np.ndarray) -> tuple[PaperMap, list[str
     """The map from contacts at places (N, 2) with known normals (N, 3), and what had to be assumed, a line each.
 
     The contact nearest to the pole gives the offset (eq 2), all others the factor (eq 5, the mean over them weighted by their angle).
-    Raises BadCalibration without a contact.
+    Raises BadCalibration without a contact, for places that are no numbers, and where all contacts are at one place.
     """
     if not len(place):
         raise BadCalibration('no contact at a known place; press the finger at its pole and at one more known place')
+    if not (np.isfinite(place).all() and np.isfinite(normal).all()):
+        raise BadCalibration('a contact\'s place or normal is no number; leave it out of the recording')
     theta = np.linalg.norm(flat(normal), axis=1)
     pole, others = theta <= max(AT_POLE, 0.0), theta > AT_POLE
     said = []
@@ -49,7 +52,10 @@ def fit_paper(place: np.ndarray, normal: np.ndarray) -> tuple[PaperMap, list[str
     if not others.any():
         said.append(f'no contact away from the pole: the factor is the nominal {NOMINAL_BETA:.3f} rad for a half width')
         return PaperMap(offset, NOMINAL_BETA), said
-    return PaperMap(offset, float(theta[others].sum() / np.linalg.norm(place[others] - offset, axis=1).sum())), said
+    away = float(np.linalg.norm(place[others] - offset, axis=1).sum())
+    if not _LEAST_AWAY * others.sum() < away < np.inf:
+        raise BadCalibration('contacts away from the pole are where those at the pole are: does the light reach the detector?')
+    return PaperMap(offset, float(theta[others].sum()) / away), said
 
 
 def _offset_of_slanted(place: np.ndarray, plane: np.ndarray) -> np.ndarray:

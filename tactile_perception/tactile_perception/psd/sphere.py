@@ -12,7 +12,8 @@ def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
 
 
 def angles(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Azimuth, in (-pi, pi], 0 at the pole, and polar angle, rad, of unit vectors (..., 3)."""
+    """Azimuth, in (-pi, pi], 0 at the pole, and polar angle, rad, of unit vectors (..., 3); NaN where one is no number."""
+    normal = np.where(np.isfinite(normal), normal, np.nan)
     across = np.hypot(normal[..., 0], normal[..., 1])
     return np.arctan2(normal[..., 1], normal[..., 0]) * (across > 0), np.arctan2(across, normal[..., 2])
 
@@ -25,7 +26,7 @@ def error_angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def flat(normal: np.ndarray) -> np.ndarray:
     """Unit vectors (..., 3) on a plane (..., 2) that keeps the distance to the pole: polar angle times direction of the azimuth, rad."""
     across = np.hypot(normal[..., 0], normal[..., 1])
-    theta = np.arctan2(across, normal[..., 2])
+    theta = np.arctan2(across, np.where(np.isfinite(normal[..., 2]), normal[..., 2], np.nan))
     with np.errstate(invalid='ignore', divide='ignore'):
         return normal[..., :2] * np.where(across > 0, theta / across, 1.0)[..., None]
 

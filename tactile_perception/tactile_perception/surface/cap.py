@@ -36,7 +36,7 @@ class Cap:
         offset = origin - np.array([0.0, 0.0, self.centre_z])
         along = rays @ offset
         inside = along**2 - offset @ offset + self.curvature_radius**2
-        return -along + np.sqrt(np.where(inside >= 0, inside, np.nan))
+        return -along + np.sqrt(np.where((inside >= 0) & (inside < np.inf), inside, np.nan))
 
     def meet(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """Places (N, 3) where unit rays (N, 3) from origin (3,) meet the cap from inside, m; NaN where a ray misses it."""

@@ -82,7 +82,7 @@ class TaxelArray:
         return places
 
     def frame(self, values: np.ndarray) -> np.ndarray:
-        """values (rows, columns) of any real type as float32, infinities as NaN. Raises BadFrame for another shape or type."""
+        """values (rows, columns) of any real type as float32, what no taxel can read as NaN. Raises BadFrame for another shape or type."""
         values = np.asarray(values)
         if values.shape != self.shape:
             raise BadFrame(f'taxel image is {" x ".join(map(str, values.shape))}, the sensor has {self.rows} x {self.columns} taxels')
@@ -90,5 +90,5 @@ class TaxelArray:
             raise BadFrame(f'taxel image of type {values.dtype}; whole or real numbers are needed')
         frame = values.astype(np.float32)
         if values.dtype.kind == 'f':
-            frame[~np.isfinite(frame)] = np.nan
+            frame[~(np.abs(frame) <= min(self.full_scale, np.finfo(np.float32).max))] = np.nan
         return frame

@@ -131,7 +131,7 @@ class _Cubics:
     def depths(self, x: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As Cubic's own, of the cubics numbered which at x, both (K, L)."""
         top, (c1, c2, c3) = self.top[which], np.moveaxis(self.coefficients[which], -1, 0)
-        inside = np.clip(x, 0.0, top)
+        inside = np.clip(np.where(np.isfinite(x), x, np.nan), 0.0, top)
         return inside * (c1 + inside * (c2 + inside * c3)), (x > top) | (x < -_BELOW * top)
 
 

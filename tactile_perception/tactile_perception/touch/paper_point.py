@@ -36,11 +36,11 @@ def gaussian(x: np.ndarray, y: np.ndarray, weight: np.ndarray | None = None) -> 
     middle, weight = x.mean(), np.ones(len(x)) if weight is None else weight
     powers = (x[:, None] - middle) ** np.arange(3)
     scale = np.abs(x - middle).max() ** np.arange(3)
-    d = np.linalg.lstsq(powers / scale * weight[:, None], np.log(y) * weight, rcond=None)[0] / scale
+    d = np.linalg.lstsq(powers / scale * weight[:, None], np.log(y / y.max()) * weight, rcond=None)[0] / scale
     if not d[2] * scale[2] < -FLAT:
         return np.nan, np.nan
     centre = -d[1] / (2 * d[2])
-    return float(centre + middle), float(np.exp(min(d[0] - d[1] ** 2 / (4 * d[2]), 50.0)))
+    return float(centre + middle), float(y.max() * np.exp(min(d[0] - d[1] ** 2 / (4 * d[2]), 50.0)))
 
 
 def grid_point(depth: np.ndarray, places: np.ndarray, pitch: tuple[float, float]) -> GridPoint | None:
@@ -48,7 +48,7 @@ def grid_point(depth: np.ndarray, places: np.ndarray, pitch: tuple[float, float]
 
     None where no marker is deep.
     """
-    depth = np.where(np.isfinite(places).all(-1), depth, np.nan)
+    depth = np.where(np.isfinite(places).all(-1) & np.isfinite(depth), depth, np.nan)
     if not np.nanmax(depth, initial=0.0) > 0:
         return None
     row, column = np.unravel_index(np.nanargmax(depth), depth.shape)

@@ -11,6 +11,7 @@ from .regression_bell import SheetBell
 
 NODES, EDGE = (15, 11), 0.86     # bells along the sheet, the outermost at this part of the half side
 DEPTH, WIDTH = 0.03, 0.07        # of the short side, of these bells
+DEEPEST = 1.0                    # of the short side: no sheet is dented deeper
 SPREAD = 0.03                    # of a bell's depth: what displacements sideways amount to; weighs places near the eye's foot
 SEEN = 12                        # markers: with fewer nothing is told
 SURE = 7.0                       # standard deviations of noise that a touch must stand out by
@@ -45,12 +46,13 @@ class BellStart:
         return match / (np.sqrt(size) * noise), match / size
 
     def find(self, field: MarkerField) -> np.ndarray | None:
-        """(3,) place m and log depth of the bell that stands out most; None where none does, or hardly any marker is seen."""
+        """(3,) place m and log depth of the bell that stands out most; None where none does, hardly any marker is seen, or no sheet
+        could be so deep."""
         if field.seen.sum() < SEEN:
             return None
         score, depth = self.scores(field)
         best = int(score.argmax())
-        if not score[best] > self.threshold:
+        if not score[best] > self.threshold or depth[best] > DEEPEST / DEPTH:
             return None
         return np.append(self.places[best], np.log(max(depth[best] * self.depth, 1e-5)))
 

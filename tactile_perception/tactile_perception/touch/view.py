@@ -8,6 +8,7 @@ from typing import Protocol
 
 import cv2
 import numpy as np
+from tactile_driver.lens import undistorted
 
 from ..camera import CameraModel
 from ..dots.dots import DotTracks
@@ -38,9 +39,8 @@ class CameraView:
 
     def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See MarkerView."""
-        uv = np.ascontiguousarray(uv, float).reshape(-1, 1, 2)
         camera = self.camera
-        flat = cv2.undistortPoints(uv, camera.matrix, camera.distortion).reshape(-1, 2) if len(uv) else np.zeros((0, 2))
+        flat = undistorted(uv, camera.matrix, camera.distortion)
         rays = flat @ camera.rotation[:2] + camera.rotation[2]
         xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
         # From the image to the plane without distortion, and from there to the viewing plane, which is a homography of this determinant.
@@ -94,7 +94,10 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
         raise BadFrame(f'{seen.sum()} untouched markers are too few for the pose of the camera; {FEWEST} are needed')
     flat = CameraModel(matrix, distortion)
     places = np.column_stack([grid[seen], np.zeros(seen.sum())])
-    found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
+    try:
+        found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
+    except cv2.error:  # markers at one place, or farther out than a number goes
+        found = False
     if not found:
         raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
     return CameraView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)

@@ -26,6 +26,7 @@ MOST = 250             # presses kept; of more, evenly spread ones
 ABOUT = 1.5            # marker pitches: about a tip, whose markers tell how it drags
 SHALLOW = 0.1          # of the deepest press: what is less deep is less sure by its square
 FLOOR = 0.02           # of the deepest press: less deep ones are not fitted to, and dragging is told over no less
+BEYOND = 3.0           # times the deepest press: nothing is known of so deep ones
 EXCITED = 0.01         # of the largest force or moment: an axis whose values spread less is refused
 PLACES = 3             # with fewer (mirror images counted once) those left out cannot tell what an axis is worth
 AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
@@ -98,8 +99,8 @@ class WrenchMap:
 
     def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
         """(6,) N and N m at the sensor frame's origin, of a frame with this touch alone; NaN for an axis that the calibration did not
-        excite, and where too few markers are seen about the touch."""
-        if not touch.depth > 0:
+        excite, where too few markers are seen about the touch, and far beyond the calibrated depth."""
+        if not 0 < touch.depth < BEYOND * self._features.deepest:
             return np.full(6, np.nan)
         place = np.asarray(touch.position, float)
         state, parts = self._features(field, place, touch.depth)

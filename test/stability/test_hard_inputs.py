@@ -1,0 +1,47 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every estimator and every case of the table: bad numbers, degenerate places, few entries, another precision, order and unit."""
+import functools
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from cases import ESTIMATORS, WORDS, expectations  # noqa: E402
+from hard_engine import CASES, SAME, off, outcome_of, wanted_of  # noqa: E402
+
+
+@functools.cache
+def plain(name):
+    """Good inputs and what comes out of them."""
+    good = ESTIMATORS[name].good()
+    kind, found = outcome_of(ESTIMATORS[name], good)
+    assert kind == 'told', f'{name} tells nothing of good input'
+    return good, found
+
+
+@pytest.mark.parametrize('name, case, letter', expectations(CASES), ids=lambda part: part if len(part) > 1 else WORDS[part])
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+def test_what_must_come_out(record, name, case, letter):
+    of, (good, found) = ESTIMATORS[name], plain(name)
+    kind, told = outcome_of(of, CASES[case](of, good))
+    error, most = float('nan'), float('nan')
+    if told is not None and letter in 'SAK':
+        exact = letter in 'SA'
+        error = off(told, wanted_of(of, case, good, found) if exact else found, not exact)
+        most = of.kept if not exact else of.single if case == 'single precision' else of.tolerance
+    record.note(name, case, WORDS[letter], kind, error, 'of the largest' if letter in 'SAK' else '')
+    assert kind == {'R': 'refused', 'N': 'nothing'}.get(letter, 'nothing' if case == 'none' else 'told')
+    assert not error > most
+
+
+def test_good_input_is_told_without_a_warning():
+    with np.errstate(all='raise', under='ignore'):
+        for of in ESTIMATORS.values():
+            of.run(of.good())
+
+
+def test_every_case_is_used():
+    assert {case for _, case, _ in expectations(CASES)} == set(CASES) and SAME.keys() <= CASES.keys()
