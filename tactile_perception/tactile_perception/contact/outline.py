@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -99,13 +100,16 @@ def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
     code = code[node]
     if _SADDLE[code].any():
         node, code = _settled(field, level, node, code)
-    start, end = 2 * node + _edge(_FROM[code], width), 2 * node + _edge(_TO[code], width)
+    start, end = (2 * node + edges[code] for edges in _edges(width))
     return [_crossings(np.array(loop), field, level) for loop in _cycles(dict(zip(start.tolist(), end.tolist())))]
 
 
-def _edge(side: np.ndarray, width: int) -> np.ndarray:
-    """Number of a cell's side (M,) beyond twice the number of its top left node, in a field that many nodes wide; see _cycles."""
-    return np.array([0, 3, 2 * width, 1])[side]
+@lru_cache(maxsize=64)
+def _edges(width: int) -> tuple[np.ndarray, np.ndarray]:
+    """By code, the number of the side that a cell's segment comes from, and of that it goes to, beyond twice the number of the cell's top
+    left node, in a field that many nodes wide; see _cycles."""
+    side = np.array([0, 3, 2 * width, 1])
+    return side[_FROM], side[_TO]
 
 
 def _settled(field, level, node, code) -> tuple[np.ndarray, np.ndarray]:

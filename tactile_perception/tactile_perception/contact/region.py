@@ -3,6 +3,7 @@
 """Where the object touches in one frame: regions, and the figures that describe them, from scores and places of dots."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import cv2
@@ -141,15 +142,18 @@ def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None =
 
 def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float, float, float]:
     """Full lengths (m) of the ellipse of the same moments, and its direction (rad), NaN where errors of the outline could make it."""
-    variances, vectors = np.linalg.eigh(moments.spread)
-    minor, major = 4 * np.sqrt(np.maximum(variances, 0))
-    offsets = [(loop[:, :2] - moments.centroid[:2]) @ vectors for loop in loops]
-    doubt = boundary_sd(loops, [off[:, 1:]**2 - off[:, :1]**2 for off in offsets], pitch)[0] / moments.area
-    if variances[1] - variances[0] < _DIRECTION * doubt:
-        return float(major), float(minor), np.nan
-    angle = np.arctan2(vectors[1, 1], vectors[0, 1])
-    angle = float(np.pi / 2 - (np.pi / 2 - angle) % np.pi)
-    return float(major), float(minor), angle if angle > -np.pi / 2 else np.pi / 2
+    x, y = (moments.first[:2] / moments.area).tolist()
+    xx, xy, yy = (moments.second / moments.area).tolist()
+    xx, xy, yy = xx - x * x, xy - x * y, yy - y * y
+    mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+    major, minor = 4 * math.sqrt(max(mean + half, 0)), 4 * math.sqrt(max(mean - half, 0))
+    angle = 0.5 * math.atan2(2 * xy, xx - yy)
+    # Squares along and across, as the real part of a complex square.
+    squares = [(((loop[:, 0] - x) + 1j * (loop[:, 1] - y)) * complex(math.cos(angle), -math.sin(angle)))**2 for loop in loops]
+    doubt = boundary_sd(loops, [square.real[:, None] for square in squares], pitch)[0] / moments.area
+    if 2 * half < _DIRECTION * doubt:
+        return major, minor, np.nan
+    return major, minor, angle if angle > -0.5 * math.pi else 0.5 * math.pi
 
 
 def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> np.ndarray:
@@ -163,7 +167,8 @@ def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float)
 
 
 def _side_lengths(loop: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.sum((np.concatenate([loop[1:], loop[:1]]) - loop)**2, axis=1))
+    side = np.concatenate([loop[1:], loop[:1]]) - loop
+    return np.sqrt(np.einsum('ij,ij->i', side, side))
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:

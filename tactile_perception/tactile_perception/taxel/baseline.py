@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import BadArgument
 
 _QUANTUM = 0.29  # standard deviation of what rounding to whole numbers adds
-_AROUND = 3  # taxels around a contact that its pressure, blurred by the pad, may reach
+_REACHED = (7, 7)  # taxels, of which none may be touched: a contact's pressure, blurred by the pad, reaches to those around
 _SETTLED = 5  # quiet frames of a taxel after which it tells of the noise
 _JUDGED, _SELDOM = 50, 10  # frames over which the noise is learnt, then in one of so many
 _LOOKS_PRESSED = 0.1  # of the full scale: a smooth part of a first baseline that is this far over the rest
@@ -34,7 +34,7 @@ class Baseline:
         """Forget; the next frame is the new baseline. start: go on from the calibration's."""
         self.values = self._start.copy() if start and self._start is not None else None
         self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
-        self._square = 0.0
+        self._square, self._gaps, self._learning = 0.0, True, True
         self._judged = self._frame = 0
         self.suspicion = ''
 
@@ -49,23 +49,27 @@ class Baseline:
             self.values = frame.copy()
             self._count = np.ones(frame.shape, np.float32)
             self._suspect(frame)
-        fresh = np.isnan(self.values)
-        if fresh.any():
+        if self._gaps:
+            fresh = np.isnan(self.values)
             self.values[fresh] = frame[fresh]
+            self._gaps = bool(np.isnan(self.values).any())
         return frame - self.values
 
     def follow(self, change: np.ndarray, touched: np.ndarray | None, interval_s: float) -> None:
         """Take the quiet part of a frame's change (rows, columns; NaN is passed over) interval_s after the last; touched: (rows, columns)
         bool, None where nothing is."""
-        quiet = np.ones(change.shape, bool) if touched is None else ~_grown(touched)
-        quiet &= np.isfinite(change)
+        quiet = np.isfinite(change)
+        if touched is not None:
+            quiet &= cv2.boxFilter(touched.view(np.uint8), -1, _REACHED, normalize=False, borderType=cv2.BORDER_CONSTANT) == 0
         self._count += quiet
         if self._judged < _JUDGED or self._frame % _SELDOM == 0:
             self._judge(change[quiet & (self._count > _SETTLED)])
         self._frame += 1
-        slow = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
-        gain = np.where(self._count <= self._frames, 1 / self._count, slow)
-        self.values += np.where(quiet, change * gain, np.float32(0))
+        gain = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
+        if self._learning:
+            gain = np.where(self._count <= self._frames, 1 / self._count, gain)
+            self._learning = bool((self._count <= self._frames).any())
+        np.add(self.values, change * gain, out=self.values, where=quiet)
 
     def _judge(self, residual: np.ndarray) -> None:
         """Learn the noise from residuals (M,) of quiet taxels."""
@@ -79,8 +83,3 @@ class Baseline:
         smooth = cv2.medianBlur(np.nan_to_num(frame), 3)
         if np.isfinite(self._full_scale) and np.ptp(smooth) > _LOOKS_PRESSED * self._full_scale:
             self.suspicion = 'the reference looks pressed: free the sensor and call set_reference'
-
-
-def _grown(touched: np.ndarray) -> np.ndarray:
-    size = 2 * _AROUND + 1
-    return cv2.boxFilter(touched.astype(np.float32), -1, (size, size), normalize=False, borderType=cv2.BORDER_CONSTANT) > 0.5

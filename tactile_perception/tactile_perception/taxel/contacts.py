@@ -23,18 +23,20 @@ class NumberedRegion:
 
 @dataclass
 class _Track:
-    """swallowed: numbers and last centroids (2,) m of the contacts that have merged with this one; age: frames; size: largest, taxels."""
+    """swallowed: numbers and last centroids (2,) m of the contacts that have merged with this one; age: frames; size: largest, taxels; own:
+    its centroid before others merged with it."""
 
     swallowed: dict
     age: int
     size: int
     centroid: np.ndarray
+    own: np.ndarray
 
 
 class RegionNumbers:
     """A region goes on as the contact of the last frame with which it shares most taxels. Of regions that merge, the contact with most
-    taxels in common gives its number and remembers the others'; where it parts again, its parts get them back, by where they were. A region
-    with none in common is a new contact."""
+    taxels in common gives its number and remembers the others'; where it parts again, its parts get their numbers back by where they
+    were. A region with none in common is a new contact."""
 
     def __init__(self):
         self._next = 1
@@ -43,36 +45,43 @@ class RegionNumbers:
     def reset(self) -> None:
         """Forget the present contacts; numbers are not used again."""
         self._tracks: dict[int, _Track] = {}
-        self._numbers = np.zeros(0, int)  # of the last frame's labels
+        self._numbers: dict[int, int] = {}  # of the last frame's labels
         self._labels: np.ndarray | None = None
 
     def assign(self, regions: Regions) -> list[NumberedRegion]:
         """One for each region of the frame, in their order."""
         shared = self._shared(regions)
-        chosen = _chosen(shared)
+        chosen = self._by_place(_chosen(shared), shared, regions)
         tracks: dict[int, _Track] = {}
         for k, number in chosen.items():
             tracks[number] = self._continued(number, regions.all[k], {other: n for (at, other), n in shared.items() if at == k}, chosen)
         for k, region in enumerate(regions.all):
             if k not in chosen:
                 chosen[k] = self._parted(k, region, shared, tracks)
-                tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2])
+                tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2], region.moments.centroid[:2])
         self._remember(regions, chosen, tracks)
         return [NumberedRegion(chosen[k], bool(tracks[chosen[k]].swallowed)) for k in range(len(regions.all))]
 
     def _shared(self, regions: Regions) -> dict[tuple[int, int], int]:
         """(index of a region, number of a contact of the last frame) -> taxels that they share."""
-        if self._labels is None or not len(self._numbers) or not regions.all:
-            return {}
-        index = np.full(int(regions.labels.max()) + 1, -1)
-        for k, region in enumerate(regions.all):
-            index[region.label] = k
-        both = (regions.labels > 0) & (self._labels > 0)
-        now, before = index[regions.labels[both]], self._numbers[self._labels[both]]
-        width = int(before.max(initial=0)) + 1
-        counts = np.bincount((now + 1) * width + before)
-        pairs = np.flatnonzero(counts)
-        return {(int(code // width) - 1, int(code % width)): int(counts[code]) for code in pairs if code >= width and code % width}
+        shared = {}
+        for k, region in enumerate(regions.all if self._numbers else ()):
+            before = self._labels[region.box][regions.labels[region.box] == region.label]
+            for label, count in enumerate(np.bincount(before).tolist()):
+                if count and label in self._numbers:
+                    shared[k, self._numbers[label]] = count
+        return shared
+
+    def _by_place(self, chosen: dict[int, int], shared: dict, regions: Regions) -> dict[int, int]:
+        """chosen with the number of a contact that parts given to the part that is where that contact was before others merged with it."""
+        given = dict(chosen)
+        for k, number in chosen.items():
+            track = self._tracks[number]
+            parts = [at for at, n in shared if n == number and chosen.get(at, number) == number and regions.all[at].count >= _SMALL]
+            if track.swallowed and len(parts) > 1:
+                del given[k]
+                given[min(parts, key=lambda at: _nearer(regions.all[at].moments.centroid[:2], track))] = number
+        return given
 
     def _continued(self, number: int, region, sharing: dict[int, int], chosen: dict[int, int]) -> _Track:
         before = self._tracks[number]
@@ -81,7 +90,8 @@ class RegionNumbers:
             ended = self._tracks[other]
             if other not in chosen.values() and ended.age >= _LASTING and ended.size >= _SMALL:
                 swallowed |= {other: ended.centroid} | ended.swallowed
-        return _Track(swallowed, before.age + 1, max(before.size, region.count), region.moments.centroid[:2])
+        centroid = region.moments.centroid[:2]
+        return _Track(swallowed, before.age + 1, max(before.size, region.count), centroid, before.own if swallowed else centroid)
 
     def _parted(self, k: int, region, shared: dict, tracks: dict[int, _Track]) -> int:
         """The number of a region that no contact goes on as: one that the contact it parted from had swallowed, else a new one."""
@@ -97,9 +107,7 @@ class RegionNumbers:
 
     def _remember(self, regions: Regions, chosen: dict[int, int], tracks: dict[int, _Track]) -> None:
         self._tracks, self._labels = tracks, regions.labels
-        self._numbers = np.zeros(int(regions.labels.max(initial=0)) + 1, int)
-        for k, region in enumerate(regions.all):
-            self._numbers[region.label] = chosen[k]
+        self._numbers = {region.label: chosen[k] for k, region in enumerate(regions.all)}
 
 
 def _chosen(shared: dict[tuple[int, int], int]) -> dict[int, int]:
@@ -109,3 +117,8 @@ def _chosen(shared: dict[tuple[int, int], int]) -> dict[int, int]:
         if k not in chosen and number not in chosen.values():
             chosen[k] = number
     return chosen
+
+
+def _nearer(place: np.ndarray, track: _Track) -> float:
+    """m: how much farther place (2,) is from where a contact was than from those that have merged with it."""
+    return float(np.hypot(*(place - track.own)) - min(np.hypot(*(place - other)) for other in track.swallowed.values()))

@@ -3,6 +3,7 @@
 """All that one taxel image after the other tells: regions, contacts, slip, wrench. The methods by name, behind one call."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,6 +29,7 @@ _FULL = 0.995  # of the full scale: a taxel there is saturated
 _CERTAIN = 0.5  # outlines between taxels, over those between printed dots
 _NOISE_AT = 5.0  # standard deviations of a value's noise, where its pressure is judged
 _PLACE_SD = 0.03  # pitches: standard deviation of a centroid
+_NO_DOTS = np.zeros(0, np.uint8)
 _ASSUMED_SLIDE = 0.1  # thicknesses by which an object drags a pad of unknown pressure before it slips
 
 
@@ -80,7 +82,7 @@ class MechanicsMethod:
         surface = pressure
         if lead is not None:  # which can at most double a pressure, or take it away
             bound = np.maximum(pressure, 0)
-            surface = pressure - np.clip(lead / np.float32(self._assumed), -bound, bound)
+            surface = pressure - np.minimum(np.maximum(lead / np.float32(self._assumed), -bound), bound)
         score = self._score.of(surface, sigma)
         self._last = score
         return find_regions(score, surface, self._array), surface
@@ -90,12 +92,12 @@ class MechanicsMethod:
         if not regions.all:
             self.reset()
             return self._slip.none(), None
-        touched = regions.labels > 0
+        touched = regions.touched
         if not self._known:
             self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction *
                                                                                                 max(float(surface[touched].mean()), 1e-6))
         motion = self._imprint.process(self._last, surface * np.float32(self._assumed), touched, stamp_s)
-        return self._slip.process(motion, self._imprint, touched), motion
+        return self._slip.process(motion, touched), motion
 
 
 TAXEL_METHODS = {
@@ -116,6 +118,7 @@ class TaxelEstimator:
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
         self._numbers, self._direction = RegionNumbers(), ContinuousDirection()
         self._stamp_s: float | None = None
+        self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
         self.grasped = GraspedObject()
 
     def set_reference(self) -> None:
@@ -143,7 +146,7 @@ class TaxelEstimator:
         repaired = self._dead.repaired(change, sigma)
         pressure = response.pressure(repaired)
         regions, surface = self._method.regions(pressure, sigma * response.slope(_NOISE_AT * sigma))
-        self.baseline.follow(change, regions.labels > 0 if regions.all else None, interval)
+        self.baseline.follow(change, regions.touched if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)
         numbered = self._numbers.assign(regions)
         normal = self._normal_forces(regions)
@@ -163,13 +166,12 @@ class TaxelEstimator:
     def _wrench(self, regions: Regions, normal: list[float]) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
-        total = float(np.sum(normal))
-        weights = np.array([region.force for region in regions.all])
-        centre = np.array([region.pressure_centre for region in regions.all])
-        mean = weights @ centre / weights.sum() if weights.sum() > 0 else np.full(2, np.nan)
+        loads = [region.force for region in regions.all]
+        load = sum(loads)
+        mean = sum(part * region.pressure_centre for part, region in zip(loads, regions.all)) / load if load > 0 else np.full(2, np.nan)
         contact = regions.total.centroid.copy()
         contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
-        return wrench_of(total, mean, contact, self.grasped)
+        return wrench_of(sum(normal), mean, contact, self.grasped)
 
     def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, labels: np.ndarray):
         depth = self.grasped.depth
@@ -177,22 +179,18 @@ class TaxelEstimator:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth
-        loop = region.outline.grid_points
         flags = AMBIGUOUS if numbered.merged else 0
-        rows, columns = self.array.shape
-        if loop.min() < 0 or loop[:, 0].max() > rows - 1 or loop[:, 1].max() > columns - 1:
+        (rows, columns), (down, across) = self.array.shape, region.box
+        if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
             flags |= AT_EDGE
         if np.isfinite(self.array.full_scale):
-            box = slice(max(int(loop[:, 0].min()), 0), int(loop[:, 0].max()) + 2), slice(max(int(loop[:, 1].min()), 0),
-                                                                                         int(loop[:, 1].max()) + 2)
-            full = (frame[box] >= _FULL * self.array.full_scale) & (labels[box] == region.label)
+            full = (frame[region.box] >= _FULL * self.array.full_scale) & (labels[region.box] == region.label)
             flags |= SATURATED if full.any() else 0
-        covariance = np.diag([(_PLACE_SD * self.array.pitch)**2] * 2 + [np.nan])
-        return ContactEstimate(numbered.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), covariance, flags,
-                               np.zeros(0, bool))
+        return ContactEstimate(numbered.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
+                               _NO_DOTS)
 
     def _region(self, regions: Regions, motion: ImprintMotion | None, interval: float) -> ContactRegionEstimate:
-        estimate = ContactRegionEstimate(np.zeros(0, int), np.zeros(0, np.uint8))
+        estimate = ContactRegionEstimate(_NO_DOTS, _NO_DOTS)
         if not regions.all:
             return estimate
         total = regions.total
@@ -201,8 +199,8 @@ class TaxelEstimator:
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
-        if motion is not None and np.isfinite([*motion.step, motion.step_turn]).all() and interval > 0:
+        if motion is not None and math.isfinite(motion.step_turn) and interval > 0:
             estimate.motion_translation = np.array([*motion.step, 0.0])
-            estimate.motion_rotation = np.array([0.0, 0.0, np.sin(0.5 * motion.step_turn), np.cos(0.5 * motion.step_turn)])
+            estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
         return estimate

@@ -27,13 +27,13 @@ _LOADED, _LOADING = 0.08, 1.5
 @dataclass(frozen=True)
 class ImprintMotion:
     """Of one frame. linear (2,) m/s of the object at the sensor's origin and turn rad/s over the window, NaN where not known; turns:
-    whether a turn can be seen in this picture; slipped: (2, rows, columns) m over the window, of the object over the pad; step (2,) m
-    and step_turn rad: the motion since the last frame."""
+    whether a turn can be seen in this picture; slipping: (rows, columns) bool, where the object slips over the pad; step (2,) m and
+    step_turn rad: the motion since the last frame."""
 
     linear: np.ndarray
     turn: float
     turns: bool
-    slipped: np.ndarray
+    slipping: np.ndarray
     step: np.ndarray
     step_turn: float
 
@@ -51,13 +51,15 @@ class Imprint:
         """Nothing touches."""
         self.shear.reset()
         self._key: KeyPicture | KeyCentre | None = None
-        self._seen: PictureMotion | None = None
+        self._seen: PictureMotion | None = None  # of the last frame
+        self._expected: PictureMotion | None = None  # of the next one
         self._pose = np.zeros(3)  # since the key, of the key's middle: m, m, rad
         self._total = np.zeros(3)  # of the object's point at the origin, and its turn, since it touched
-        self._past: deque[tuple[float, np.ndarray]] = deque()
+        self._past: deque[tuple[float, float, float, float]] = deque()  # s, and the total then
         self._loads: deque[tuple[float, float]] = deque()
-        self._slips: deque[tuple[float, np.ndarray]] = deque()
-        self._slipping, self._sigma = 0.0, 0.0
+        self._slipped = np.zeros((2, *self._array.shape), np.float32)  # m, of the object over the pad, since it touched
+        self._slips: deque[tuple[float, np.ndarray]] = deque()  # s, and what had slipped before
+        self._share = self._sigma = 0.0
         self._along = np.zeros(3)
 
     def lead(self) -> np.ndarray | None:
@@ -66,36 +68,40 @@ class Imprint:
 
     def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float) -> ImprintMotion:
         """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty."""
-        now = (pressure, touched) if np.count_nonzero(touched) <= _FEW else (score,)
+        inside = pressure[touched]
+        load, count = float(inside.sum()), len(inside)
+        now = (pressure, touched) if count <= _FEW else (score,)
         kind = KeyPicture if len(now) == 1 else KeyCentre
         if not isinstance(self._key, kind):
             self._rekey(kind, now)
-        seen = self._key.motion(score, self._seen) if kind is KeyPicture else self._key.motion(*now)
+        seen = self._key.motion(score, self._expected) if kind is KeyPicture else self._key.motion(*now)
         if seen is None:
             self._rekey(kind, now)
             self._past.clear()
             return self._unknown()
-        loading = self._load_changes(float(pressure[touched].sum()), stamp_s)
-        if kind is KeyCentre and seen.largest > _EVIDENT and self._loads[-1][1] < (1 + _UNEVEN) * self._loads[0][1]:
-            loading = False
-        if loading or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest):
+        if self._loads_picture(seen, kind, load, stamp_s):
             self._rekey(kind, now)
             seen = PictureMotion(np.zeros(2), seen.turn * 0, 0.0, seen.spread, seen.middle, seen.reach, seen.sigma)
-        step = self._step(seen, pressure, touched)
+        step = self._step(seen, load / count)
         about = (self._key.middle - self._middle) * self._array.pitch
         at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
-        self._seen, self._sigma = seen, seen.sigma
-        slip = self.shear.move(touched, pressure, at_origin, step[2])
-        self._total = self._total + [*at_origin, step[2]]
-        self._remember(slip, stamp_s)
+        self._expected, self._seen, self._sigma = seen.going_on(self._seen), seen, seen.sigma
+        self._remember(self.shear.move(touched, pressure, at_origin, step[2]), np.array([*at_origin, step[2]]), stamp_s)
         if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
             self._rekey(kind, now)
         linear, turn = self._velocity()
         self._along = self._direction(linear, turn, seen)
-        turns = bool(np.isfinite(seen.turn))
-        slipped = sum(part for _, part in self._slips)
-        self._slipping = self._share(slipped, touched)
-        return ImprintMotion(linear, turn if turns else np.nan, turns, slipped, at_origin, float(step[2]))
+        slipping = self._slipping() & touched
+        self._share = np.count_nonzero(slipping) / count
+        turns = not np.isnan(seen.turn)
+        return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
+
+    def _loads_picture(self, seen: PictureMotion, kind: type, load: float, stamp_s: float) -> bool:
+        """Whether the picture has changed by the load, and not by motion."""
+        changes = self._load_changes(load, stamp_s)
+        if kind is KeyCentre and seen.largest > _EVIDENT and self._loads[-1][1] < (1 + _UNEVEN) * self._loads[0][1]:
+            changes = False
+        return changes or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest)
 
     def _load_changes(self, load: float, stamp_s: float) -> bool:
         """Whether the load has changed so much over the window that the picture's changes are not the object's motion."""
@@ -105,31 +111,28 @@ class Imprint:
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         return most - least > _UNEVEN * most
 
-    def slips(self, slipped: np.ndarray) -> np.ndarray:
-        """(rows, columns) bool: where the object slips, from ImprintMotion.slipped: the surface has lagged behind, and the object moves. A
-        pad that lets go as the load falls is no slip."""
+    def _slipping(self) -> np.ndarray:
+        """(rows, columns) bool: where the surface has lagged behind over the window, and the object moves. A pad that lets go as the load
+        falls is no slip."""
         least = (max(_STILL, _DOUBT * self._sigma) * self._array.pitch)**2
-        moved = self._past[-1][1] - self._past[0][1] if self._past else np.zeros(3)
-        along_x, along_y = moved[0] - moved[2] * self._array.y[:, None], moved[1] + moved[2] * self._array.x
+        x, y, turn = (now - then for now, then in zip(self._past[-1][1:], self._past[0][1:]))
+        along_x, along_y = x - turn * self._array.y[:, None], y + turn * self._array.x
+        slipped = self._slipped - self._slips[0][1]
         return (slipped[0]**2 + slipped[1]**2 > least) & (along_x**2 + along_y**2 > least)
 
-    def _share(self, slipped: np.ndarray, touched: np.ndarray) -> float:
-        return float((self.slips(slipped) & touched).sum() / max(touched.sum(), 1))
-
     def _unknown(self) -> ImprintMotion:
-        zero = np.zeros((2, *self._array.shape), np.float32)
-        return ImprintMotion(np.full(2, np.nan), np.nan, False, zero, np.full(2, np.nan), np.nan)
+        return ImprintMotion(np.full(2, np.nan), np.nan, False, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
 
-    def _step(self, seen: PictureMotion, pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:
-        """(3,) m, m, rad since the last frame, at the key's middle. The picture has been freed of the lead that traction was to have
-        made; what the object has moved since shows in it together with the lead of that."""
+    def _step(self, seen: PictureMotion, mean: float) -> np.ndarray:
+        """(3,) m, m, rad since the last frame, at the key's middle, under a mean pressure, Pa. The picture has been freed of the lead that
+        traction was to have made; what the object has moved since shows in it together with the lead of that."""
         found = np.array([*(seen.shift * self._array.pitch), seen.known_turn])
-        mean = max(float(pressure[touched].mean()), 1.0)
-        stiff = LEAD * self._pad.thickness * self._pad.shear_stiffness / mean
+        stiff = LEAD * self._pad.thickness * self._pad.shear_stiffness / max(mean, 1.0)
         moved = found - self._pose
         # Where the object slips, traction has its size already and only changes its direction.
-        along = self._along * float(self._along @ (moved * [1, 1, seen.reach * self._array.pitch])) / [1, 1, seen.reach * self._array.pitch]
-        step = (moved - along) / (1 + stiff) + along / (1 + stiff * (1 - self._slipping))
+        paths = np.array([1, 1, seen.reach * self._array.pitch])
+        along = self._along * float(self._along @ (moved * paths)) / paths
+        step = (moved - along) / (1 + stiff) + along / (1 + stiff * (1 - self._share))
         self._pose = self._pose + step
         return step
 
@@ -141,11 +144,14 @@ class Imprint:
         return motion / length if length > 0 else np.zeros(3)
 
     def _rekey(self, kind: type, now: tuple) -> None:
-        self._key, self._seen, self._pose = kind(*now), None, np.zeros(3)
+        self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
 
-    def _remember(self, slip: np.ndarray, stamp_s: float) -> None:
-        self._past.append((stamp_s, self._total))
-        self._slips.append((stamp_s, slip))
+    def _remember(self, slip: np.ndarray, step: np.ndarray, stamp_s: float) -> None:
+        """Of this frame: slip (2, rows, columns) m over the pad; step (3,) of the object's point at the origin, m, m, rad."""
+        self._total = self._total + step
+        self._past.append((stamp_s, *self._total.tolist()))
+        self._slips.append((stamp_s, self._slipped))
+        self._slipped = self._slipped + slip
         for kept in (self._past, self._slips):
             while len(kept) > _FEWEST and kept[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
                 kept.popleft()
@@ -153,8 +159,7 @@ class Imprint:
     def _velocity(self) -> tuple[np.ndarray, float]:
         if len(self._past) < _FEWEST:
             return np.full(2, np.nan), np.nan
-        stamps = np.array([stamp for stamp, _ in self._past])
-        places = np.array([place for _, place in self._past])
-        off = stamps - stamps.mean()
-        slope = off @ places / (off @ off)
+        past = np.array(self._past)
+        off = past[:, 0] - past[:, 0].mean()
+        slope = off @ past[:, 1:] / (off @ off)
         return slope[:2], float(slope[2])

@@ -4,6 +4,7 @@
 to 4, over the contact)."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -22,11 +23,13 @@ _MOST = 64  # regions, the largest: more is no contact, but a broken image
 class TaxelRegion:
     """One connected region.
 
-    label: its number in the frame's labels; outline: with holes, m and (row, column); moments: of area, m; count: of taxels; force: sum of
-    pressure times area over its taxels and those around, in the pressure's unit times m^2; pressure_centre: (2,) m; peak: pressure.
+    label: its number in the frame's labels; box: rows and columns that it takes, as slices; outline: with holes, m and (row, column);
+    moments: of area, m; count: of taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times
+    m^2; pressure_centre: (2,) m; peak: pressure.
     """
 
     label: int
+    box: tuple[slice, slice]
     outline: Outline
     moments: Moments
     count: int
@@ -37,10 +40,11 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact."""
+    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
+    touched: np.ndarray
 
     @property
     def total(self) -> Moments:
@@ -50,65 +54,53 @@ class Regions:
 
 def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> Regions:
     """The regions of score and pressure (rows, columns) float32."""
-    touched = (score > LEVEL).astype(np.uint8)
-    count, labels = cv2.connectedComponents(touched, connectivity=4)
+    touched = score > LEVEL
+    count, labels, boxes, _ = cv2.connectedComponentsWithStats(touched.view(np.uint8), connectivity=4)
     if count < 2:
-        return Regions([], labels)
-    loops = contour(cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0), LEVEL)
-    loops = [loop - 1 for loop in loops]
+        return Regions([], labels, touched)
+    left, top, width, height = cv2.boundingRect(touched.view(np.uint8))
+    bordered = cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    loops = [loop + (top - 1, left - 1) for loop in contour(bordered[top:top + height + 2, left:left + width + 2], LEVEL)]
     outlines = group_loops(loops, array.places(np.concatenate(loops)))[:_MOST]
-    sums = _Sums(labels, count, pressure, array)
-    regions = [sums.region(outline, _inside(outline.grid_points, labels)) for outline in outlines]
-    return Regions([region for region in regions if region.moments.area > 0], labels)
+    near = np.where(touched, labels, largest_near(labels, _AROUND))
+    regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
+    return Regions([region for region in regions if region.moments.area > 0], labels, touched)
+
+
+def _region(outline: Outline, labels: np.ndarray, boxes: np.ndarray, near: np.ndarray, pressure: np.ndarray, array: TaxelArray):
+    """The TaxelRegion in an outline; boxes: OpenCV's, of the labels; near: labels (rows, columns) gone on with to the taxels around."""
+    label = _inside(outline.grid_points, labels)
+    left, top, width, height, count = boxes[label].tolist()
+    box = slice(top, top + height), slice(left, left + width)
+    wide = slice(max(top - _AROUND, 0), box[0].stop + _AROUND), slice(max(left - _AROUND, 0), box[1].stop + _AROUND)
+    load = np.maximum(pressure[wide], 0) * (near[wide] == label)
+    total = float(load.sum())
+    centre = np.array([load.sum(axis=0) @ array.x[wide[1]], load.sum(axis=1) @ array.y[wide[0]]]) / total if total > 0 else \
+        np.full(2, np.nan)
+    peak = float((pressure[box] * (labels[box] == label)).max())
+    return TaxelRegion(label, box, outline, flat_moments(outline), count, total * array.taxel_area, centre, max(peak, 0.0))
 
 
 def _inside(loop: np.ndarray, labels: np.ndarray) -> int:
     """Label of the taxel on the inner side of the loop's first vertex, which lies between two neighbours."""
-    ends = [np.floor(loop[0]).astype(int), np.ceil(loop[0]).astype(int)]
-    for row, column in ends:
-        if 0 <= row < labels.shape[0] and 0 <= column < labels.shape[1] and labels[row, column]:
-            return int(labels[row, column])
+    row, column = loop[0].tolist()
+    for r, c in ((math.floor(row), math.floor(column)), (math.ceil(row), math.ceil(column))):
+        if 0 <= r < labels.shape[0] and 0 <= c < labels.shape[1] and labels[r, c]:
+            return int(labels[r, c])
     return 0
-
-
-class _Sums:
-    """Sums of pressure by label."""
-
-    def __init__(self, labels: np.ndarray, count: int, pressure: np.ndarray, array: TaxelArray):
-        near = np.where(labels > 0, labels, largest_near(labels, _AROUND))
-        flat, weight = near.ravel(), np.maximum(pressure, 0).ravel()
-        self._array = array
-        self.count = np.bincount(labels.ravel(), minlength=count)
-        self.sum = np.bincount(flat, weight, count)
-        rows, columns = array.shape
-        self.x = np.bincount(flat, (np.maximum(pressure, 0) * array.x).ravel(), count)
-        self.y = np.bincount(flat, (np.maximum(pressure, 0) * array.y[:, None]).ravel(), count)
-        self._pressure, self._labels = pressure, labels
-
-    def region(self, outline: Outline, label: int) -> TaxelRegion:
-        total = self.sum[label]
-        centre = np.array([self.x[label], self.y[label]]) / total if total > 0 else np.full(2, np.nan)
-        row, column = outline.grid_points.astype(int).T
-        box = slice(max(row.min(), 0), row.max() + 2), slice(max(column.min(), 0), column.max() + 2)
-        peak = float(self._pressure[box][self._labels[box] == label].max(initial=0.0))
-        return TaxelRegion(label, outline, flat_moments(outline), int(self.count[label]), float(total * self._array.taxel_area), centre,
-                           peak)
 
 
 def flat_moments(outline: Outline) -> Moments:
     """Area moments of a plane region, its holes taken off, from the polygons alone (Green's theorem)."""
-    total = sum(_around(loop[:, 0], loop[:, 1]) for loop in outline.loops)
-    area = float(total[0])
-    return Moments(area, np.array([0.0, 0.0, area]), np.array([total[1], total[2], 0.0]), total[3:])
+    area, first, second = (sum(parts) for parts in zip(*(_around(loop[:, :2]) for loop in outline.loops)))
+    return Moments(float(area), np.array([0.0, 0.0, area]), np.array([*first, 0.0]), second)
 
 
-def _around(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(6,) integrals of 1, x, y, xx, xy, yy within a polygon that turns from +x to +y, exact."""
-    x1, y1 = np.roll(x, -1), np.roll(y, -1)
-    turn = x * y1 - x1 * y
-    rows = np.empty((6, len(x)))
-    rows[0], rows[1], rows[2] = 0.5, (x + x1) / 6, (y + y1) / 6
-    rows[3] = (x * x + x * x1 + x1 * x1) / 12
-    rows[4] = (x * y1 + 2 * x * y + 2 * x1 * y1 + x1 * y) / 24
-    rows[5] = (y * y + y * y1 + y1 * y1) / 12
-    return rows @ turn
+def _around(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Integrals of 1, of (x, y) and of (xx, xy, yy) within a polygon (M, 2) that turns from +x to +y, exact."""
+    ends = np.concatenate([points, np.concatenate([points[1:], points[:1]])], axis=1)  # x, y of each side's beginning and end
+    turn = ends[:, 0] * ends[:, 3] - ends[:, 2] * ends[:, 1]
+    sums = turn @ ends
+    (xx, xy, xx1, xy1), (_, yy, yx1, yy1), (_, _, x1x1, x1y1), (_, _, _, y1y1) = (ends.T * turn) @ ends
+    return 0.5 * float(turn.sum()), (sums[:2] + sums[2:]) / 6, np.array([2 * (xx + xx1 + x1x1), 2 * xy + xy1 + yx1 + 2 * x1y1,
+                                                                       2 * (yy + yy1 + y1y1)]) / 24

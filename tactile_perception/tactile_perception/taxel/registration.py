@@ -8,15 +8,17 @@ growth of the contact along their normals, are fitted to it at once. A change of
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from scipy.linalg.lapack import dposv
+from scipy.ndimage import map_coordinates
 
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
-_FEWEST, _MOST = 6, 1500  # edge taxels
+_FEWEST, _MOST = 6, 250  # edge taxels
 _ROUNDS = 4
-_SETTLED = 5e-3  # taxels
+_SETTLED = 0.02  # taxels: a step of so much is right to a tenth
 _TUKEY = 4.685
 _SPREAD = 0.03  # least standard deviation of a score that is expected
 # Information on a direction, of that on the best one, under which it is open, and on a turn: a face of 3 : 2 has 0.06, a ring none but what
@@ -28,41 +30,8 @@ _FAR = 5.0  # taxels: what has moved farther is not found from the last place
 # Two pictures are of one object's motion where the score is left with less than the first (a standard deviation), at more than the second
 # of the edges.
 _ALIKE, _AGREED = 0.2, 0.7
-
-
-_BORDER = 3
-
-
-def bordered(picture: np.ndarray) -> np.ndarray:
-    """picture (rows, columns) with what is on its rim gone on with, for read_between."""
-    return cv2.copyMakeBorder(picture, _BORDER, _BORDER, _BORDER, _BORDER, cv2.BORDER_REPLICATE)
-
-
-def read_between(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(M,) values of a bordered picture at column x and row y (M,) of the plain one, by Catmull and Rom's cubic."""
-    rows, columns = picture.shape
-    x = np.minimum(np.maximum(x + _BORDER, 1), columns - 2.001)
-    y = np.minimum(np.maximum(y + _BORDER, 1), rows - 2.001)
-    left, top = x.astype(np.intp), y.astype(np.intp)
-    across, down = _cubic(x - left), _cubic(y - top)
-    near = picture.ravel().take(_offsets(columns) + (left + top * columns))
-    return ((near * across).sum(axis=1) * down).sum(axis=0)
-
-
-def _offsets(columns: int) -> np.ndarray:
-    """(4, 4, 1) steps in a flat picture from a place to those around it."""
-    return _FOUR[:, None] * columns + _FOUR
-
-
-_FOUR = np.arange(-1, 3)[:, None]
-_CUBIC = 0.5 * np.array([[0, -1, 2, -1], [2, 0, -5, 3], [0, 1, 4, -3], [0, 0, -1, 1.0]])
-
-
-def _cubic(part: np.ndarray) -> np.ndarray:
-    """(4, M) weights of four neighbours at a part (M,) of the way between the middle two."""
-    square = part * part
-    cube = square * part
-    return _CUBIC @ np.array([np.ones_like(part), part, square, cube])
+# A picture is taken as the sum of a cubic B-spline at each taxel, times its score: its values and slopes at the taxels.
+_SPLINE, _SLOPE = np.float32([1 / 6, 2 / 3, 1 / 6]), np.float32([-0.5, 0, 0.5])
 
 
 @dataclass(frozen=True)
@@ -82,6 +51,12 @@ class PictureMotion:
     reach: float
     sigma: float
 
+    def going_on(self, before: PictureMotion | None) -> PictureMotion:
+        """Where the motion is a frame later, if that before it is known and it goes on."""
+        if before is None:
+            return self
+        return replace(self, shift=2 * self.shift - before.shift, turn=2 * self.turn - before.turn)
+
     @property
     def known_turn(self) -> float:
         """rad, 0 where it is not told."""
@@ -97,79 +72,78 @@ class KeyPicture:
     """A picture to which later ones are compared. score: (rows, columns) float32."""
 
     def __init__(self, score: np.ndarray):
-        self.score = score
-        # A picture is differentiated as it is interpolated: between neighbours two apart.
-        gx = np.zeros_like(score)
-        gy = np.zeros_like(score)
-        gx[:, 1:-1] = 0.5 * (score[:, 2:] - score[:, :-2])
-        gy[1:-1] = 0.5 * (score[2:] - score[:-2])
-        steep = np.hypot(gx, gy)
+        gx = cv2.sepFilter2D(score, -1, _SLOPE, _SPLINE, borderType=cv2.BORDER_REPLICATE)
+        gy = cv2.sepFilter2D(score, -1, _SPLINE, _SLOPE, borderType=cv2.BORDER_REPLICATE)
+        steep = np.sqrt(gx * gx + gy * gy)  # cv2.magnitude rounds by where the arrays lie in memory
         # The array's rim tells nothing: what leaves it there is not seen.
         rim = 2 if min(score.shape) >= _LARGE else 1
         steep[:rim], steep[-rim:], steep[:, :rim], steep[:, -rim:] = 0, 0, 0, 0
         rows, columns = np.nonzero(steep > _EDGE)
-        thin = slice(None, None, 1 + len(rows) // _MOST)
+        thin = slice(None, None, -(-len(rows) // _MOST) or 1)
         rows, columns = rows[thin], columns[thin]
-        self._place = np.stack([columns, rows]).astype(np.float32)
         self._used, self.middle, self.reach = None, np.zeros(2), 1.0
         if len(rows) < _FEWEST:
             return
-        self.middle = self._place.mean(axis=1, dtype=float)
-        arm = self._place - self.middle[:, None].astype(np.float32)
-        gx, gy = gx[rows, columns], gy[rows, columns]
-        self.reach = float(np.hypot(*arm).max())
+        self._place = np.stack([rows, columns]).astype(float)
+        self.middle = self._place.mean(axis=1)[::-1]
+        self._arm = self._place - self.middle[::-1, None]
+        gx, gy, steep = gx[rows, columns], gy[rows, columns], steep[rows, columns]
+        self.reach = math.sqrt(float(np.sum(self._arm**2, axis=0).max()))
         # Columns: shift along columns and rows, turn (times the reach), growth.
-        self._slopes = np.stack([gx, gy, (arm[0] * gy - arm[1] * gx) / self.reach, -np.hypot(gx, gy)], axis=1).astype(float)
-        self._arm, self._value = arm, score[rows, columns]
-        self._used = self._determined()
+        slopes = np.stack([gx, gy, (self._arm[1] * gy - self._arm[0] * gx) / self.reach, -steep], axis=1).astype(float)
+        self._value = cv2.sepFilter2D(score, -1, _SPLINE, _SPLINE, borderType=cv2.BORDER_REPLICATE)[rows, columns].astype(float)
+        self._growth, self._used = slopes[:, 3], self._determined(slopes)
+        self._slopes = slopes[:, self._used] if self._used else slopes
 
     def motion(self, score: np.ndarray, start: PictureMotion | None = None) -> PictureMotion | None:
-        """The motion from the key to score (rows, columns); start: that of the last frame. None where the pictures do not tell."""
+        """The motion from the key to score (rows, columns) float32; start: where it is expected. None where the pictures do not tell."""
         if self._used is None:
             return None
-        used = self._used
         guess = np.zeros(4) if start is None else np.array([*start.shift, start.known_turn * self.reach, start.growth])
-        score = bordered(score)
         for _ in range(_ROUNDS):
             left = self._value - self._sampled(score, guess)
-            step, spread = self._solve(left, used)
-            guess[used] += step
+            size = np.abs(left)
+            spread = max(1.4826 * float(np.partition(size, len(size) // 2)[len(size) // 2]), _SPREAD)
+            step = self._step(left, spread)
+            guess[self._used] += step
             if np.abs(step).max() < _SETTLED:
                 break
         if not np.isfinite(guess).all() or math.hypot(*guess[:2]) + abs(guess[2]) > _FAR or spread > _ALIKE or \
-                np.mean(np.abs(left) < _TUKEY * spread) < _AGREED:
+                np.count_nonzero(size < _TUKEY * spread) < _AGREED * len(size):
             return None
-        turn = guess[2] / self.reach if 2 in used else np.nan
+        turn = guess[2] / self.reach if 2 in self._used else np.nan
         return PictureMotion(guess[:2], float(turn), float(guess[3]), spread, self.middle, self.reach, spread * self._doubt)
 
-    def _determined(self) -> list[int] | None:
-        """The columns that the key's edges determine; None where a shift is open."""
-        normal = self._slopes.T @ self._slopes
+    def _determined(self, slopes: np.ndarray) -> list[int] | None:
+        """The columns of slopes (M, 4) that the key's edges determine; None where a shift is open."""
+        normal = slopes.T @ slopes
         shifts = np.linalg.eigvalsh(normal[:2, :2])
         if shifts[0] < _OPEN * shifts[1]:
             return None
         turning = normal[2, 2] - normal[2, :2] @ np.linalg.solve(normal[:2, :2], normal[:2, 2])
-        used = [0, 1, 2, 3] if turning > (_OPEN_TURN + _FEW / len(self._value)) * shifts.sum() else [0, 1, 3]
+        used = [0, 1, 2, 3] if turning > (_OPEN_TURN + _FEW / len(slopes)) * shifts.sum() else [0, 1, 3]
         covariance = np.linalg.pinv(normal[np.ix_(used, used)])[:-1, :-1]
         self._doubt = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         return used
 
     def _sampled(self, score: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """score where the key's edges are by guess, without its growth, which is linear."""
-        cosine, sine = np.cos(guess[2] / self.reach), np.sin(guess[2] / self.reach)
-        x = self._place[0] + np.float32(guess[0]) + (cosine - 1) * self._arm[0] - sine * self._arm[1]
-        y = self._place[1] + np.float32(guess[1]) + sine * self._arm[0] + (cosine - 1) * self._arm[1]
-        return read_between(score, x, y) + self._slopes[:, 3] * guess[3]
+        place = self._place + guess[1::-1, None]
+        if guess[2]:
+            cosine, sine = math.cos(guess[2] / self.reach) - 1, math.sin(guess[2] / self.reach)
+            place += np.array([[cosine, sine], [-sine, cosine]]) @ self._arm
+        return map_coordinates(score, place, np.float64, order=3, mode='nearest', prefilter=False) + self._growth * guess[3]
 
-    def _solve(self, left: np.ndarray, used: list[int]) -> tuple[np.ndarray, float]:
-        """Step of the used columns, by Tukey's biweight from the present residuals."""
-        size = np.abs(left)
-        spread = max(1.4826 * float(np.partition(size, len(size) // 2)[len(size) // 2]), _SPREAD)
-        weight = np.maximum(1 - (left * (1 / (_TUKEY * spread)))**2, 0)**2
-        slopes = self._slopes if len(used) == 4 else self._slopes[:, used]
-        normal = (slopes * weight[:, None]).T @ slopes
-        normal[np.diag_indices(len(used))] += 1e-9 * np.trace(normal) + 1e-12
-        return np.linalg.solve(normal, slopes.T @ (weight * left)), spread
+    def _step(self, left: np.ndarray, spread: float) -> np.ndarray:
+        """Step of the used columns, by Tukey's biweight from the present residuals (M,)."""
+        weight = left * (1 / (_TUKEY * spread))
+        weight = np.maximum(1 - weight * weight, 0)
+        weight *= weight
+        weighed = self._slopes.T * weight
+        normal = weighed @ self._slopes
+        diagonal = normal.ravel()[::len(normal) + 1]
+        diagonal += 1e-9 * diagonal.sum() + 1e-12
+        return dposv(normal, weighed @ left)[1]
 
 
 class KeyCentre:

@@ -58,22 +58,22 @@ class DeadTaxels:
 
     def repaired(self, change: np.ndarray, sigma: float) -> np.ndarray:
         """change (rows, columns) float32, of each taxel from its baseline, without gaps; sigma: standard deviation of its noise."""
-        broken = np.isnan(change)
-        self._learn(change, broken, _PRESSED * sigma)
-        gaps = self.dead | broken
-        return fill(change, gaps)
+        self._learn(change, np.float32(_PRESSED * sigma))
+        return fill(change, self.dead | np.isnan(change))
 
-    def _learn(self, change: np.ndarray, broken: np.ndarray, pressed: float) -> None:
-        """Mark what is silent between pressed neighbours; nothing is pressed in most frames, and this is cheap then."""
-        if not np.nanmax(change, initial=0.0) > pressed:
-            return
+    def _learn(self, change: np.ndarray, pressed: float) -> None:
+        """Mark what is silent between pressed neighbours, which is little or nothing in most frames."""
         loud = change > pressed
         self._spoken |= loud
-        least = np.zeros(change.shape, np.float32)  # of the pressed neighbours on both sides
-        bound = np.where(loud, change, np.float32(0))
+        between = np.zeros(change.shape, bool)
+        between[1:-1] = loud[:-2] & loud[2:]
+        between[:, 1:-1] |= loud[:, :-2] & loud[:, 2:]
+        between &= ~self._spoken
+        if not between.any():
+            return
+        bound, least = np.where(loud, change, np.float32(0)), np.zeros(change.shape, np.float32)
         least[1:-1] = np.minimum(bound[:-2], bound[2:])
         least[:, 1:-1] = np.maximum(least[:, 1:-1], np.minimum(bound[:, :-2], bound[:, 2:]))
-        silent = (least > 0) & (change < _SILENT * least) & ~self._spoken & ~broken
-        if silent.any():
-            self._silent[silent] = np.minimum(self._silent[silent] + 1, _FRAMES)
-            self.dead |= self._silent >= _FRAMES
+        silent = between & (change < _SILENT * least)  # which a gap, NaN, is not
+        self._silent[silent] = np.minimum(self._silent[silent] + 1, _FRAMES)
+        self.dead |= self._silent >= _FRAMES

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import nnls
@@ -37,12 +38,18 @@ class Response:
             raise BadArgument(f'taxel response: scale must be three finite numbers, none negative and not all 0, and knee positive, got '
                               f'{self.scale}, {self.knee}')
 
+    @cached_property
+    def _by_gain(self) -> np.ndarray | np.float32:
+        return np.float32(1) if self.gain is None else (1 / self.gain).astype(np.float32)
+
     def pressure(self, change: np.ndarray) -> np.ndarray:
         """(rows, columns) float32, Pa where known, of change (rows, columns) float32 of the values."""
-        value = change if self.gain is None else change / self.gain
-        if not any(self.scale[1:]):
-            return value * np.float32(self.scale[0])
-        return np.tensordot(np.float32(self.scale), _terms(value, np.float32(self.knee)), 1)
+        value = change * self._by_gain
+        first, second, third = np.float32(self.scale)
+        if not (second or third):
+            return value * first
+        size, knee = np.abs(value), np.float32(self.knee)
+        return value * (first + second * size + third * knee / (size + knee))
 
     def slope(self, value: float) -> float:
         """Pa for each unit of change at a change of value."""

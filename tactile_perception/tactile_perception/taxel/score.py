@@ -3,8 +3,11 @@
 """Which taxels are touched: pressure against the local level, where the pad's mechanics say the border is."""
 from __future__ import annotations
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from .array import SoftPad, TaxelArray
 
@@ -18,7 +21,6 @@ _GAP = 0.35  # of the level: where pressure does not fall to this between touche
 _ENOUGH = 16  # taxels inside a patch, from which its level is a fitted plane
 _CURVED = 0.5  # share of what a plane leaves of the variance that a parabola must explain, to be the level
 _LEAST, _MOST = 0.3, 1.7  # of a patch's mean, bounds of the level
-_FAR = 4  # taxels
 _SAMPLE = 1500  # taxels of a patch that are used
 
 
@@ -37,68 +39,72 @@ class ContactScore:
 
     def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
         """(rows, columns) float32, 0 to 1, from pressure (rows, columns) float32 in any unit, with noise of sigma in the same."""
-        smooth = cv2.GaussianBlur(pressure, (0, 0), self._smooth)
-        nearby = np.maximum(self._nearby(smooth), _NOISE * sigma)
+        least = np.float32(_NOISE * sigma)
+        if not pressure.max() > BORDER_SHARE * least:
+            return np.zeros_like(pressure)
+        nearby = np.maximum(self._nearby(cv2.GaussianBlur(pressure, (0, 0), self._smooth)), least)
         touched = (pressure > BORDER_SHARE * nearby).view(np.uint8)
-        if not touched.any():
-            return pressure * np.float32(0)
         # Steps over taxels would shift the level, and the border with it, as a contact moves between them.
-        soft = np.clip(pressure / nearby * 2.5 - 1, 0, 1)
-        inner = np.clip(cv2.GaussianBlur(soft, (0, 0), self._smooth, borderType=cv2.BORDER_REPLICATE) * 5 - 3.75, 0, 1)
+        soft = _cut(pressure / nearby * 2.5 - 1)
+        inner = _cut(cv2.GaussianBlur(soft, (0, 0), self._smooth, borderType=cv2.BORDER_REPLICATE) * 5 - 3.75)
         level = self._patches(pressure, touched, inner, nearby)
-        score = pressure / (2 * BORDER_SHARE * np.maximum(level, _NOISE * sigma))
-        np.clip(score, 0, 1, out=score)
-        return _closed(score)
+        return _closed(_cut(pressure / (2 * BORDER_SHARE * np.maximum(level, least))))
 
     def _nearby(self, smooth: np.ndarray) -> np.ndarray:
         """(rows, columns): the largest pressure within a thickness, gone on with to the border by how it changes over another one."""
-        near = largest_near(smooth, self._reach)
-        return np.maximum(2 * near - largest_near(near, self._reach), _LEAST * near)
+        reach = self._reach
+        wide = largest_near(cv2.copyMakeBorder(smooth, reach, reach, reach, reach, cv2.BORDER_REPLICATE), reach)
+        far = np.maximum(wide[2 * reach:], wide[:-2 * reach])
+        near = wide[reach:-reach, reach:-reach]
+        return np.maximum(near + near - np.maximum(far[:, 2 * reach:], far[:, :-2 * reach]), np.float32(_LEAST) * near)
 
     def _patches(self, pressure: np.ndarray, touched: np.ndarray, inner: np.ndarray, nearby: np.ndarray) -> np.ndarray:
         """(rows, columns): nearby with the fitted level on each patch and around it."""
         count, labels, boxes, _ = cv2.connectedComponentsWithStats(largest_near(touched, self._join), connectivity=8)
         level = nearby
         for label in range(1, count):
-            left, top, width, height, size = boxes[label]
+            left, top, width, height, size = boxes[label].tolist()
             if size < _ENOUGH:
                 continue
             box = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
-            patch = (labels[box] == label).astype(np.uint8)
+            patch = labels[box] == label
             fitted = _fitted(pressure[box], inner[box] * patch)
             if fitted is not None:
-                mine = largest_near(patch, self._join) > 0
-                level[box] = np.where(mine, fitted, level[box])
+                np.copyto(level[box], fitted, where=largest_near(patch.view(np.uint8), self._join).view(bool))
         return level
+
+
+def _cut(values: np.ndarray) -> np.ndarray:
+    """values, in their place, cut at 0 and 1."""
+    np.maximum(values, 0, out=values)
+    return np.minimum(values, 1, out=values)
 
 
 def _fitted(pressure: np.ndarray, inside: np.ndarray) -> np.ndarray | None:
     """Level (rows, columns) of a patch from its inside (rows, columns), weights of 0 to 1; None where that is too small."""
-    row, column = np.nonzero(inside)
-    if len(row) < _ENOUGH:
+    if np.count_nonzero(inside) < _ENOUGH:
         return None
-    thin = slice(None, None, max(1, len(row) // _SAMPLE))
-    row, column = row[thin], column[thin]
-    value, weight = pressure[row, column].astype(float), inside[row, column].astype(float)
-    half = 0.5 * np.array(inside.shape) + 1e-9
-    plane = _terms(row / half[0] - 1, column / half[1] - 1)
-    grid = _terms(*np.ogrid[-1:1:inside.shape[0] * 1j, -1:1:inside.shape[1] * 1j])
-    mean = float(weight @ value / weight.sum())
-    weighed = plane * weight
-    normal, sums, square = weighed @ plane.T, weighed @ value, float(weight @ value**2)
-    normal[np.diag_indices(6)] += 1e-6 * len(value)
-    share, bent = np.linalg.solve(normal[:3, :3], sums[:3]), np.linalg.solve(normal, sums)
+    step = max(1, round((pressure.size / _SAMPLE)**0.5))
+    y, x, terms = _grid(*pressure.shape, step)
+    value, weight = pressure[::step, ::step].ravel(), inside[::step, ::step].ravel()
+    weighed = terms * weight
+    normal, sums, square = weighed @ terms.T, weighed @ value, float(weight @ (value * value))
+    mean = sums[0] / normal[0, 0]
+    normal.ravel()[::7] += 1e-6 * len(value)
+    share, bent = dposv(normal[:3, :3], sums[:3])[1], dposv(normal, sums)[1]
+    level = share[0] + share[1] * y + share[2] * x
     if square - bent @ sums < (1 - _CURVED) * (square - share @ sums[:3]):
-        share = bent
-    level = sum(factor * term for factor, term in zip(share, grid))
-    return np.clip(level, _LEAST * mean, _MOST * mean).astype(np.float32)
+        level = (bent[0] + bent[1] * y + bent[3] * y * y) + (bent[2] * x + bent[5] * x * x) + (bent[4] * y) * x
+    return np.minimum(np.maximum(level, _LEAST * mean), _MOST * mean)
 
 
-def _terms(y, x) -> list:
-    """1, y, x, yy, xy, xx."""
-    one = np.ones_like(y * x)
-    terms = [one, y * one, x * one, y * y * one, x * y, x * x * one]
-    return np.array(terms) if y.ndim == 1 else terms
+@lru_cache(maxsize=64)
+def _grid(rows: int, columns: int, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """y (rows, 1) and x (1, columns) from -1 to 1, and (6, M) 1, y, x, yy, xy, xx at each step-th of both."""
+    y, x = np.ogrid[-1:1:rows * 1j, -1:1:columns * 1j]
+    there = np.broadcast_arrays(np.ones(()), y[::step], x[:, ::step])
+    one, down, across = (values.ravel() for values in there)
+    return y, x, np.stack([one, down, across, down * down, across * down, across * across])
 
 
 def _closed(score: np.ndarray) -> np.ndarray:
@@ -123,14 +129,11 @@ def _closed(score: np.ndarray) -> np.ndarray:
 
 def largest_near(values: np.ndarray, reach: int) -> np.ndarray:
     """(rows, columns): the largest of values (rows, columns) within reach taxels along both axes."""
-    if reach > _FAR:
-        return cv2.dilate(values, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-    down = values.copy()
-    for step in range(1, reach + 1):  # quicker than OpenCV on a small picture
-        np.maximum(down[step:], values[:-step], out=down[step:])
-        np.maximum(down[:-step], values[step:], out=down[:-step])
-    across = down.copy()
-    for step in range(1, reach + 1):
-        np.maximum(across[:, step:], down[:, :-step], out=across[:, step:])
-        np.maximum(across[:, :-step], down[:, step:], out=across[:, :-step])
-    return across
+    largest = cv2.copyMakeBorder(values, reach, reach, reach, reach, cv2.BORDER_REPLICATE)
+    have, size = 1, 2 * reach + 1  # taxels over which it is the largest; quicker than OpenCV's on a small picture
+    while have < size:
+        step = min(have, size - have)
+        largest = np.maximum(largest[step:], largest[:-step])
+        largest = np.maximum(largest[:, step:], largest[:, :-step])
+        have += step
+    return largest

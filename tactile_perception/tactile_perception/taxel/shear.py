@@ -24,6 +24,7 @@ _FLATTENED = 0.15
 # of the waves along (0.8) and across (0.3), by the same theory.
 _COUPLED = 0.5
 _SWEEPS = 3
+_TINY = np.float32(1e-12)  # m
 _WIDE = 2.0  # taxels
 # The border of a picture is ahead by this many thicknesses for each part of the pressure that traction is, by the same theory.
 LEAD = 0.5
@@ -50,14 +51,13 @@ class SurfaceShear:
         """(rows, columns) Pa by which the pressure under the pad is changed by traction; None where there is none."""
         if not self.dragged:
             return None
-        traction = self._pull * np.float32(self._pad.shear_stiffness * self._pad.thickness / self._array.pitch)
-        spread = 0.0
-        for share, width in self._gaps:
-            spread = spread + np.float32(share) * np.stack([_spread(part, width) for part in traction])
+        along, across = self._pull
         change = np.zeros(self._array.shape, np.float32)
-        change[:, 1:-1] -= 0.5 * (spread[0, :, 2:] - spread[0, :, :-2])
-        change[1:-1] -= 0.5 * (spread[1, 2:] - spread[1, :-2])
-        return change
+        change[:, 1:-1] = along[:, :-2] - along[:, 2:]
+        change[1:-1] += across[:-2] - across[2:]
+        change *= np.float32(0.5 * self._pad.shear_stiffness * self._pad.thickness / self._array.pitch)
+        (share, width), (other_share, other_width) = self._gaps
+        return np.float32(share) * _spread(change, width) + np.float32(other_share) * _spread(change, other_width)
 
     @property
     def force(self) -> np.ndarray:
@@ -68,53 +68,53 @@ class SurfaceShear:
         """Carry the surface along, in the taxels touched (rows, columns) bool under pressure (rows, columns) Pa; the object moves by
         velocity (2,) m at the origin and turn, rad. (2, rows, columns) m, by which it slips over the surface there."""
         box = self._around(touched)
-        here, drag = touched[box], self._drag[(slice(None), *box)]
-        step = np.empty_like(drag)
-        step[0] = np.float32(velocity[0]) - np.float32(turn) * self._y[box[0]]
-        step[1] = np.float32(velocity[1]) + np.float32(turn) * self._x[:, box[1]]
-        limit = (np.maximum(self._on_top(pressure[box]), 0) * np.float32(self._pad.friction / self._pad.shear_stiffness)) * here
-        carried = drag + step * here
-        drag, pull = self._balanced(carried, here, limit)
-        self._drag[:] = 0
-        self._pull[:] = 0
-        self._drag[(slice(None), *box)], self._pull[(slice(None), *box)] = drag, pull
+        part = (slice(None), *box)
+        here, carried = touched[box].astype(np.float32), self._drag[part].copy()
+        carried[0] += (np.float32(velocity[0]) - np.float32(turn) * self._y[box[0]]) * here
+        carried[1] += (np.float32(velocity[1]) + np.float32(turn) * self._x[:, box[1]]) * here
+        limit = np.maximum(self._on_top(pressure[box]), 0) * np.float32(self._pad.friction / self._pad.shear_stiffness) * here
+        drag, pull = self._balanced(carried, limit)
+        self._drag, self._pull, slip = np.zeros((3, 2, *self._array.shape), np.float32)
+        self._drag[part], self._pull[part], slip[part] = drag, pull, (carried - drag) * here
         self.dragged = True
-        slip = np.zeros_like(self._drag)
-        slip[(slice(None), *box)] = (carried - drag) * here
         return slip
 
     def _around(self, touched: np.ndarray) -> tuple[slice, slice]:
         """The part of the array that the contact drags."""
-        rows, columns = np.flatnonzero(touched.any(1)), np.flatnonzero(touched.any(0))
-        return (slice(max(rows[0] - self._margin, 0), rows[-1] + 1 + self._margin),
-                slice(max(columns[0] - self._margin, 0), columns[-1] + 1 + self._margin))
+        left, top, width, height = cv2.boundingRect(touched.view(np.uint8))
+        margin = self._margin
+        return slice(max(top - margin, 0), top + height + margin), slice(max(left - margin, 0), left + width + margin)
 
-    def _balanced(self, carried: np.ndarray, touched: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: where touched it goes with the object
-        unless the traction would be over limit, elsewhere there is none. A few steps of relaxation, which go on in the next frame."""
-        drag, coupling = carried, np.float32(self._coupling)
-        self_stiff = 1 + 4 * coupling
-        held, bound = self_stiff * carried, limit * limit
+    def _balanced(self, carried: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: it goes with the object unless the traction
+        would be over limit, which is 0 where nothing touches. A few steps of relaxation, which go on in the next frame."""
+        coupling, stiff = np.float32(self._coupling), np.float32(1 + 4 * self._coupling)
+        held, wide = stiff * carried, np.empty((2, carried.shape[1] + 2, carried.shape[2] + 2), np.float32)
+        drag = wide[:, 1:-1, 1:-1]
+        drag[:] = carried
         for _ in range(_SWEEPS):
-            others = coupling * _neighbours(drag)
+            others = _neighbours(wide)
+            others *= coupling
             pull = held - others
-            square = pull[0] * pull[0] + pull[1] * pull[1]
-            pull *= np.sqrt(np.minimum(bound / np.maximum(square, np.float32(1e-24)), 1)) * touched
-            drag = (pull + others) * (1 / self_stiff)
+            square = pull * pull
+            pull *= np.minimum(limit / (np.sqrt(square[0] + square[1]) + _TINY), 1)
+            np.divide(pull + others, stiff, out=drag)
         return drag, pull
 
     def _on_top(self, pressure: np.ndarray) -> np.ndarray:
         """Pressure on the pad's surface from that under it, which is smoother; to second order in thickness over wave length."""
-        return pressure - np.float32(_FLATTENED * (self._pad.thickness / self._array.pitch)**2) * cv2.Laplacian(pressure, cv2.CV_32F)
+        share = _FLATTENED * (self._pad.thickness / self._array.pitch)**2
+        around = _neighbours(cv2.copyMakeBorder(pressure, 1, 1, 1, 1, cv2.BORDER_REPLICATE)[None])[0]
+        return pressure * np.float32(1 + 4 * share) - around * np.float32(share)
 
 
-def _neighbours(values: np.ndarray) -> np.ndarray:
-    """Sum of the four neighbours in values (..., rows, columns); beyond the border as on it."""
-    total = 2 * values
-    total[..., 1:-1, :] = values[..., :-2, :] + values[..., 2:, :]
-    total[..., 1:-1] += values[..., :-2] + values[..., 2:]
-    total[..., 0] += 2 * values[..., 0]
-    total[..., -1] += 2 * values[..., -1]
+def _neighbours(wide: np.ndarray) -> np.ndarray:
+    """Sum of the four neighbours (N, rows, columns) in wide (N, rows + 2, columns + 2), whose border is made as what is beside it."""
+    wide[:, 0], wide[:, -1] = wide[:, 1], wide[:, -2]
+    wide[:, :, 0], wide[:, :, -1] = wide[:, :, 1], wide[:, :, -2]
+    total = wide[:, :-2, 1:-1] + wide[:, 2:, 1:-1]
+    total += wide[:, 1:-1, :-2]
+    total += wide[:, 1:-1, 2:]
     return total
 
 

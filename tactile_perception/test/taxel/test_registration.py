@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.registration import KeyCentre, KeyPicture, bordered, read_between
+from tactile_perception.taxel.registration import KeyCentre, KeyPicture
 from tactile_perception.taxel.score import ContactScore
 from taxel_pictures import ARRAY, bar, disc, picture
 
@@ -50,9 +50,3 @@ def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
     assert key.motion(later, later > 0).shift == pytest.approx([0, 2])
     far = np.roll(values, 7, axis=0)
     assert key.motion(far, far > 0) is None
-
-
-def test_between_taxels_a_slope_is_read_exactly_and_the_rim_goes_on():
-    picture = bordered(np.fromfunction(lambda r, c: 2 * r + 3 * c, (8, 9)))
-    x, y = np.array([3.3, 4.0, 5.75, -9.0]), np.array([2.5, 3.0, 4.125, -9.0])
-    assert read_between(picture, x, y) == pytest.approx([*(2 * y + 3 * x)[:3], 0])
