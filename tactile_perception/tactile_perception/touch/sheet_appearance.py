@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from .sheet_library import LibraryPlan, SheetLibrary
 from .sheet_model_mesh import locate
 
 _DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # points whose mean is that of a disc, up to cubic terms
-_BASIS = np.array([[[0.5, -1, 0.5], [0.5, 1, -1], [0, 0, 0.5]], [[-1, 1, 0], [1, -2, 0], [0, 1, 0]], [[1, 0, 0], [-2, 0, 0], [1, 0, 0]]])
 
 
 @dataclass(frozen=True)
@@ -31,75 +31,96 @@ class Press:
         return np.array([*self.place, self.depth, self.log_radius, *self.dragged])
 
 
-def read_press(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
-    """What a press does to the sheet at rest (K, 2), m: (K, 3, 3), displacement and its derivatives by x and by y."""
-    deformed = read_field(library.fields(press.place, press.depth, press.log_radius)[0], library.plan, press.place, rest)
+def read_press(library: SheetLibrary, press: Press, rest: np.ndarray, fields: np.ndarray | None = None) -> np.ndarray:
+    """What a press does to the sheet at rest (K, 2), m: (K, 3, 3), displacement and its derivatives by x and by y; fields: those of the
+    press, where they are known already."""
+    fields = fields_of(library, press) if fields is None else fields
+    deformed = read_field(fields[:, 0], library.plan, press.place, rest)
     if any(press.dragged):
         deformed[..., :2] -= deformed[..., 2:] * (np.asarray(press.dragged) / press.depth)
     return deformed
+
+
+def fields_of(library: SheetLibrary, press: Press) -> np.ndarray:
+    """The library's fields of a press."""
+    return library.fields(press.place, press.depth, press.log_radius)
 
 
 def read_field(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """Displacement and its derivatives by x and by y, (K, 3, 3), at rest (K, 2), m, of the field with coefficients (side * side, 3) on
     uniform B-splines, of a press at place.
     """
-    node, (x, y), _ = _weights(plan, place, rest)
-    return np.matmul(_products(x, y, ((0, 0), (1, 0), (0, 1))), field[node])
+    node, weights, _ = _weights(plan, place, rest)
+    return _by_marker(_products(weights, 3)) @ field.take(node, axis=0)
 
 
-def read_derivatives(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
-    """(7, K, 3, 3): as read_press, then the derivatives of that by the press's vector.
+def read_derivatives(library: SheetLibrary, press: Press, rest: np.ndarray, fields: np.ndarray | None = None) -> np.ndarray:
+    """(K, 3, 3, 7): as read_press, then the derivatives of that by the press's vector.
 
     What is dragged along fades towards the clamp as depth does: both follow the same equation, nearly.
     """
-    straight = _read_straight(library, press, rest)
-    along = np.zeros((2,) + straight.shape[1:])
-    along[0, ..., 0] = along[1, ..., 1] = straight[0, ..., 2] / -press.depth
+    node, weights, carried = _weights(library.plan, press.place, rest)
+    local = (fields_of(library, press) if fields is None else fields).reshape(-1, 15).take(node, axis=0)
+    products = _products(weights, 6)
+    moving = np.empty((2, 3, *products.shape[1:]))  # how the products go along with the place
+    for axis, along in ((0, [1, 3, 4]), (1, [2, 4, 5])):
+        np.multiply(products[along], carried[axis, 0], out=moving[axis])
+        moving[axis, 1 + axis] += products[along[0]] * carried[axis, 1]
+    read = np.empty((len(rest), 3, 3, 7))
+    read[..., :5] = (_by_marker(products[:3]) @ local).reshape(-1, 3, 5, 3).transpose(0, 1, 3, 2)
+    read[..., 1:3] += (_by_marker(moving.reshape(6, *products.shape[1:])) @ local[..., :3]).reshape(-1, 2, 3, 3).transpose(0, 2, 3, 1)
+    read[..., 5:] = 0.0
+    read[:, :, 0, 5] = read[:, :, 1, 6] = read[:, :, 2, 0] / -press.depth
     if any(press.dragged):
-        straight[:3, ..., :2] -= straight[:3, ..., 2:] * (np.asarray(press.dragged) / press.depth)
-    return np.concatenate([straight, along])
+        for axis in (0, 1):
+            read[:, :, axis, :3] -= read[:, :, 2, :3] * (press.dragged[axis] / press.depth)
+    return read
 
 
-def _read_straight(library: SheetLibrary, press: Press, rest: np.ndarray) -> np.ndarray:
-    """(5, K, 3, 3): as read_press of a press that has dragged nothing, and its derivatives by place, depth and log radius."""
-    node, (x, y), carried = _weights(library.plan, press.place, rest)
-    fields = library.fields(press.place, press.depth, press.log_radius)
-    local = fields.transpose(1, 0, 2).reshape(-1, 15)[node]
-    first = np.matmul(_products(x, y, ((0, 0), (1, 0), (0, 1))), local).reshape(-1, 3, 5, 3).transpose(2, 0, 1, 3).copy()
-    xx, xy, yy = np.moveaxis(np.matmul(_products(x, y, ((2, 0), (1, 1), (0, 2))), local[..., :3]), 1, 0)
-    (by_x, by_y), base = carried, first[0]
-    first[1] += by_x[0][:, None, None] * np.stack([base[:, 1], xx, xy], axis=1)
-    first[1, :, 1] += by_x[1][:, None] * base[:, 1]
-    first[2] += by_y[0][:, None, None] * np.stack([base[:, 2], xy, yy], axis=1)
-    first[2, :, 2] += by_y[1][:, None] * base[:, 2]
-    return first
+_ORDERS = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]  # along x and along y: value, by x, by y, by xx, xy, yy
 
 
-def _products(x: np.ndarray, y: np.ndarray, orders: tuple) -> np.ndarray:
-    """(K, len(orders), 9) products of the weights x, y (3, K, 3) of the given derivatives along x and along y."""
-    products = x[[order[0] for order in orders]][..., :, None] * y[[order[1] for order in orders]][..., None, :]
-    return np.moveaxis(products.reshape(len(orders), -1, 9), 0, 1)
+def _products(weights: np.ndarray, count: int) -> np.ndarray:
+    """(count, 9, K) products of weights (3, 3, 2, K) along x and along y, of the first count of _ORDERS."""
+    x, y = (weights.take(orders[:count], axis=0)[:, :, axis] for axis, orders in enumerate(_ORDERS))
+    return (x[:, :, None] * y[:, None]).reshape(count, 9, -1)
+
+
+def _by_marker(products: np.ndarray) -> np.ndarray:
+    """(K, count, 9) of (count, 9, K), as matrix products have it."""
+    return np.ascontiguousarray(products.reshape(-1, products.shape[2]).T).reshape(-1, *products.shape[:2])
 
 
 def _weights(plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes (K, 9) of the B-splines at rest; weights (2, 3, K, 3) along x and y: value, first and second derivative, 1/m, 1/m^2; and how
-    the sheet's coordinates go along with the press, (2, 2, K): share and its derivative by place, 1/m.
+    """Nodes (K, 9) of the B-splines at rest; weights (3, 3, 2, K): value, first and second derivative, 1/m, 1/m^2, of three splines along
+    x and y; and how the sheet's coordinates go along with the press, (2, 2, K): share and its derivative by place, 1/m.
     """
     xi, cubic = locate(rest.T, place, plan.half, plan.scale)
-    sign = np.where(xi >= 0, 1.0, -1.0)
-    slope = 1 / (plan.scale + 3 * cubic * xi**2)
-    bend = -6 * cubic * xi * sign * slope**3 * sign
+    square, distance = xi * xi, np.abs(xi)
+    slope = 1 / (plan.scale + 3 * cubic * square)
+    by_place = plan.n * slope
+    bend = -6 * cubic * xi * slope * slope * by_place
     span = (xi + 1) * plan.n
     first = np.minimum(span.astype(int), 2 * plan.n - 1)
     f = span - first
-    value, by_span, second = _BASIS @ np.stack([np.ones_like(f), f, f * f]).reshape(3, -1)
-    shape = (3, *f.shape)
-    value, by_span, second = (np.moveaxis(part.reshape(shape), 0, -1) for part in (value, by_span, second))
-    by_place = plan.n * slope[..., None]
-    weights = np.stack([value, by_span * by_place, second * by_place**2 + by_span * (plan.n * bend)[..., None]], axis=1)
+    left, curve = 1 - f, by_place * by_place
+    weights = np.empty((3, 3, *xi.shape))
+    weights[0, 0], weights[0, 2] = 0.5 * left * left, 0.5 * f * f
+    weights[0, 1] = 1 - weights[0, 0] - weights[0, 2]
+    weights[1, 0], weights[1, 2] = -left * by_place, f * by_place
+    weights[2, 0], weights[2, 2] = curve - left * bend, curve + f * bend
+    weights[1:, 1] = -(weights[1:, 0] + weights[1:, 2])
+    node = (first[0] * (2 * plan.n + 2) + first[1])[:, None] + _near_nodes(2 * plan.n + 2)
+    carried = np.empty((2, 2, xi.shape[1]))
+    carried[:, 0], carried[:, 1] = square * distance - 1, 3 * distance * xi * slope
+    return node, weights, carried
+
+
+@lru_cache(maxsize=8)
+def _near_nodes(side: int) -> np.ndarray:
+    """(9,) numbers of the splines that are not zero on the first span along x and y, of so many a side."""
     three = np.arange(3)
-    node = ((first[0][:, None] + three) * (2 * plan.n + 2))[:, :, None] + (first[1][:, None] + three)[:, None, :]
-    return node.reshape(-1, 9), weights, np.stack([np.abs(xi)**3 - 1, 3 * xi**2 * sign * slope], axis=1)
+    return (three[:, None] * side + three).ravel()
 
 
 def appearance(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.ndarray:
@@ -120,13 +141,26 @@ def appearance(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.nd
     return seen
 
 
-def appearance_derivatives(deformed: np.ndarray, derivatives: np.ndarray, rest: np.ndarray, eye: np.ndarray,
-                           steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """appearance (K, 3) of deformed (K, 3, 3) and its derivatives (P, K, 3) by parameters, given those of deformed, (P, K, 3, 3), by
-    differences over steps (P,) of the parameters."""
-    steps = steps[:, None, None]
-    moved = appearance(np.concatenate([deformed[None], deformed + steps[..., None] * derivatives]), rest, eye)
-    return moved[0], (moved[1:] - moved[0]) / steps
+def appearance_slopes(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.ndarray:
+    """(K, 3, 9) derivatives of appearance (K, 3) by deformed (K, 3, 3)."""
+    moved, by_x, by_y = deformed[:, 0], deformed[:, 1], deformed[:, 2]
+    nearer = 1 / (eye[:, 2] - moved[:, 2])
+    scale = eye[:, 2] * nearer
+    offset = rest + moved[:, :2] - eye[:, :2]
+    drawn = offset * nearer[:, None]
+    along_x = by_x[:, :2] + [1, 0] + drawn * by_x[:, 2:]
+    along_y = by_y[:, :2] + [0, 1] + drawn * by_y[:, 2:]
+    area = along_x[:, 0] * along_y[:, 1] - along_x[:, 1] * along_y[:, 0]
+    across = np.stack([along_y[:, 1], -along_y[:, 0], -along_x[:, 1], along_x[:, 0]], axis=1) / area[:, None]
+    slopes = np.zeros((len(rest), 3, 3, 3))
+    slopes[:, 0, 0, 0] = slopes[:, 1, 0, 1] = scale
+    slopes[:, :2, 0, 2] = drawn * scale[:, None]
+    slopes[:, 2, 1, :2], slopes[:, 2, 2, :2] = across[:, :2], across[:, 2:]
+    slopes[:, 2, 1, 2], slopes[:, 2, 2, 2] = np.sum(across[:, :2] * drawn, axis=1), np.sum(across[:, 2:] * drawn, axis=1)
+    tilt_x, tilt_y = by_x[:, 2] * nearer, by_y[:, 2] * nearer
+    slopes[:, 2, 0, :2] = across[:, :2] * tilt_x[:, None] + across[:, 2:] * tilt_y[:, None]
+    slopes[:, 2, 0, 2] = slopes[:, 2, 1, 2] * tilt_x + slopes[:, 2, 2, 2] * tilt_y + 2 * nearer
+    return slopes.reshape(-1, 3, 9)
 
 
 def disc_points(rest: np.ndarray, radius: float) -> np.ndarray:

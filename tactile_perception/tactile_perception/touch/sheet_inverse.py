@@ -13,22 +13,22 @@ from itertools import combinations
 import numpy as np
 
 from .field import MarkerField
-from .sheet_appearance import Press, appearance, appearance_derivatives, disc_appearance, disc_points, read_derivatives, read_press
+from .sheet_appearance import (Press, appearance, appearance_slopes, disc_appearance, disc_points, fields_of, read_derivatives,
+                               read_press)
 from .sheet_library import SPREAD, SheetLibrary
 
 SIZE = 6               # of a press's vector
 RADIUS_SIGMA = 0.15    # of the log of the tip's radius, about the calibrated one
-FIRST_SIGMA = 0.01     # the same in the first round, which only finds the place
 DRAGGED = 0.25         # of the depth, sigma of how far the sheet is dragged along
 CARRIED = 0.5          # of how far the field is dragged: how far its tip stands beside the place where it touched
 UNSURE = 0.3           # of the same: sigma of that
 FARTHEST = 1.0         # of the largest depth, how far at most
 DOUBT = 3.0            # sigmas: what is farther off counts less
 NEAR = 2.5             # marker pitches from a press within which markers count as discs, farther away as points
-STEPS, MIXED_STEP = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6]), 1e-4  # over which appearances are compared
 STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # largest step
 ROUNDS = 5
-CORRECTED = (1, 3)    # the rounds in which what discs show is worked out
+MOVED = 4e-4           # m: when a press has moved or sunk by more, what discs show is worked out anew
+NEARLY = 10.0          # sigmas: after a step below, derivatives stay as they are
 SETTLED = 0.5          # sigmas: a step below is the last; what it leaves is a small part of it
 SHALLOW = 1e-5         # m: least depth
 MIXED = 0.3, 0.35      # of the shared part: middle, sigma
@@ -92,63 +92,76 @@ class SheetInverse:
     def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False) -> Inverse:
         """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other; dragged:
         whether they may have dragged the sheet along."""
+        count = len(start)
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
-        count, correction = len(start), np.zeros_like(seen.value)
         free = np.tile([True, True, True, True, dragged, dragged], count)
-        free = np.append(free, np.ones(len(state) - len(free), bool))
+        free = np.flatnonzero(np.append(free, np.ones(len(state) - len(free), bool)))
+        corrected, length = np.full_like(state, np.inf), np.inf
         for turn in range(ROUNDS):
             presses = _presses(state, count)
-            whole, slopes, weight = self._appears(presses, state[SIZE * count:], seen, free)
-            if turn in CORRECTED:
-                correction = self._disc_correction(presses, seen)
-            residual = ((seen.value - whole - correction) * weight).ravel()
-            jacobian = (slopes * weight).reshape(len(slopes), -1)
-            trust = np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
-            middle, prior = self._prior(presses, turn > 0)
-            information = (jacobian * trust) @ jacobian.T + np.diag(prior[free])
-            gradient = np.zeros(len(state))
-            gradient[free] = (jacobian * trust) @ residual - (prior * (state - middle))[free]
-            covariance = np.zeros((len(state), len(state)))
-            covariance[np.ix_(free, free)] = np.linalg.inv(information + 1e-9 * np.diag(np.diag(information)))
+            fields = [fields_of(self._library, press) for press in presses]
+            if length > NEARLY**2:
+                shown, slopes, weight = self._slopes(presses, fields, state, seen, free)
+            else:
+                shown = self._appears(presses, fields, state, seen)
+            if (np.abs(state - corrected)[:SIZE * count].reshape(-1, SIZE)[:, :3] > MOVED).any():
+                correction, corrected = self._disc_correction(presses, fields, seen), state
+            residual = (weight * (seen.value - shown - correction)).ravel()
+            pulled = slopes * np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
+            if length > NEARLY**2:
+                middle, prior = self._prior(presses, free)
+                information = pulled @ slopes.T
+                information[np.diag_indices_from(information)] += prior + 1e-9 * np.diag(information)
+                covariance = np.linalg.inv(information)
+            gradient = pulled @ residual - prior * (state[free] - middle)
             step = covariance @ gradient
-            state = self._within(state, step, count)
-            if turn >= CORRECTED[0] and step @ gradient < SETTLED**2:
+            state, length = self._within(state, free, step, count), step @ gradient
+            if length < SETTLED**2:
                 break
-        misfit = float(np.sum(trust * residual**2) / max(seen.known.sum(), 1))
-        return Inverse(_presses(state, count), covariance, misfit, float(state[SIZE * count:].sum()))
+        misfit = float(np.sum(np.minimum(residual**2, DOUBT * np.abs(residual))) / max(seen.known.sum(), 1))
+        whole = np.zeros((len(state), len(state)))
+        whole[np.ix_(free, free)] = covariance
+        return Inverse(_presses(state, count), whole, misfit, float(state[SIZE * count:].sum()))
 
-    def _appears(self, presses: list[Press], mixed: np.ndarray, seen: Seen,
-                 free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Shift and growth (N, 3) of the markers' middles, their derivatives by the free part of the state (P, N, 3), and the markers'
-        weights (N, 3)."""
-        parts = [read_derivatives(self._library, press, seen.rest) for press in presses]
-        whole, slopes = sum(part[0] for part in parts), np.concatenate([part[1:] for part in parts])
-        weight = self._weight(seen, [part[0][:, 0] for part in parts])
-        if len(mixed):
-            hindered = hindrance([part[0] for part in parts])
-            whole, slopes = whole + mixed * hindered, np.concatenate([slopes, hindered[None]])
-        steps = np.append(np.tile(STEPS, len(presses)), np.full(len(mixed), MIXED_STEP))
-        return *appearance_derivatives(whole, slopes[free], seen.rest, seen.eye, steps[free]), weight
+    def _slopes(self, presses: list[Press], fields: list[np.ndarray], state: np.ndarray, seen: Seen,
+                free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Shift and growth (N, 3) of the markers' middles; their derivatives by the free part of the state, over standard deviations,
+        (P, 3 N); and the markers' weights (N, 3)."""
+        parts = [read_derivatives(self._library, press, seen.rest, field) for press, field in zip(presses, fields)]
+        alone = [part[..., 0] for part in parts]
+        slopes, whole = [part[..., 1:].reshape(-1, 9, SIZE) for part in parts], sum(alone)
+        if len(presses) > 1:
+            hindered = hindrance(alone)
+            whole = whole + state[-1] * hindered
+            slopes.append(hindered.reshape(-1, 9, 1))
+        slopes = appearance_slopes(whole, seen.rest, seen.eye) @ np.concatenate(slopes, axis=2).take(free, axis=2)
+        weight = self._weight(seen, [part[:, 0] for part in alone])
+        return appearance(whole, seen.rest, seen.eye), (slopes * weight[..., None]).reshape(-1, len(free)).T, weight
+
+    def _appears(self, presses: list[Press], fields: list[np.ndarray], state: np.ndarray, seen: Seen) -> np.ndarray:
+        """Shift and growth (N, 3) of the markers' middles."""
+        alone = [read_press(self._library, press, seen.rest, field) for press, field in zip(presses, fields)]
+        return appearance(sum(alone) + (state[-1] * hindrance(alone) if len(presses) > 1 else 0.0), seen.rest, seen.eye)
 
     @staticmethod
     def _mixing(presses: list[Press], mixed: float | None) -> np.ndarray:
         return np.array([MIXED[0] if mixed is None else mixed] if len(presses) > 1 else [])
 
     @staticmethod
-    def _prior(presses: list[Press], free: bool) -> tuple[np.ndarray, np.ndarray]:
-        """What the state is expected to be, and one over its variance, 0 where nothing is; free: tips may have other sizes than the
-        calibrated."""
-        radius = RADIUS_SIGMA if free else FIRST_SIGMA
-        several = [1] if len(presses) > 1 else []
-        sigmas = [[np.inf, np.inf, np.inf, radius, DRAGGED * press.depth, DRAGGED * press.depth] for press in presses]
-        sigma = np.concatenate([np.ravel(sigmas), MIXED[1] * np.ones(len(several))])
-        return np.concatenate([np.zeros(SIZE * len(presses)), MIXED[0] * np.ones(len(several))]), sigma**-2
+    def _prior(presses: list[Press], free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the free part of the state is expected to be, and one over its variance, 0 where nothing is."""
+        middle, sure = np.zeros(SIZE * len(presses) + 1), np.zeros(SIZE * len(presses) + 1)
+        for k, press in enumerate(presses):
+            sure[SIZE * k + 3] = RADIUS_SIGMA**-2
+            sure[SIZE * k + 4:SIZE * k + 6] = (DRAGGED * press.depth)**-2
+        middle[-1], sure[-1] = MIXED[0], MIXED[1]**-2
+        return middle[free], sure[free]
 
     def predict(self, presses: list[Press], seen: Seen) -> tuple[np.ndarray, np.ndarray]:
         """Shift and growth (N, 3) that presses would show, markers near them as discs; and the displacement (N, 3), m."""
         whole = sum(read_press(self._library, press, seen.rest) for press in presses)
         appears = appearance(whole, seen.rest, seen.eye)
-        return appears + self._disc_correction(presses, seen), whole[:, 0]
+        return appears + self._disc_correction(presses, [fields_of(self._library, press) for press in presses], seen), whole[:, 0]
 
     def _weight(self, seen: Seen, moved: list[np.ndarray]) -> np.ndarray:
         """(N, 3) one over the standard deviation of shift and growth, 0 where not known, of markers that each press alone would displace
@@ -161,7 +174,7 @@ class SheetInverse:
         told = np.stack([seen.sigma, seen.sigma, np.zeros(len(seen.sigma))], axis=1)**2
         return seen.known / np.sqrt(np.maximum(own, told) + share * amount + BETWEEN**2 * shared)
 
-    def _disc_correction(self, presses: list[Press], seen: Seen) -> np.ndarray:
+    def _disc_correction(self, presses: list[Press], fields: list[np.ndarray], seen: Seen) -> np.ndarray:
         """(N, 3): what markers near a press show more than their middle points would."""
         correction = np.zeros_like(seen.value)
         apart = np.min([np.abs(seen.rest - press.place).max(1) for press in presses], axis=0)
@@ -169,15 +182,21 @@ class SheetInverse:
         if len(near) and self._marker_radius > 0:
             rest, eye = seen.rest[near], seen.eye[near]
             points = np.concatenate([disc_points(rest, self._marker_radius), rest])
-            discs, middles = np.split(sum(read_press(self._library, press, points) for press in presses), [-len(rest)])
+            discs, middles = np.split(sum(read_press(self._library, press, points, field)
+                                             for press, field in zip(presses, fields)), [-len(rest)])
             correction[near] = disc_appearance(discs, rest, eye, self._marker_radius) - appearance(middles, rest, eye)
         return correction
 
-    def _within(self, state: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
-        stride = step[:SIZE * count].reshape(-1, SIZE)
-        stride = stride * np.minimum(1, np.min(STRIDE / np.maximum(np.abs(stride), 1e-12), axis=1, keepdims=True))
-        vectors = np.clip(state[:SIZE * count].reshape(-1, SIZE) + stride, self._least, self._most)
-        return np.concatenate([vectors.ravel(), np.clip(state[SIZE * count:] + step[SIZE * count:], *MOST_MIXED)])
+    def _within(self, state: np.ndarray, free: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
+        """The state after a step (P,) of its free part, no longer than STRIDE, within what the library and reason allow."""
+        stride, number = np.zeros_like(state), SIZE * count
+        stride[free] = step
+        each = stride[:number].reshape(-1, SIZE)
+        each *= np.minimum(1, np.min(STRIDE / np.maximum(np.abs(each), 1e-12), axis=1, keepdims=True))
+        state = state + stride
+        state[:number] = np.minimum(np.maximum(state[:number].reshape(-1, SIZE), self._least), self._most).ravel()
+        state[number:] = np.minimum(np.maximum(state[number:], MOST_MIXED[0]), MOST_MIXED[1])
+        return state
 
 
 def hindrance(deformed: list[np.ndarray]) -> np.ndarray:

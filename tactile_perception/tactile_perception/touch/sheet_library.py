@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from math import acos, sin
 
 import numpy as np
 
@@ -87,9 +88,11 @@ class SheetLibrary:
         self.side = 2 * plan.n + 2
         self._modes = np.concatenate([_whole(part).reshape(len(part.modes), -1) for part in classes])
         self._table = self._tabulate()
+        self._degree = np.arange(2 * plan.order)
+        self._reach = tuple(plan.reach.tolist())
 
     def _tabulate(self) -> np.ndarray:
-        """(4 order^2 3, levels + 3, m): all coefficients, those of a class in the rows of its own polynomials."""
+        """(levels + 3, 4 order^2 3, m): all coefficients, those of a class in the rows of its own polynomials."""
         order, levels = self.plan.order, self.plan.levels + 3
         table = np.zeros((2 * order, 2 * order, 3, levels, len(self._modes)))
         first = 0
@@ -97,30 +100,31 @@ class SheetLibrary:
             count = len(part.modes)
             table[part.odd[0]::2, part.odd[1]::2, ..., first:first + count] = part.coefficients
             first += count
-        return table.reshape(-1, levels, len(self._modes))
+        return np.moveaxis(table, 3, 0).reshape(levels, -1, table.shape[-1])
 
     def fields(self, place: np.ndarray, depth: float, log_radius: float) -> np.ndarray:
-        """(5, side * side, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
+        """(side * side, 5, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
         of the radius over the plan's; then their derivatives by place x, y, by depth and by log_radius.
 
         What is outside of the plan is taken at its border.
         """
-        (x, by_x), (y, by_y) = (self._polynomials(place[axis], self.plan.reach[axis]) for axis in (0, 1))
+        (x, by_x), (y, by_y) = (self._polynomials(float(place[axis]), self._reach[axis]) for axis in (0, 1))
         e = min(max(log_radius / SPREAD, -1.2), 1.2)
-        radial, by_radial = np.array([1.0, e, e * e]), np.array([0.0, 1.0, 2 * e]) / SPREAD
+        radial, by_radial = [1.0, e, e * e], [0.0, 1.0 / SPREAD, 2 * e / SPREAD]
         first, spline, by_depth = self._depth_weights(depth)
-        over = [np.einsum('i,j,k->ijk', *factors).ravel() for factors in ((x, y, radial), (by_x, y, radial), (x, by_y, radial),
-                                                                         (x, y, by_radial))]
-        local = np.stack(over) @ self._table[:, first:first + 4].reshape(len(over[0]), -1)
-        local = local.reshape(4, 4, -1)
-        mixed = np.stack([spline @ local[0], spline @ local[1], spline @ local[2], by_depth @ local[0], spline @ local[3]])
-        return (mixed @ self._modes).reshape(5, -1, 3)
+        along, across, size = np.array([x, by_x, x, x]), np.array([y, y, by_y, y]), np.array([radial, radial, radial, by_radial])
+        over = ((along[:, :, None] * across[:, None])[..., None] * size[:, None, None]).reshape(4, -1)
+        local = over @ self._table[first:first + 4]
+        mixed = np.empty((5, local.shape[-1]))
+        mixed[:4] = (spline @ local.reshape(4, -1)).reshape(4, -1)
+        mixed[4], mixed[3] = mixed[3], by_depth @ local[:, 0]
+        return (mixed @ self._modes).reshape(5, -1, 3).transpose(1, 0, 2)
 
     def _polynomials(self, place: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Chebyshev polynomials (2 order,) at place and their derivatives, 1/m."""
-        angle = np.arccos(min(max(place / reach, -1 + 1e-6), 1 - 1e-6))
-        degree = np.arange(2 * self.plan.order)
-        return np.cos(degree * angle), degree * np.sin(degree * angle) / (np.sin(angle) * reach)
+        angle = acos(min(max(place / reach, -1 + 1e-6), 1 - 1e-6))
+        angles = self._degree * angle
+        return np.cos(angles), np.sin(angles) * (self._degree / (sin(angle) * reach))
 
     def _depth_weights(self, depth: float) -> tuple[int, np.ndarray, np.ndarray]:
         """First coefficient, weights (4,) and their derivatives, 1/m, of the cubic B-splines at depth."""

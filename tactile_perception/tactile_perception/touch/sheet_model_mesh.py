@@ -30,17 +30,19 @@ def locate(place: np.ndarray, pressed: np.ndarray, half: np.ndarray, scale: floa
 
     Raises BadArgument where pressed is too near to the clamp, or outside.
     """
+    if not may_be_pressed(np.asarray(pressed)[None], half, scale).all():
+        raise BadArgument(f'pressed at {pressed} m: nearer than {least_length(scale)} m to the clamp at {half} m')
     pressed, half = np.asarray(pressed, float)[:, None], np.asarray(half, float)[:, None]
-    if not may_be_pressed(pressed.T, half.T, scale).all():
-        raise BadArgument(f'pressed at {pressed.ravel()} m: nearer than {least_length(scale)} m to the clamp at {half.ravel()} m')
+    cubics = half + pressed * [-1.0, 1.0] - scale  # (2, 2): on the far side, on the near side
+    widths = np.sqrt(scale / (3 * np.maximum(np.abs(cubics), 1e-6 * scale)))
     offset = np.minimum(np.maximum(place, -half), half) - pressed
-    sign = np.where(offset >= 0, 1.0, -1.0)
-    cubic = half - sign * pressed - scale
-    size = np.maximum(np.abs(cubic), 1e-6 * scale)
-    width = np.sqrt(scale / (3 * size))
-    third = 3 * np.abs(offset) / (2 * scale * width)  # the root of a cubic without square term, by thirds of angles
-    t = np.where(cubic > 0, np.sinh(np.arcsinh(third) / 3), np.sin(np.arcsin(np.minimum(third, 1.0)) / 3)) * (2 * width)
-    return sign * np.minimum(t, 1.0), cubic
+    side = (offset < 0).astype(int) + [[0], [2]]
+    cubic, width = cubics.take(side), widths.take(side)
+    third = np.abs(offset) * (1.5 / scale) / width  # the root of a cubic without square term, by thirds of angles
+    t = np.sinh(np.arcsinh(third) / 3)
+    if (cubics <= 0).any():
+        t = np.where(cubic > 0, t, np.sin(np.arcsin(np.minimum(third, 1.0)) / 3))
+    return np.copysign(np.minimum(t * (2 * width), 1.0), offset), cubic
 
 
 def spread(xi: np.ndarray, pressed: float, half: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

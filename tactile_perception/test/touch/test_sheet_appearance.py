@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from tactile_perception.touch.sheet_appearance import (Press, appearance, appearance_derivatives, disc_appearance, disc_points,
+from tactile_perception.touch.sheet_appearance import (Press, appearance, appearance_slopes, disc_appearance, disc_points, fields_of,
                                                        read_derivatives, read_press)
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
@@ -23,7 +23,23 @@ def moved(k, step):
 @pytest.mark.parametrize('k, step', [(0, 1e-7), (1, 1e-7), (2, 1e-7), (3, 1e-5), (4, 1e-7), (5, 1e-7)])
 def test_derivatives_are_differences(k, step):
     expected = (moved(k, step) - moved(k, -step)) / (2 * step)
-    assert read_derivatives(library(), PRESS, GRID)[1 + k] == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
+    assert read_derivatives(library(), PRESS, GRID)[..., 1 + k] == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
+
+
+def test_derivatives_of_a_drag_are_differences():
+    press = Press(PRESS.place, PRESS.depth, PRESS.log_radius, (1e-3, -5e-4))
+    read, h = read_derivatives(library(), press, GRID), 1e-7
+    assert read[..., 0] == pytest.approx(read_press(library(), press, GRID), abs=1e-12)
+    further = Press(press.place + [h, 0], press.depth, press.log_radius, press.dragged)
+    expected = (read_press(library(), further, GRID) - read[..., 0]) / h
+    assert read[..., 1] == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
+
+
+def test_fields_that_are_known_need_not_be_looked_up(monkeypatch):
+    fields, read = fields_of(library(), PRESS), read_press(library(), PRESS, GRID)
+    monkeypatch.setattr(type(library()), 'fields', None)
+    assert read_press(library(), PRESS, GRID, fields) == pytest.approx(read)
+    assert read_derivatives(library(), PRESS, GRID, fields)[..., 0] == pytest.approx(read)
 
 
 def test_slopes_are_differences():
@@ -41,13 +57,13 @@ def test_a_sheet_that_comes_nearer_as_a_whole_looks_larger():
     assert seen[:, :2] == pytest.approx(GRID * (0.062 / 0.060 - 1)) and seen[:, 2] == pytest.approx(2 * np.log(0.062 / 0.060))
 
 
-def test_appearances_tell_their_derivatives():
-    parts = read_derivatives(library(), PRESS, GRID)
-    seen, slopes = appearance_derivatives(parts[0], parts[1:], GRID, EYE, np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-6, 1e-6]))
-    step = 1e-6
-    assert seen == pytest.approx(appearance(moved(2, 0.0), GRID, EYE))
-    assert slopes[2] == pytest.approx((appearance(moved(2, step), GRID, EYE) - appearance(moved(2, -step), GRID, EYE)) / (2 * step),
-                                      abs=1e-3 * np.abs(slopes[2]).max())
+def test_appearances_tell_their_slopes():
+    whole, rng = read_press(library(), PRESS, GRID), np.random.default_rng(0)
+    way = rng.normal(0, 1, whole.shape) * np.array([1e-3, 0.1, 0.1])[:, None]
+    step = 1e-4
+    expected = (appearance(whole + step * way, GRID, EYE) - appearance(whole - step * way, GRID, EYE)) / (2 * step)
+    found = np.einsum('kap,kp->ka', appearance_slopes(whole, GRID, EYE), way.reshape(-1, 9))
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
 def test_a_disc_is_the_mean_over_its_points():

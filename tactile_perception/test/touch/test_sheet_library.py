@@ -22,17 +22,25 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
     solved = press_sheet(mesh, PLAN.way(np.array([depth])), radius, MATERIAL)[-1]
     exact = read_field(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
-    found = read_field(library().fields(place, depth, np.log(radius / PLAN.radius))[0], PLAN, place, GRID)[:, 0]
+    found = read_field(library().fields(place, depth, np.log(radius / PLAN.radius))[:, 0], PLAN, place, GRID)[:, 0]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
 
 
 def test_mirrored_presses_are_mirrored():
-    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0] for x in (0.01, -0.01))
+    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[:, 0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0] for x in (0.01, -0.01))
     assert right == pytest.approx(left * [-1, 1, 1], abs=1e-9)
 
 
+@pytest.mark.parametrize('k, step', [(0, 1e-6), (1, 1e-6), (2, 1e-6), (3, 1e-4)])
+def test_fields_tell_their_derivatives(k, step):
+    at, way = np.array([0.011, -0.006, 4e-3, 0.08]), np.eye(4)[k] * step
+    ahead, behind = (library().fields(vector[:2], *vector[2:])[:, 0] for vector in (at + way, at - way))
+    found = library().fields(at[:2], *at[2:])[:, 1 + k]
+    assert found == pytest.approx((ahead - behind) / (2 * step), abs=1e-5 * np.abs(found).max())
+
+
 def test_no_depth_is_no_field():
-    assert np.abs(library().fields((0.003, 0.002), 0.0, 0.0)[0]).max() < 1e-5
+    assert np.abs(library().fields((0.003, 0.002), 0.0, 0.0)[:, 0]).max() < 1e-5
 
 
 def test_the_way_goes_through_its_stops():
@@ -54,5 +62,5 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
         return field
     monkeypatch.setattr(sheet_library, 'press_sheet', ramp)
-    nodes = build_library(plan, MATERIAL).fields(plan.reach * plan.nodes[0], plan.depth, 0.0)[0].reshape(6, 6, 3)
+    nodes = build_library(plan, MATERIAL).fields(plan.reach * plan.nodes[0], plan.depth, 0.0)[:, 0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-6)
