@@ -13,9 +13,10 @@ from .quantities import QUANTITIES, Quantity, spread
 
 _TOUCHED, _POINT, _MIDDLE = '#e6e6e6', '#1f77b4', '#d62728'
 _WINDOW = 41  # errors, of the running median
+_GAP = 10  # times the usual step from error to error
 _TITLES = {
     'errors_over_time': f'errors over time\npoints: each frame; red: median of the nearest {_WINDOW}; grey: something touches',
-    'errors_over_surface': 'size of errors over the sensor\neach point: where a touch truly was; y down, as in the image',
+    'errors_over_surface': 'size of errors over the sensor\neach point: where a touch truly was, the worst on top; y down, as in the image',
     'states': 'states told for each true one\nper cent of the row, and how many',
     'covariance': 'are stated covariances honest?\nleft of the red line: too cautious; right of it: too sure',
     'times': 'time',
@@ -79,7 +80,10 @@ def _error_panel(panel, name: str, table: np.ndarray, begin: float) -> None:
     panel.plot(table[:, 0] - begin, values, '.', color=_POINT, markersize=3)
     if len(values) > _WINDOW:
         middle = np.median(np.lib.stride_tricks.sliding_window_view(values, _WINDOW), axis=1)
-        panel.plot(table[_WINDOW // 2:-(_WINDOW // 2), 0] - begin, middle, color=_MIDDLE, linewidth=1)
+        at = table[_WINDOW // 2:-(_WINDOW // 2), 0] - begin
+        steps = np.diff(at, prepend=at[0])
+        middle[steps > _GAP * np.median(np.diff(table[:, 0]))] = np.nan  # no line from touch to touch
+        panel.plot(at, middle, color=_MIDDLE, linewidth=1)
     panel.axhline(0 if quantity.low else 1, color='black', linewidth=0.6)
     low, high = np.percentile(values, [0.5, 99.5])
     low, high = min(low, 0), max(high, 0, 1e-9)
@@ -184,5 +188,5 @@ def spent(pyplot, times: dict):
         panel.set(title=title, xlabel='ms')
         panel.margins(x=0.3)
         panel.grid(alpha=0.3, axis='x')
-        panel.legend(fontsize='small', loc='upper right')
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), fontsize='small', loc='upper right')
     return figure

@@ -96,8 +96,8 @@ class TouchCounts:
         late = [e.first_told - e.begin for e in episodes if e.told]
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
         return {'frames': {name: self.frames[name] for name in names},
-                'touches': {'there': len(episodes), 'never_told': sum(not e.told for e in episodes), 'made_up': len(self._told - self._matched),
-                            'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
+                'touches': {'there': len(episodes), 'never_told': sum(not e.told for e in episodes),
+                            'made_up': len(self._told - self._matched), 'renumbered': sum(max(len(e.numbers) - 1, 0) for e in episodes),
                             'told_after_ms': {'median': 1e3 * float(np.median(late)) if late else np.nan,
                                               'worst': 1e3 * float(np.max(late)) if late else np.nan}},
                 'flagged': {name: self.flagged[name] for name in FLAGS}}
