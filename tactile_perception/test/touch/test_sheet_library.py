@@ -27,7 +27,8 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
 
 
 def test_mirrored_presses_are_mirrored():
-    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[:, 0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0] for x in (0.01, -0.01))
+    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[:, 0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0]
+                   for x in (0.01, -0.01))
     assert right == pytest.approx(left * [-1, 1, 1], abs=1e-9)
 
 
