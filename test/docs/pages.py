@@ -1,0 +1,47 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The pages of the documentation: their commands, and the files that they show."""
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / 'docs').glob('*.md'))
+_FENCED = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """What one fenced block holds. kind: sh, python ...; lines: without empty ones in sh."""
+
+    kind: str
+    lines: tuple[str, ...]
+
+    @property
+    def file_name(self) -> str:
+        """Of a block that shows a file: its first line is a comment with the name."""
+        return self.lines[0].removeprefix('# ')
+
+
+def blocks(page: Path) -> list[Block]:
+    """All fenced blocks of a page, in order."""
+    return [Block(kind, tuple(line for line in text.splitlines() if kind != 'sh' or line.strip()))
+            for kind, text in _FENCED.findall(page.read_text())]
+
+
+def commands(page: Path) -> list[str]:
+    """All commands of a page: the lines of its sh blocks."""
+    return [line for block in blocks(page) if block.kind == 'sh' for line in block.lines]
+
+
+def files(page: Path) -> dict[str, str]:
+    """Name -> text of the files that a page shows in full."""
+    return {block.file_name: '\n'.join(block.lines) + '\n' for block in blocks(page) if block.kind in ('python', 'yaml')}
+
+
+def readme_commands() -> list[str]:
+    """The commands of README.md: indented by four, without their remarks."""
+    lines = (line[4:].split(' #')[0].strip() for line in (ROOT / 'README.md').read_text().splitlines() if line.startswith('    '))
+    return [line for line in lines if line.split(' ')[0] in ('ros2', 'make', 'python3')]

@@ -1,0 +1,93 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every command of the documentation names packages, launch files, arguments, options and topics that exist."""
+import functools
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+from pages import PAGES, ROOT, commands, files, readme_commands
+
+pytest.importorskip('ament_index_python', reason='ROS is not sourced')
+from ament_index_python.packages import get_package_prefix, get_package_share_directory  # noqa: E402
+
+VERBS = ('topic', 'service', 'param', 'node', 'bag')
+TOPICS = {'image_raw', 'camera_info', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench', 'markers',
+          'image_annotated', 'set_reference', 'diagnostics'}
+ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in PAGES for command in commands(page)] + \
+      [pytest.param(ROOT / 'README.md', command, id=f'README: {command[:90]}') for command in dict.fromkeys(readme_commands())]
+
+
+@functools.cache
+def launch_arguments(package, file):
+    """Names of the arguments that a launch file takes."""
+    from launch.launch_description_sources import get_launch_description_from_python_launch_file
+    path = Path(get_package_share_directory(package), 'launch', file)
+    assert path.is_file(), f'{package} has no launch file {file}'
+    return {argument.name for argument in get_launch_description_from_python_launch_file(str(path)).get_launch_arguments()}
+
+
+@functools.cache
+def options(package, executable):
+    """What --help says of an executable."""
+    path = Path(get_package_prefix(package), 'lib', package, executable)
+    assert path.is_file(), f'{package} has no executable {executable}'
+    return subprocess.run([str(path), '--help'], capture_output=True, text=True, timeout=60, check=True).stdout
+
+
+def check_launch(words, _page):
+    known = launch_arguments(words[2], words[3])
+    for word in words[4:]:
+        assert word.split(':=')[0] in known, f'{words[3]} takes no argument {word}'
+
+
+def check_run(words, _page):
+    chosen = [word for word in words[4:] if word.startswith('--')]
+    if chosen:
+        said = options(words[2], words[3])
+        assert not [word for word in chosen if word not in said], f'{words[3]} takes none of {chosen}'
+    else:
+        assert Path(get_package_prefix(words[2]), 'lib', words[2], words[3]).is_file(), f'{words[2]} has no executable {words[3]}'
+
+
+def check_python(words, page):
+    assert words[1] in files(page) or (ROOT / words[1]).is_file(), f'{words[1]} exists neither on the page nor in the repository'
+
+
+def check_make(words, _page):
+    assert f'\n{words[1]}:' in (ROOT / 'Makefile').read_text()
+
+
+def check_copy(words, page):
+    package = words[words.index('prefix') + 1].rstrip(')').split(')')[0]
+    inside = ' '.join(words).split(f'share/{package}/')[1].split(' ')[0]
+    assert Path(get_package_share_directory(package), inside).is_file(), f'{package} installs no {inside}'
+
+
+def check_ros2(words, page):
+    verb = words[1]
+    if verb in ('launch', 'run'):
+        return {'launch': check_launch, 'run': check_run}[verb](words, page)
+    assert verb in VERBS, f'ros2 {verb} is not in every environment'
+    for word in words[3:]:
+        if word.startswith('/') and verb in ('topic',):
+            assert word.split('/')[-1] in TOPICS, f'no node publishes {word}'
+    return None
+
+
+CHECKS = {'ros2': check_ros2, 'python3': check_python, 'make': check_make, 'cp': check_copy}
+
+
+@pytest.mark.parametrize('page, command', ALL)
+def test_the_command_names_what_exists(page, command):
+    words = shlex.split(command)
+    assert words[0] in CHECKS, f'no test knows how to check {words[0]}'
+    CHECKS[words[0]](words, page)
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
+def test_links_lead_to_files(page):
+    import re
+    for target in re.findall(r'\]\(([^)#]+)[^)]*\)', page.read_text()):
+        assert target.startswith('http') or (page.parent / target).exists(), f'{page.name} links to {target}, which is not there'
