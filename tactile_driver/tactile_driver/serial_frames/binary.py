@@ -49,15 +49,15 @@ def write_frame(frame: CountFrame, kind: int) -> bytes:
         raise BadArgument(f'frame: {frame.bits} bits for counts of {values.min()} to {values.max()}; bits must be 8 to 16, and enough')
     rows, columns = values.shape
     head = _HEADER.pack(SYNC, kind, frame.bits, frame.sequence % 2**32, frame.time_us % 2**32, frame.interval_ns, rows - 1, columns - 1)
-    payload = values.astype('<u1' if frame.bits == 8 else '<u2').tobytes()
-    return b''.join((head, _CHECK.pack(crc_hqx(head, _START)), payload, _CHECK.pack(crc_hqx(payload, _START)), bytes([END])))
+    payload, check = values.astype('<u1' if frame.bits == 8 else '<u2').tobytes(), crc_hqx(head, _START)
+    return b''.join((head, _CHECK.pack(check), payload, _CHECK.pack(crc_hqx(payload, check)), bytes([END])))
 
 
 class BinaryReader:
     """Finds the frames in a stream of bytes; what is broken is passed over and counted, never delivered.
 
-    The header has a check sum of its own, so that a length is believed before the bytes that it asks for have come; behind a
-    broken frame the search goes on within it, so that nothing whole is lost. counts: to go on with.
+    The header has a check sum of its own, so that a length is believed before the bytes that it asks for have come; that of the counts goes
+    on from it, so that no header is believed of another frame's counts. Behind a broken frame the search goes on within it, so that nothing whole is lost. counts: to go on with.
     """
 
     def __init__(self, expected: Expected, counts: FrameCounts | None = None):
@@ -94,7 +94,8 @@ class BinaryReader:
         if len(buffer) - place < _HEAD:
             return None, None
         head = bytes(buffer[place:place + _HEADER.size])
-        if _CHECK.unpack_from(buffer, place + _HEADER.size)[0] != crc_hqx(head, _START):
+        check = crc_hqx(head, _START)
+        if _CHECK.unpack_from(buffer, place + _HEADER.size)[0] != check:
             self.counts.bad_crc += 1
             return len(SYNC), None
         _, kind, bits, sequence, time_us, interval_ns, rows, columns = _HEADER.unpack(head)
@@ -106,7 +107,7 @@ class BinaryReader:
         if len(buffer) - place < size:
             return None, None
         payload = bytes(buffer[place + _HEAD:place + size - _TAIL])
-        if buffer[place + size - 1] != END or _CHECK.unpack_from(buffer, place + size - _TAIL)[0] != crc_hqx(payload, _START):
+        if buffer[place + size - 1] != END or _CHECK.unpack_from(buffer, place + size - _TAIL)[0] != crc_hqx(payload, check):
             self.counts.bad_crc += 1
             return len(SYNC), None
         values = np.frombuffer(payload, '<u1' if bits == 8 else '<u2').reshape(shape)

@@ -54,6 +54,7 @@ def test_the_bytes_are_those_of_the_page():
     from binascii import crc_hqx
     assert crc_hqx(b'123456789', 0xFFFF) == 0x29B1
     assert data[18:20] == crc_hqx(data[:18], 0xFFFF).to_bytes(2, 'little')
+    assert data[28:30] == crc_hqx(data[:18] + data[20:28], 0xFFFF).to_bytes(2, 'little')
 
 
 @pytest.mark.parametrize(('values', 'bits'), [(np.zeros((0, 4)), 12), (np.zeros((257, 4)), 12), (np.zeros(4), 12),
@@ -75,6 +76,15 @@ def test_any_changed_byte_breaks_one_frame_and_no_more(place):
     target = reader()
     assert [f.sequence for f in target.feed(bytes(data))] == [0, 2]
     assert target.counts.missing == 1
+
+
+@pytest.mark.parametrize('cut', [20, 21, 40, 59])
+def test_a_header_is_not_believed_of_the_next_frames_counts(cut):
+    """As where a buffer ran over by just a frame's length."""
+    frames = [frame(k) for k in range(4)]
+    data = b''.join(write_frame(f, SAMPLES) for f in frames)
+    size = len(data) // 4
+    assert [f.sequence for f in reader().feed(data[:size + cut] + data[2 * size + cut:])] == [0, 3]
 
 
 def test_gaps_and_resets_are_counted():

@@ -53,17 +53,17 @@ class RigidFit:
 
 
 def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """(3,) axis times angle (rad, at most pi) of a rotation matrix (3, 3), exact for small angles too."""
+    """(3,) axis times angle (rad, at most pi) of a rotation matrix (3, 3), exact for angles near 0 and near pi too."""
     skew = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
     sine = np.linalg.norm(skew)
     cosine = 0.5 * (np.trace(rotation) - 1)
-    if sine > 1e-7:
-        return skew * (np.arctan2(sine, cosine) / sine)
-    if cosine > 0:
-        return skew
-    axis = np.sqrt(np.maximum(np.diag(rotation) + 1, 0) / 2)
-    axis *= np.where(rotation[np.argmax(axis)] < 0, -1, 1)
-    return np.pi * axis
+    angle = np.arctan2(sine, cosine)
+    if cosine > -0.5:
+        return skew / np.sinc(angle / np.pi)
+    # Near half a turn the axis is that of the symmetric part, cos I + (1 - cos) axis axis^T.
+    square = 0.5 * (rotation + rotation.T) - cosine * np.eye(3)
+    axis = square[np.argmax(np.diag(square))]
+    return axis * (angle / np.linalg.norm(axis) * (-1 if axis @ skew < 0 else 1))
 
 
 def rotation_matrix(vector: np.ndarray) -> np.ndarray:
@@ -138,7 +138,7 @@ def _kabsch(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np
     """Rotation (..., 3, 3), translation (..., 3), singular values (..., 3) and their sign of p, q (..., N, 3) with weights w (..., N)."""
     w = (w / np.maximum(w.sum(axis=-1, keepdims=True), 1e-300))[..., None, :]
     p_mean, q_mean = (w @ p)[..., 0, :], (w @ q)[..., 0, :]
-    u, s, vt = np.linalg.svd((w * (q - q_mean[..., None, :]).swapaxes(-1, -2)) @ p)
+    u, s, vt = np.linalg.svd((w * (q - q_mean[..., None, :]).swapaxes(-1, -2)) @ (p - p_mean[..., None, :]))
     sign = np.sign(np.linalg.det(u @ vt))
     u[..., 2] *= sign[..., None]
     rotation = u @ vt
