@@ -57,7 +57,8 @@ class BinaryReader:
     """Finds the frames in a stream of bytes; what is broken is passed over and counted, never delivered.
 
     The header has a check sum of its own, so that a length is believed before the bytes that it asks for have come; that of the counts goes
-    on from it, so that no header is believed of another frame's counts. Behind a broken frame the search goes on within it, so that nothing whole is lost. counts: to go on with.
+    on from it, so that no header is believed of another frame's counts. Behind a broken frame the search goes on within it, so that nothing
+    whole is lost. counts: to go on with.
     """
 
     def __init__(self, expected: Expected, counts: FrameCounts | None = None):

@@ -45,8 +45,9 @@ class SphereFilter:
         gain = np.linalg.solve(self._spread[:2, :2] + noise, self._spread[:2]).T
         change = gain @ self._seen(normal)
         self._speed = self._speed + change[2:]
-        self._spread = self._spread - gain @ self._spread[:2]
-        self._spread = 0.5 * (self._spread + self._spread.T)
+        rest = np.eye(4)
+        rest[:, :2] -= gain
+        self._spread = rest @ self._spread @ rest.T + gain @ noise @ gain.T  # Joseph's form: positive whatever the rounding
         self._move(change[:2])
         return self._normal, self._basis.T @ self._spread[:2, :2] @ self._basis
 
