@@ -23,6 +23,7 @@ from .sensor import Touchpad
 
 _FARTHEST = 10.0  # radii of the cap: no dot of it gets so far
 _DRIFTED = 0.1  # px: a reference that has moved by more is looked at anew
+_FROM_REST = 0.15e-3  # m: what colour tells of all ranges alike is wrong by, where only the rest shape is known
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class ContactStage:
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._motion = ObjectMotion(sensor.rows, sensor.columns)
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
+        self._eye, self._range_sigma = camera.centre, _range_sigma(calibration)
         self._slip = SlipEstimator()
         self._suspected, self._examined = False, np.full_like(self._rest.uv, np.inf)
 
@@ -92,14 +94,28 @@ class ContactStage:
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
         region = describe(dots, regions, motion.motion, motion.interval)
+        contacts = [self._with_common_error(contact) for contact in contacts]
         if self._suspected:
             contacts, wrench = [_doubted(contact) for contact in contacts], np.full(6, np.nan)
         return ContactResult(region, contacts, slip, wrench)
 
 
+    def _with_common_error(self, contact: ContactEstimate) -> ContactEstimate:
+        """The same contact with what its dots' ranges are wrong by all alike: a movement does not show it, a place does."""
+        ray = contact.position - self._eye
+        along = ray * (self._range_sigma / np.linalg.norm(ray))
+        return replace(contact, position_covariance=contact.position_covariance + np.outer(along, along))
+
+
 def _doubted(contact: ContactEstimate) -> ContactEstimate:
     """The same contact without what only an untouched reference can tell: depth and force."""
     return replace(contact, depth=np.nan, force=np.nan, flags=contact.flags | AMBIGUOUS)
+
+
+def _range_sigma(calibration: CalibrationFile | None) -> float:
+    """m, of ranges at places that were not calibrated at."""
+    found = np.nan if calibration is None else calibration.residuals.get('held_out_places_range_rms', np.nan)
+    return float(found) if found > 0 else _FROM_REST
 
 
 def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:
