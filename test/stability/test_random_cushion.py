@@ -10,7 +10,7 @@ from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline.bags import BagReader
 from tactile_perception.offline.calibrate_markers import calibrate_markers
 from tactile_perception.offline.process_bag import process_bag
-from tactile_perception.offline.replay import make_replay
+from tactile_perception.offline.stream import Task
 
 
 pytestmark = pytest.mark.slow
@@ -39,8 +39,8 @@ def _messages(bag):
 def test_circles_have_the_numbers_of_the_calibration_in_another_recording(folder):
     known = read_touch(folder / 'cushion.yaml', 'air_cushion')
     assert 150 < len(known.pattern) < 400
-    summary = process_bag(folder / 'demo', folder / 'out', make_replay(folder / 'params.yaml', folder / 'cushion.yaml'))
-    assert summary.frames == 16 and not summary.refused
+    summary = process_bag(Task(folder / 'demo', folder / 'params.yaml', folder / 'cushion.yaml'), folder / 'out')
+    assert summary.frames == 16 and not summary.left_out.total
     frames = _messages(folder / 'out')
     for frame in frames:
         dots = frame['dots']

@@ -4,54 +4,76 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from ..errors import BadArgument, BadRecording
+from .left_out import LeftOut
+from .storage import StorageFile, bag_files, unpacked
 
 
 class RawMessage(NamedTuple):
-    """One serialised (CDR) message of a bag; stamp_ns is the time at which it was recorded."""
+    """One serialised (CDR) message of a bag; stamp_ns: when it was recorded; message: the same decoded, where it is known."""
 
     topic: str
     type_name: str
     stamp_ns: int
     data: bytes
+    message: object = None
 
 
 class BagReader:
-    """A rosbag2 folder (or an .mcap or .db3 file in one), opened for reading; use it in a with statement. Raises BadRecording."""
+    """A rosbag2 folder (or an .mcap or .db3 file of one), opened for reading; use it in a with statement. Raises BadRecording.
+
+    left_out: what is damaged or missing, as far as it has been come upon; the rest is read.
+    """
 
     def __init__(self, path: str | Path):
-        self.path = Path(path)
+        self.path, self.left_out = Path(path), LeftOut()
         if not self.path.exists():
             raise BadRecording(f'bag {self.path}: no such file or folder')
-        folder = self.path if self.path.is_dir() else self.path.parent
-        self._reader = AnyReader([folder])
+        self._files: list[StorageFile] = []
+        self._stack = ExitStack()
 
     def __enter__(self) -> BagReader:
-        try:
-            self._reader.open()
-        except Exception as error:  # rosbags raises errors of its own, of zstandard and of sqlite here
-            raise BadRecording(f'bag {self.path}: cannot be read: {error}') from error
+        with ExitStack() as stack:
+            folder = Path(stack.enter_context(TemporaryDirectory(prefix='unpacked_bag_')))
+            files, in_messages = bag_files(self.path, self.left_out)
+            for file in files:
+                self._files.append(StorageFile(unpacked(file, folder, self.left_out), in_messages, self.left_out))
+                stack.callback(self._files[-1].close)
+            if not self.topics:
+                raise BadRecording(f'bag {self.path}: cannot be read: ' + ('; '.join(self.left_out.lines()) or 'it is empty'))
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_exc) -> None:
-        self._reader.close()
+        self._files = []
+        self._stack.close()
 
     @property
     def topics(self) -> dict[str, str]:
         """Topic -> message type name."""
-        return {c.topic: c.msgtype for c in self._reader.connections}
+        return {topic: kind for file in self._files for topic, kind in file.topics.items()}
+
+    @property
+    def definitions(self) -> dict[str, str]:
+        """Message type name -> its definition in the bag, '' where the bag has none."""
+        return {kind: text for file in self._files for kind, text in file.definitions.items()}
+
+    def count(self, topics: set[str]) -> int:
+        """How many messages of these topics the bag says to have."""
+        return sum(file.counts[topic] for file in self._files for topic in topics)
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        """The messages of the given topics (all when None) in the order of their stamps."""
-        chosen = [c for c in self._reader.connections if topics is None or c.topic in topics]
-        for connection, stamp, data in self._reader.messages(connections=chosen):
-            yield RawMessage(connection.topic, connection.msgtype, stamp, bytes(data))
+        """The messages of the given topics (all when None) file by file, in the order of their time of record."""
+        for file in self._files:
+            for message in file.messages(set(file.topics) if topics is None else topics):
+                yield RawMessage(*message)
 
 
 class BagWriter:

@@ -12,21 +12,57 @@ from typing import TypeVar
 
 Item = TypeVar('Item')
 _EVERY_S = 1.0
+_BAR = 24  # characters
 
 
 class Progress:
-    """Iterates over items and says once a second how many are done, on stderr; silent for what is over within a second."""
+    """Iterates over items and says once a second how many are done, on stderr; silent for what is over within a second.
 
-    def __init__(self, items: Iterable[Item], name: str):
-        self._items, self._name = items, name
+    name: of the items; total: how many there are to be, 0 where that is not known; with it comes a bar, and the time that is left.
+    """
+
+    def __init__(self, items: Iterable[Item], name: str, total: int = 0):
+        self._items, self._line = items, ProgressLine(name, total)
 
     def __iter__(self) -> Iterator[Item]:
-        said = begin = time.monotonic()
-        for count, item in enumerate(self._items, 1):
+        for item in self._items:
             yield item
-            if time.monotonic() - said > _EVERY_S:
-                said = time.monotonic()
-                print(f'{count} {self._name}, {count / (said - begin):.0f} a second', file=sys.stderr, flush=True)
+            self._line.step()
+        self._line.end()
+
+
+class ProgressLine:
+    """The line itself, for work that counts its steps. Over itself on a terminal, else a line each time; done: steps done before, which
+    took no time."""
+
+    def __init__(self, name: str, total: int = 0, done: int = 0):
+        self._name, self._total = name, total
+        self._before = self._done = done
+        self._said = self._begin = time.monotonic()
+        self._open = False
+
+    def step(self) -> None:
+        """One more is done."""
+        self._done += 1
+        now = time.monotonic()
+        if now - self._said > _EVERY_S:
+            self._said, self._open = now, sys.stderr.isatty()
+            print('\r' * self._open + self._text(now), end='  ' if self._open else '\n', file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        """No more come: the terminal's line is left."""
+        if self._open:
+            print(file=sys.stderr)
+        self._open = False
+
+    def _text(self, now: float) -> str:
+        rate = (self._done - self._before) / (now - self._begin)
+        if not self._total:
+            return f'{self._done} {self._name}, {rate:.0f} a second'
+        full = min(_BAR * self._done // self._total, _BAR)
+        left = max(self._total - self._done, 0) / rate
+        return (f'[{"#" * full}{"." * (_BAR - full)}] {self._done} of {self._total} {self._name}, {rate:.0f} a second, '
+                f'{left // 60:.0f}:{left % 60:02.0f} left')
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 """A sensor's nodes without a middleware: messages in, (topic, message) out."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -23,39 +23,54 @@ from ..pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
 from ..pipeline.psd_parameters import PSD_PARAMETERS
 from ..pipeline.taxel_parameters import TAXEL_PARAMETERS
 from ..touch.sensor import MARKER_SENSORS
-from .stamped import IMAGE, VOLTAGES
+from .stamped import DOTS, IMAGE, VOLTAGES
 
 SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
-class ContactSide(Protocol):
-    """What follows the tracker: ContactMessages or TouchMessages."""
-
-    def on_camera_info(self, message) -> None:
-        """Take the camera."""
-
-    def on_dots(self, message) -> dict[str, object]:
-        """Topic -> message for one frame's dots."""
-
-
-class Replay(Protocol):
-    """The nodes of any sensor. raw, raw_type: topic and type of what its driver publishes; stitching: of two cameras, None of one."""
+class ReplayStage(Protocol):
+    """One node without a middleware. raw, raw_type: topic and type of what it takes."""
 
     raw: str
     raw_type: str
-    stitching: Stitching | None
 
     def on_camera_info(self, message) -> None:
-        """Take the camera."""
+        """Take the camera. Raises TactileError where it cannot be used."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one raw message."""
+        """Every estimate for one message. Raises TactileError where the node would refuse it."""
+
+
+class Replay:
+    """The nodes of any sensor, each of which takes what the one before makes.
+
+    stages: at least one; stitching: of two cameras, None of one; raw, raw_type: topic and type of what the sensor's driver publishes.
+    """
+
+    def __init__(self, stages: Sequence[ReplayStage], stitching: Stitching | None = None):
+        self.stages, self.stitching = list(stages), stitching
+        self.raw, self.raw_type = stages[0].raw, stages[0].raw_type
+
+    def on_camera_info(self, message) -> None:
+        """As the nodes do."""
+        for stage in self.stages:
+            stage.on_camera_info(message)
+
+    def on_raw(self, message) -> Iterator[tuple[str, object]]:
+        """Every estimate for one raw message. Raises TactileError where a node would refuse it."""
+        yield from self._from_stage(0, message)
+
+    def _from_stage(self, number: int, message) -> Iterator[tuple[str, object]]:
+        for name, result in self.stages[number].on_raw(message):
+            yield name, result
+            if number + 1 < len(self.stages) and name == self.stages[number + 1].raw:
+                yield from self._from_stage(number + 1, result)
 
 
 class PsdReplay:
     """The node of a PSD finger; values: of PSD_PARAMETERS."""
 
-    raw, raw_type, stitching = 'voltages', VOLTAGES, None
+    raw, raw_type = 'voltages', VOLTAGES
 
     def __init__(self, values: dict):
         self._messages = PsdMessages(values)
@@ -64,7 +79,7 @@ class PsdReplay:
         """There is no camera."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """The contacts of one block. Raises TactileError where the node would refuse it."""
+        """The contacts of one block."""
         for contacts in self._messages.on_voltages(message):
             yield 'contacts', contacts
 
@@ -72,7 +87,7 @@ class PsdReplay:
 class TaxelReplay:
     """The node of a taxel array; values: of TAXEL_PARAMETERS."""
 
-    raw, raw_type, stitching = 'image_raw', IMAGE, None
+    raw, raw_type = 'image_raw', IMAGE
 
     def __init__(self, values: dict):
         self._messages = TaxelMessages(values)
@@ -81,47 +96,61 @@ class TaxelReplay:
         """There is no camera."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one image. Raises TactileError where the node would refuse it."""
+        """Every estimate for one image."""
         yield from self._messages.on_image(message).items()
 
 
 class DotReplay:
-    """The nodes of a sensor with printed dots; contact: None for one whose dots have no places in 3D,
-    or that is not calibrated where it has to be; stitching: of two cameras, None of one."""
+    """The node that tracks dots."""
 
     raw, raw_type = 'image_raw', IMAGE
 
-    def __init__(self, dots: DotMessages, contact: ContactSide | None, stitching: Stitching | None = None):
-        self._dots, self._contact, self.stitching = dots, contact, stitching
+    def __init__(self, dots: DotMessages):
+        self._dots = dots
 
     def on_camera_info(self, message) -> None:
-        """As the nodes do."""
+        """See ReplayStage."""
         self._dots.on_camera_info(message)
-        if self._contact is not None:
-            self._contact.on_camera_info(message)
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one image. Raises TactileError where a node would refuse it."""
-        dots = self._dots.on_image(message)
-        yield 'dots', dots
-        if self._contact is not None:
-            yield from self._contact.on_dots(dots).items()
+        """The dots of one image."""
+        yield 'dots', self._dots.on_image(message)
+
+
+class ContactReplay:
+    """The node that follows the tracker."""
+
+    raw, raw_type = 'dots', DOTS
+
+    def __init__(self, contact: ContactMessages | TouchMessages):
+        self._contact = contact
+
+    def on_camera_info(self, message) -> None:
+        """See ReplayStage."""
+        self._contact.on_camera_info(message)
+
+    def on_raw(self, message) -> Iterator[tuple[str, object]]:
+        """Every estimate for one frame's dots."""
+        yield from self._contact.on_dots(message).items()
 
 
 def make_replay(params: Path, calibration: Path | None = None) -> Replay:
-    """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError."""
+    """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError.
+
+    Nothing follows the tracker where dots have no places in 3D, or a sheet or dome is not calibrated.
+    """
     own = {'calibration': str(calibration)} if calibration else {}
     sensor_type = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     if sensor_type == TAXEL_ARRAY:
-        return TaxelReplay(read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS) | own)
+        return Replay([TaxelReplay(read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS) | own)])
     if sensor_type == PSD_FINGER:
-        return PsdReplay(read_parameters(params, 'psd_contact_node', PSD_PARAMETERS) | own)
+        return Replay([PsdReplay(read_parameters(params, 'psd_contact_node', PSD_PARAMETERS) | own)])
     dots = DotMessages(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS) | own)
-    markers = dots.values['sensor_type'] in MARKER_SENSORS
+    markers, stitching, contact = dots.values['sensor_type'] in MARKER_SENSORS, None, None
     if markers and dots.values['calibration']:
         known = read_touch(dots.values['calibration'], dots.values['sensor_type'])
-        touches = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own) if known.methods else None
-        return DotReplay(dots, touches, known.stitching and stitching_from_dict(known.stitching, 'calibration: stitching'))
-    if markers or dots.sensor.cap is None:
-        return DotReplay(dots, None)
-    return DotReplay(dots, ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own))
+        stitching = known.stitching and stitching_from_dict(known.stitching, 'calibration: stitching')
+        contact = TouchMessages(read_parameters(params, 'contact_point_node', POINT_PARAMETERS) | own) if known.methods else None
+    elif not markers and dots.sensor.cap is not None:
+        contact = ContactMessages(read_parameters(params, 'contact_region_node', REGION_PARAMETERS) | own)
+    return Replay([DotReplay(dots), ContactReplay(contact)] if contact else [DotReplay(dots)], stitching)

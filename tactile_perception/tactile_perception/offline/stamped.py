@@ -12,7 +12,7 @@ from .bags import BagReader
 from .progress import Progress
 
 TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
-IMAGE, VOLTAGES = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages'
+IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages', 'tactile_msgs/msg/DotTracks'
 
 
 def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',

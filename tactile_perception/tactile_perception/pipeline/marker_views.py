@@ -23,14 +23,16 @@ def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | N
     are no stitching.
     """
     if stitching is not None:
-        view = stitched_view(stitching_from_dict(stitching, 'calibration: stitching'))
-        return lambda _uv: view
+        return partial(_known_view, stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
     if matrices is None:
         return None
     if sensor.is_sheet:
         return partial(_sheet_view, matrices, sensor)
-    view = CameraView(CameraModel(*matrices, *pose), sensor.plane_z)
-    return lambda _uv: view
+    return partial(_known_view, CameraView(CameraModel(*matrices, *pose), sensor.plane_z))
+
+
+def _known_view(view: MarkerView, _rest_uv: np.ndarray) -> MarkerView:
+    return view
 
 
 def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, rest_uv: np.ndarray) -> MarkerView:

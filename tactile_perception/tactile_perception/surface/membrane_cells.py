@@ -26,8 +26,7 @@ class MembraneCells:
         self._springs = springs
         self._sides = np.zeros((5, 2, mesh.size))  # to the right and down; x and y again after z, as cross products need them
         self._squares = np.zeros((2, mesh.size))
-        self._right, self._down = self._of_rows(self._sides[:, 0]), self._of_columns(self._sides[:, 1])
-        self._right_square, self._down_square = self._of_rows(self._squares[0]), self._of_columns(self._squares[1])
+        self._lay_over()
         self._scratch, self._pull = np.empty((3, 2, 2, self._count)), np.empty((2, 2, 2, self._count))
         self._sign = np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None]
         real = np.arange(self._count) % mesh.columns < mesh.columns - 1
@@ -36,6 +35,20 @@ class MembraneCells:
         squares = self._measure(rest, np.empty((3, 2, 2, self._count)))
         # G a/2 (A0/A)^3 / (4 A), and squares are 4 A^2
         self._per_area = np.where(real, 2 * stiffness * (squares / 4)**1.5, 0.0)
+
+    def _lay_over(self) -> None:
+        """The cells' sides, in the memory of the edges."""
+        self._right, self._down = self._of_rows(self._sides[:, 0]), self._of_columns(self._sides[:, 1])
+        self._right_square, self._down_square = self._of_rows(self._squares[0]), self._of_columns(self._squares[1])
+
+    def __getstate__(self) -> dict:
+        """All but what lies over other memory."""
+        return {name: value for name, value in vars(self).items() if name not in ('_right', '_down', '_right_square', '_down_square')}
+
+    def __setstate__(self, state: dict) -> None:
+        """What __getstate__ gave."""
+        vars(self).update(state)
+        self._lay_over()
 
     def _of_rows(self, values: np.ndarray) -> np.ndarray:
         """Values (..., K) of the edges to the right as (..., 2, 1, cells): of each cell's upper and lower side."""

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags of simulated touchpads, made once a session, and the parameter file that describes the specimen."""
 import json
+import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,6 +16,8 @@ from tactile_driver.simulation.scenes import open_scene
 from tactile_perception.nodes.conversions import camera_info_message
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline.bags import BagWriter
+
+sys.path.insert(0, str(Path(__file__).parent))  # what tests of this folder share
 
 
 def write_scene(path, name, times, rate):

@@ -2,44 +2,53 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags are written once, read back byte by byte, in both storages, compressed or not; what is no bag is named."""
 import pytest
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
+from small_bags import FILE, MCAP, MESSAGE, NONE, SQLITE, STORAGE, STORE, TYPE, encoded, message, numbers, write_bag
 from tactile_perception.errors import BadArgument, BadRecording
 from tactile_perception.offline.bags import BagReader, BagWriter
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
-STRING = STORE.types['std_msgs/msg/String']
-
-
-def encoded(text):
-    return bytes(STORE.serialize_cdr(STRING(data=text), 'std_msgs/msg/String'))
 
 
 def test_messages_come_back_in_the_order_of_their_stamps(tmp_path):
     with BagWriter(tmp_path / 'bag', STORE) as writer:
         for stamp, topic in ((30, '/b'), (10, '/a'), (20, '/b')):
-            writer.write(topic, 'std_msgs/msg/String', stamp, encoded(f'{topic} {stamp}'))
+            writer.write(topic, TYPE, stamp, encoded(f'{topic} {stamp}'))
     with BagReader(tmp_path / 'bag') as reader:
-        assert reader.topics == {'/a': 'std_msgs/msg/String', '/b': 'std_msgs/msg/String'}
+        assert reader.topics == {'/a': TYPE, '/b': TYPE}
         assert [(m.topic, m.stamp_ns, m.data) for m in reader.messages()] == [
             (t, s, encoded(f'{t} {s}')) for t, s in (('/a', 10), ('/b', 20), ('/b', 30))
         ]
         assert [m.stamp_ns for m in reader.messages({'/b'})] == [20, 30]
 
 
-@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
-@pytest.mark.parametrize('zstd', [False, True])
-def test_reads_both_storages_compressed_or_not(tmp_path, storage, zstd):
-    writer = Writer(tmp_path / 'bag', version=9, storage_plugin=storage)
-    if zstd:
-        writer.set_compression(
-            CompressionMode.MESSAGE if storage is StoragePlugin.SQLITE3 else CompressionMode.STORAGE, CompressionFormat.ZSTD
-        )
-    with writer:
-        connection = writer.add_connection('/a', 'std_msgs/msg/String', typestore=STORE)
-        writer.write(connection, 5, encoded('x'))
+@pytest.mark.parametrize('storage, compression', [(MCAP, NONE), (MCAP, STORAGE), (MCAP, MESSAGE), (MCAP, FILE), (SQLITE, NONE),
+                                                  (SQLITE, MESSAGE), (SQLITE, FILE)])
+def test_reads_both_storages_compressed_or_not(tmp_path, storage, compression):
+    write_bag(tmp_path / 'bag', 3, storage, compression, size=1000)
     with BagReader(tmp_path / 'bag') as reader:
-        assert [(m.stamp_ns, m.data) for m in reader.messages()] == [(5, encoded('x'))]
+        assert reader.topics == {'/a': TYPE} and reader.count({'/a'}) == 3 and reader.left_out.total == 0
+        assert 'string data' in reader.definitions[TYPE]
+        assert [(m.topic, m.type_name, m.stamp_ns, m.data) for m in reader.messages()] == [
+            ('/a', TYPE, 10 * (k + 1), message(k, 1000)) for k in range(3)]
+
+
+def test_a_bag_of_several_files_is_read_one_after_the_other_and_one_file_alone(tmp_path):
+    bag = tmp_path / 'bag'
+    for part in range(3):
+        file = write_bag(tmp_path / f'part_{part}', 2, size=1000, first=2 * part)
+        bag.mkdir(exist_ok=True)
+        file.rename(bag / f'bag_{part}.mcap')
+    with BagReader(bag) as reader:
+        assert numbers(m.data for m in reader.messages()) == [0, 1, 2, 3, 4, 5] and reader.count({'/a'}) == 6
+    with BagReader(bag / 'bag_1.mcap') as reader:
+        assert numbers(m.data for m in reader.messages({'/a'})) == [2, 3]
+
+
+def test_a_bag_whose_recording_was_killed_is_read_and_that_is_told(tmp_path):
+    file = write_bag(tmp_path / 'bag', 9)
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    file.write_bytes(file.read_bytes()[:1_600_000])
+    with BagReader(tmp_path / 'bag') as reader:
+        assert numbers(m.data for m in reader.messages()) == [0, 1, 2, 3, 4]  # one of a chunk that is not whole
+        assert any('cut off' in line for line in reader.left_out.lines()) and reader.count({'/a'}) == 5
 
 
 def test_nothing_recorded_is_overwritten(tmp_path):

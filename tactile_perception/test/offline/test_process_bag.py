@@ -1,13 +1,19 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag writes every estimate under the stamps that came in, the same each time, and says what it refused."""
-import hashlib
+"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not; it says what it left out."""
+import os
+import signal
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from taxel_bags import write_taxels
+from tactile_perception.errors import BadArgument
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline import process_bag as module
-from tactile_perception.offline.bags import BagReader, BagWriter
+from tactile_perception.offline.bags import BagReader
+from tactile_perception.offline.stream import Task
 
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')
 
@@ -53,34 +59,156 @@ def test_the_press_is_found_where_it_is(processed):
     assert np.median([abs(t.depth - e.depth) for t, e in deep]) < 0.3e-3
 
 
-def test_two_runs_write_the_same_bytes(pressed_bag, processed, tmp_path):
-    assert run(pressed_bag, tmp_path / 'again') == 0
-
-    def digest(bag):
-        with BagReader(bag) as reader:
-            return hashlib.sha256(b''.join(m.topic.encode() + m.data for m in reader.messages())).hexdigest()
-    assert digest(tmp_path / 'again') == digest(processed)
+def files(bag):
+    """Name -> bytes of all files of a bag."""
+    return {file.name: file.read_bytes() for file in bag.rglob('*') if file.is_file()}
 
 
-def test_a_bad_frame_is_counted_and_the_next_good_one_is_done(pressed_bag, tmp_path, capsys):
-    codec = MessageCodec()
-    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bad', codec.store) as writer:
-        for k, m in enumerate(reader.messages({'/touchpad/image_raw', '/touchpad/camera_info'})):
-            data = m.data
-            if m.topic.endswith('image_raw') and k // 2 == 5:
-                image = codec.decode(data, m.type_name)
-                image.data = image.data[:1000]
-                data = codec.encode(image)[1]
-            writer.write(m.topic, m.type_name, m.stamp_ns, data)
-    (tmp_path / 'bad.yaml').write_text((pressed_bag.parent / 'disc.yaml').read_text())
-    assert run(tmp_path / 'bad', tmp_path / 'out') == 0
-    assert 'refused 1 frames: image: 480 rows' in capsys.readouterr().out
-    assert len(decoded(tmp_path / 'out')['dots']) == 13
+def test_two_runs_write_the_same_bytes_by_one_process_or_two(pressed_bag, processed, tmp_path):
+    for jobs in '12':
+        assert run(pressed_bag, tmp_path / jobs / 'out', '--jobs', jobs) == 0
+        assert files(tmp_path / jobs / 'out') == files(processed)
+    assert sorted(files(processed)) == ['metadata.yaml', 'out_0.mcap']
+
+
+def cut(k, image, codec):
+    if k == 5:
+        image.data = image.data[:100]
+    return codec.encode(image)[1]
+
+
+def damaged(k, image, codec):
+    return codec.encode(image)[1][:40 if k in (5, 6) else None]
+
+
+def smaller(k, image, codec):
+    if k == 5:
+        image.width, image.height, image.step, image.data = 12, 14, 12, bytes(12 * 14)
+    return codec.encode(image)[1]
+
+
+def back(k, image, codec):
+    if k == 15:
+        image.header.stamp.nanosec = 2000
+    return codec.encode(image)[1]
+
+
+@pytest.mark.parametrize('change, count, told', [
+    (cut, 1, '1 of image_raw: taxel image: 100 bytes'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
+    (smaller, 1, '1 of image_raw: taxel image'), (back, 1, '1 of image_raw: stamps go back by 0.3 s')])
+def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, told):
+    assert run(write_taxels(tmp_path / 'bad', change=change), tmp_path / 'out') == module.INCOMPLETE
+    out = capsys.readouterr().out
+    assert told in out and out.count('left out') == 1, out
+    assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 30 - count
+
+
+def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
+    assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
+    said = capsys.readouterr()
+    assert '30 of image_raw: 4 bytes are no' in said.out and said.err == 'process_bag: nothing could be estimated\n'
+
+
+def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):
+    source = write_taxels(tmp_path / 'bag', frames=48, shape=(256, 256))
+    data = (source / 'bag.mcap').read_bytes()
+    (source / 'bag.mcap').write_bytes(data[:len(data) * 6 // 10])
+    (source / 'metadata.yaml').unlink()
+    assert run(source, tmp_path / 'out') == module.INCOMPLETE
+    out = capsys.readouterr().out
+    assert 'there is no metadata.yaml: the recording was cut off' in out and 'the file is cut off at byte' in out
+    assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 28
+
+
+def test_what_is_kept_is_written_by_the_definition_in_the_bag_or_left_out(tmp_path, capsys):
+    plain, source = write_taxels(tmp_path / 'plain', 3), tmp_path / 'bag'
+    writer = Writer(source, version=9, storage_plugin=StoragePlugin.MCAP)
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg('float64 newtons', 'other_msgs/msg/Force'))
+    with BagReader(plain) as reader, writer:
+        image = writer.add_connection('/pad/image_raw', 'sensor_msgs/msg/Image', typestore=MessageCodec().store)
+        own = writer.add_connection('/pad/ground_truth/wrench', 'other_msgs/msg/Force', typestore=store)
+        none = writer.add_connection('/pad/ground_truth/slip', 'no_msgs/msg/None', msgdef='', rihs01='RIHS01_0')
+        for message in reader.messages():
+            writer.write(image, message.stamp_ns, message.data)
+        for connection in (own, none):
+            writer.write(connection, 2_200_000_000, bytes(12))
+    (tmp_path / 'bag.yaml').write_text((tmp_path / 'plain.yaml').read_text())
+    assert run(source, tmp_path / 'out') == module.INCOMPLETE
+    assert '1 of ground_truth/slip: type no_msgs/msg/None is not known, nor defined in the recording' in capsys.readouterr().out
+    with BagReader(tmp_path / 'out') as reader:
+        assert reader.topics['/pad/ground_truth/wrench'] == 'other_msgs/msg/Force'
+        assert 'float64 newtons' in reader.definitions['other_msgs/msg/Force']
+        assert '/pad/ground_truth/slip' not in reader.topics
+
+
+def interrupted(task, target, frames, jobs=1, **more):
+    """The task, ended after so many frames."""
+    asked = iter(range(1000))
+    return module.process_bag(task, target, jobs, stopped=lambda: next(asked) + 1 >= frames, **more)
+
+
+def test_what_was_interrupted_can_be_read_and_goes_on_to_the_same_bytes(tmp_path):
+    task = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml', every=8)
+    module.process_bag(task, tmp_path / 'whole' / 'out')
+    target = tmp_path / 'part' / 'out'
+    first = interrupted(task, target, 12)
+    assert first.ended and first.frames == 12 and len(decoded(target)['/pad/contacts']) == 12
+    with pytest.raises(BadArgument, match='exists already'):
+        module.process_bag(task, target)
+    again = interrupted(task, target, 11, resume=True)
+    assert again.frames == 19 and len(decoded(target)['/pad/contacts']) == 19
+    last = module.process_bag(task, target, resume=True)
+    assert not last.ended and last.frames == 30 and last.written['contacts'] == 30
+    assert files(target) == files(tmp_path / 'whole' / 'out') and len(files(target)) == 5
+
+
+def test_two_processes_interrupted_go_on_as_one_to_the_same_bytes(pressed_bag, tmp_path):
+    task = Task(pressed_bag, pressed_bag.with_name('disc.yaml'), every=4)
+    module.process_bag(task, tmp_path / 'whole' / 'out')
+    target = tmp_path / 'part' / 'out'
+    assert interrupted(task, target, 9, jobs=2).frames == 9
+    assert module.process_bag(task, target, resume=True).frames == 14
+    assert files(target) == files(tmp_path / 'whole' / 'out')
+
+
+def test_what_was_killed_can_be_read_and_goes_on_to_the_same_bytes(tmp_path):
+    task = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml', every=8)
+    module.process_bag(task, tmp_path / 'whole' / 'out')
+    target, asked = tmp_path / 'part' / 'out', iter(range(1000))
+
+    def killed():
+        raise MemoryError  # nothing is closed, as if the process had been killed
+    with pytest.raises(MemoryError):
+        module.process_bag(task, target, stopped=lambda: next(asked) >= 20 and killed())
+    assert len(decoded(target)['/pad/contacts']) == 16
+    module.process_bag(task, target, resume=True)
+    assert files(target) == files(tmp_path / 'whole' / 'out')
+
+
+def test_signals_end_it_with_their_number_and_only_the_same_task_goes_on(tmp_path, capsys, monkeypatch):
+    source, taken = write_taxels(tmp_path / 'bag'), module._Output.take
+
+    def take(self, item):
+        taken(self, item)
+        if self.summary.frames == 3:
+            os.kill(os.getpid(), signal.SIGTERM)
+    monkeypatch.setattr(module._Output, 'take', take)
+    before = signal.getsignal(signal.SIGTERM)
+    assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
+    assert signal.getsignal(signal.SIGTERM) is before
+    assert '--resume goes on' in capsys.readouterr().err
+    monkeypatch.undo()
+    other = tmp_path / 'other.yaml'
+    other.write_text((tmp_path / 'bag.yaml').read_text() + '\n')
+    assert module.main([str(source), str(tmp_path / 'out'), '--params', str(other), '--resume']) == module.FAILED
+    assert 'with other parameters' in capsys.readouterr().err
+    assert run(source, tmp_path / 'out', '--resume') == 0
 
 
 @pytest.mark.parametrize('source, more, message', [
     ('none', (), 'no such file'), ('disc', ('--namespace', 'elsewhere'), 'no /elsewhere/image_raw'),
-    ('disc', ('--calibration', 'none.yaml'), 'none.yaml')])
+    ('disc', ('--calibration', 'none.yaml'), 'none.yaml'), ('disc', ('--resume',), 'no output that was interrupted')])
 def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, capsys, source, more, message):
     given = [str(pressed_bag.parent / source), str(tmp_path / 'out'), '--params', f'{pressed_bag}.yaml', *more]
     assert module.main(given) == 1

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Elastic forces against the slope of the energy worked out triangle by triangle, and areas against a plane's."""
+import pickle
+
 import numpy as np
 import pytest
 from tactile_perception.surface.membrane_cells import MembraneCells
@@ -60,3 +62,12 @@ def test_what_was_returned_stays_as_it_was():
     kept = [part.copy() for part in first]
     cells.evaluate(_places(3))
     np.testing.assert_array_equal(first, kept)
+
+
+def test_a_stored_one_evaluates_the_same_to_the_last_bit():
+    mesh = GridMesh(ROWS, COLUMNS)
+    cells = MembraneCells(mesh, _springs(), _places(0), STIFFNESS)
+    restored = pickle.loads(pickle.dumps(cells))
+    for seed in (2, 3):
+        for one, other in zip(cells.evaluate(_places(seed)), restored.evaluate(_places(seed))):
+            assert np.array_equal(one, other)

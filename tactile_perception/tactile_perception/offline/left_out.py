@@ -1,0 +1,52 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Counts what a tool had to leave out, so that it can be told and be seen in the exit code."""
+from __future__ import annotations
+
+import re
+
+_MOST = 50  # reasons that are told apart
+_NUMBER = re.compile(r'-?\d+(\.\d+)?')
+
+
+class LeftOut:
+    """What was left out, by where and why; reasons that differ in their numbers alone count as one, told by the first of them."""
+
+    def __init__(self):
+        self._found: dict[tuple[str, str], list] = {}
+
+    def add(self, where: str, reason: str, stamp_ns: int | None = None, count: int = 1) -> None:
+        """Something at where (a topic, a file) was left out; stamp_ns: of the message; count: how many things it was."""
+        key = (where, _NUMBER.sub('#', reason))
+        if key not in self._found and len(self._found) >= _MOST:
+            key, reason = ('elsewhere', ''), 'other reasons'
+        entry = self._found.setdefault(key, [0, reason, stamp_ns])
+        entry[0] += count
+
+    @property
+    def total(self) -> int:
+        """How many things were left out."""
+        return sum(count for count, _, _ in self._found.values())
+
+    def merge(self, other: LeftOut) -> None:
+        """Add what another one counted."""
+        for (where, _), (count, reason, stamp_ns) in other._found.items():
+            self.add(where, reason, stamp_ns, count)
+
+    def to_list(self) -> list:
+        """All of it as plain values, for from_list."""
+        return [[where, reason, stamp_ns, count] for (where, _), (count, reason, stamp_ns) in self._found.items()]
+
+    @classmethod
+    def from_list(cls, values: list) -> LeftOut:
+        """What to_list told."""
+        found = cls()
+        for entry in values:
+            found.add(*entry)
+        return found
+
+    def lines(self) -> list[str]:
+        """A line for each reason: how often, where, why, and when for the first time; most frequent first."""
+        told = sorted(self._found.items(), key=lambda item: -item[1][0])
+        return [f'{count} of {where}: {reason}' + ('' if stamp is None else f' (first at {stamp / 1e9:.3f} s)')
+                for (where, _), (count, reason, stamp) in told]

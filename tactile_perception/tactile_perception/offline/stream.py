@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording as a stream of items, and what the stages of a sensor make of it; the stream can be taken up again where it was left."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import BadFrame, TactileError
+from ..nodes.serialization import MessageCodec
+from .bags import BagReader, RawMessage
+from .left_out import LeftOut
+from .replay import Replay, ReplayStage, make_replay
+from .stamped import find_prefix
+from .stitched_bag import bag_opener
+from .stored_state import load_state, store_state
+
+KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench')
+
+
+class Head(NamedTuple):
+    """What comes first in a stream. prefix: '/ns/' of the sensor; frames: raw messages that the bag says to have; definitions: message
+    type name -> text, of what is kept, as far as the bag tells."""
+
+    prefix: str
+    frames: int
+    definitions: dict[str, str]
+
+
+class Skipped(NamedTuple):
+    """A message that could not be used."""
+
+    topic: str
+    reason: str
+    stamp_ns: int
+
+
+class FrameDone(NamedTuple):
+    """All that comes of one raw message, if anything, is before this."""
+
+
+class Checkpoint(NamedTuple):
+    """From here the stream can be taken up. read: messages of the bag that are before it; states: of the stages."""
+
+    read: int
+    states: tuple[bytes, ...] = ()
+
+
+Item = Head | RawMessage | Skipped | FrameDone | Checkpoint | LeftOut
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be processed. source: bag; params, calibration: files as make_replay takes them; namespace: of the sensor, '' of the only
+    one; every: raw messages from checkpoint to checkpoint."""
+
+    source: Path
+    params: Path
+    calibration: Path | None = None
+    namespace: str = ''
+    every: int = 5000
+
+    def replay(self) -> Replay:
+        """The sensor's stages. Raises TactileError."""
+        return make_replay(self.params, self.calibration)
+
+    def open(self, replay: Replay) -> BagReader:
+        """The bag, with its views stitched where a stitching is known. Raises TactileError."""
+        return bag_opener(self.params, replay.stitching)(self.source)
+
+
+def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
+    """The task's bag from a checkpoint on, with what the first so many stages make of it: a Head, then the other items, last what of
+    the bag could not be read. Raises TactileError for a bag that cannot be used."""
+    replay, codec = task.replay(), MessageCodec()
+    with task.open(replay) as reader:
+        prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
+        kept = {prefix + name for name in KEPT}
+        definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
+        yield Head(prefix, reader.count({prefix + replay.raw}), definitions)
+        items = _messages(reader, kept, prefix + replay.raw, begin.read, task.every)
+        for number in range(stages):
+            items = computed(items, replay, number, begin, prefix, codec)
+        yield from items
+        yield reader.left_out
+
+
+def _messages(reader: BagReader, kept: set[str], raw: str, skip: int, every: int) -> Iterator[Item]:
+    """The messages of the topics kept and of raw after the first so many, with checkpoints."""
+    frames = 0
+    for count, message in enumerate(reader.messages({*kept, raw}), 1):
+        if count <= skip:
+            continue
+        yield message
+        if message.topic == raw:
+            frames += 1
+            if frames % every == 0:
+                yield Checkpoint(count)
+
+
+def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoint, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+    """The items, with what stage number makes of its raw messages; the first stage's own are left out."""
+    stage = load_state(begin.states[number]) if begin.states else replay.stages[number]
+    raw, camera = prefix + stage.raw, prefix + 'camera_info'
+    for item in items:
+        if isinstance(item, Checkpoint):
+            yield item._replace(states=(*item.states, store_state(stage)))
+        elif isinstance(item, RawMessage) and item.topic in (raw, camera):
+            yield from _taken(item, stage, item.topic == camera, number == 0, prefix, codec)
+        else:
+            yield item
+
+
+def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+    """What becomes of one message of a stage. A camera_info that cannot be used goes no further; one that does not fit the calibration
+    raises BadCalibration, since nothing could be told by it."""
+    topic = item.topic.removeprefix(prefix)
+    if is_camera:
+        try:
+            message = item.message or codec.decode(item.data, item.type_name)
+            stage.on_camera_info(message)
+            yield item._replace(message=message)
+        except BadFrame as error:
+            yield Skipped(topic, str(error), item.stamp_ns)
+        return
+    if not first:
+        yield item
+    try:
+        for name, result in stage.on_raw(item.message or codec.decode(item.data, item.type_name)):
+            type_name, data = codec.encode(result)
+            yield RawMessage(prefix + name, type_name, item.stamp_ns, data, result)
+    except TactileError as error:
+        yield Skipped(topic, str(error), item.stamp_ns)
+    if first:
+        yield FrameDone()

@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stream tells all that comes of a bag in order, and goes on from each checkpoint as if it had never stopped."""
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from psd_bags import write_psd
+from taxel_bags import write_taxels
+from tactile_perception.offline.bags import RawMessage
+from tactile_perception.offline.left_out import LeftOut
+from tactile_perception.offline.stream import Checkpoint, FrameDone, Head, Skipped, Task, stream
+
+
+def plain(items):
+    """The items without decoded messages and counts."""
+    return [item._replace(message=None) if isinstance(item, RawMessage) else item for item in items if not isinstance(item, LeftOut)]
+
+
+def taxels(folder, _pressed_bag):
+    return Task(write_taxels(folder / 'bag', 24), folder / 'bag.yaml', every=7)
+
+
+def finger(folder, _pressed_bag):
+    write_psd(folder / 'bag', 'taps', end=900)
+    return Task(folder / 'bag', folder / 'bag.yaml', every=20)
+
+
+def touchpad(_folder, pressed_bag):
+    return Task(pressed_bag, Path(f'{pressed_bag}.yaml'), every=6)
+
+
+@pytest.mark.parametrize('make', [taxels, finger, touchpad])
+def test_it_goes_on_from_each_checkpoint_to_the_last_bit(tmp_path, pressed_bag, make):
+    task = make(tmp_path, pressed_bag)
+    stages = len(task.replay().stages)
+    whole = plain(stream(task, Checkpoint(0), stages))
+    stops = [k for k, item in enumerate(whole) if isinstance(item, Checkpoint)]
+    assert len(stops) >= 2 and all(len(whole[k].states) == stages for k in stops)
+    for k in (stops[0], stops[-1]):
+        rest = plain(stream(task, whole[k], stages))
+        assert rest[0] == whole[0]
+        assert [i for i in rest[1:] if not isinstance(i, Checkpoint)] == [i for i in whole[k + 1:] if not isinstance(i, Checkpoint)]
+
+
+def test_items_come_frame_by_frame(tmp_path):
+    task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m, codec: codec.encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
+    head, *items, last = stream(task, Checkpoint(0), 1)
+    assert head == Head('/pad/', 5, {})
+    assert last.total == 0
+    kinds = [item.topic.removeprefix('/pad/') if isinstance(item, (RawMessage, Skipped)) else type(item).__name__ for item in items]
+    each = ['contact_region', 'contacts', 'slip', 'wrench', 'FrameDone']
+    assert kinds == each * 2 + ['image_raw', 'FrameDone'] + each * 2
+    assert Counter(type(item) for item in items) == {RawMessage: 16, Skipped: 1, FrameDone: 5}
+    assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
