@@ -31,6 +31,21 @@ class Pairs:
     j: np.ndarray
     distance: np.ndarray
 
+    def among(self, some: np.ndarray, count: int) -> Pairs:
+        """Those of which both are among the places `some` (indices, rising) of count, by their numbers there."""
+        number = np.full(count, -1)
+        number[some] = np.arange(len(some))
+        i, j = number[self.i], number[self.j]
+        both = np.flatnonzero((i >= 0) & (j >= 0))
+        return Pairs(i[both], j[both], self.distance[both])
+
+
+def _near(places: np.ndarray, i: np.ndarray, j: np.ndarray, reach: float) -> np.ndarray:
+    """Which of the pairs i, j (M,) of places (2, N) px are nearer than reach along both axes (indices)."""
+    u, v = places
+    across = np.flatnonzero(np.abs(u.take(i) - u.take(j)) < reach)
+    return across[np.abs(v.take(i.take(across)) - v.take(j.take(across))) < reach]
+
 
 class Separator:
     """Fits crowded dots again without what their neighbours put into their patches; look: look.Look."""
@@ -44,12 +59,10 @@ class Separator:
     def pairs(self, places: np.ndarray, stay: bool) -> Pairs:
         """Pairs of places (2, N) px that may be seen in each other's patches; stay: the dots are those of the last call that said so."""
         i, j = self._list.of(places) if stay else near_pairs(*places, self._reach)
-        if len(i):
-            near = np.flatnonzero(np.abs(places[:, i] - places[:, j]).max(0) < self._reach)
-            i, j = i[near], j[near]
-        if not len(i):
-            return Pairs(i, j, np.zeros(0))
-        i, j = np.concatenate([i, j]), np.concatenate([j, i])
+        near = _near(places, i, j, self._reach)
+        if not len(near):
+            return Pairs(near, near, np.zeros(0))
+        i, j = np.concatenate([i[near], j[near]]), np.concatenate([j[near], i[near]])
         order = np.argsort(i, kind='stable')
         i, j = i[order], j[order]
         return Pairs(i, j, np.hypot(*(places[:, i] - places[:, j])))

@@ -98,14 +98,14 @@ class LikelihoodDetector:
         compressed = fitter.compress(fitter.patches(padded, *centre), look.ground)
         fit = fitter.fit(compressed, *(places - centre), diameter, 2)
         off = fit.away() > _OFF_CENTRE
-        any_off, some = off.any(), None
-        if any_off:
+        pairs, some = self._separator.pairs(places, stay), None
+        if off.any():
             some = self._hopeful(fit, compressed, off)
             if not len(some):
                 return _NONE
-            places, centre, diameter, compressed, fit = places[:, some], centre[:, some], diameter[some], compressed[some], fit.take(some)
-        pairs = self._separator.pairs(places, stay)
-        if any_off:
+            if len(some) < len(off):
+                pairs = pairs.among(some, len(off))
+                places, centre, diameter, compressed, fit = places[:, some], centre[:, some], diameter[some], compressed[some], fit.take(some)
             self._recentre(fit, compressed, padded, centre, pairs)
         single = self._separator.separate(fit, compressed, places, diameter, centre, pairs)
         dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, last, stay)

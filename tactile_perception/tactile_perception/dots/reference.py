@@ -3,6 +3,8 @@
 """Where the dots are while nothing touches: taken from the first frames, following slow drift, frozen while something touches."""
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tactile_perception.dots.release import Release
@@ -113,27 +115,34 @@ class Reference:
         count = len(uv)
         if not count:
             return False, 0.0
-        shared = float(np.sqrt(np.sort(np.einsum('ij,ij->i', duv, duv))[count // 2]))
+        shared = math.sqrt(_smallest(np.einsum('ij,ij->i', duv, duv), count // 2))
         if count < 8:
             return shared > DRIFTED, shared
-        places = np.concatenate([uv.T, duv.T])
-        off = _off_affine(places, places)
-        order = np.sort(off)
-        off = _off_affine(places, places[:, off <= order[int(0.8 * count)]])
-        size = float(np.sort(off)[int((1 - QUIET_SHARE) * (count - 1))])
-        leaves = np.count_nonzero(off > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE * count
+        places = np.empty((4, count))
+        places[:2], places[2:] = uv.T, duv.T
+        square = _off_affine(places, places)
+        square = _off_affine(places, places.compress(square <= _smallest(square, int(0.8 * count)), axis=1))
+        size = math.sqrt(_smallest(square, int((1 - QUIET_SHARE) * (count - 1))))
+        leaves = np.count_nonzero(np.sqrt(square) > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE * count
         return bool(leaves or shared > DRIFTED), max(size, shared)
 
 
+def _smallest(values: np.ndarray, at: int) -> float:
+    """The value that as many (at) of values (N,) come before."""
+    return float(np.partition(values, at)[at])
+
+
 def _off_affine(places: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """(N,) px by which dots leave the common affine motion of those kept; both (4, ...): u, v and displacements along them, px."""
+    """(N,) px^2, squares of how far dots leave the common affine motion of those kept; both (4, ...): u, v and displacements along them,
+    px."""
     middle = kept.sum(axis=1, keepdims=True) / kept.shape[1]
     kept = kept - middle
-    products = kept @ kept[:2].T
+    products = kept @ kept.T
     a, b, d = products[0, 0], products[0, 1], products[1, 1]
     ridge = 1e-9 * (a + d) + 1e-9  # dots on one line say nothing of the motion's change across it
     a, d = a + ridge, d + ridge
-    motion = products[2:] @ np.array([[d, -b], [-b, a]]) / (a * d - b * b)
-    less = np.hstack([-motion, np.eye(2)])
-    off = less @ places - less @ middle
-    return np.sqrt(off[0] * off[0] + off[1] * off[1])
+    less = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    less[:, :2] = products[2:, :2] @ np.array([[-d, b], [b, -a]]) / (a * d - b * b)
+    off = less @ (places - middle)
+    off *= off
+    return off[0] + off[1]
