@@ -3,6 +3,7 @@
 """The nodes of a marker sheet or an air cushion, from the arguments of its launch file."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from launch import LaunchContext
@@ -28,10 +29,15 @@ def right_arguments() -> list[DeclareLaunchArgument]:
 def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool = False) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
     declared = sensor_arguments(sensor_type) + (right_arguments() if two_cameras else [])
-    values = with_calibration(with_parameter_file(values_of(context, declared), sensor_type), sensor_type)
+    return marker_nodes(values_of(context, declared), SensorNodes, sensor_type, two_cameras)
+
+
+def marker_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes], sensor_type: str, two_cameras: bool = False) -> list:
+    """The same for values of the arguments, with nodes as make(values) makes them. Raises LaunchError."""
+    values = with_calibration(with_parameter_file(values, sensor_type), sensor_type)
     check(values, (*SOURCES, 'topics') if two_cameras else SOURCES)
     frame_id = frame_of(values, sensor_type)
-    nodes = SensorNodes(values)
+    nodes = make(values)
     driver = ('dual_camera_node', two_camera_parameters(values, frame_id)) if two_cameras else \
         ('camera_node', camera_parameters(values, frame_id))
     actions = [nodes.node('tactile_driver', *driver),
@@ -47,7 +53,7 @@ def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool =
 
 def two_camera_parameters(values: dict[str, str], frame_id: str) -> dict:
     """The parameters of dual_camera_node that the arguments set. Raises LaunchError."""
-    chosen = {name: values[name] for name in ('right_device', 'right_path') if values[name]}
+    chosen = {name: values[name] for name in ('right_device', 'right_path', 'right_topic') if values.get(name)}
     calibration = values['calibration'] or calibration_of(values['params'])
     return camera_parameters(values, frame_id) | chosen | ({'stitching_path': calibration} if calibration else {})
 

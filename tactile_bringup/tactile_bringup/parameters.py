@@ -50,6 +50,12 @@ TAXEL_MARKERS_PARAMETERS = (
 RECORD_PARAMETERS = (
     Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
     Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),
+    Parameter('patience', float, 15.0, 's', 'how long raw data wait for somebody who works on them: a recording that is played begins with '
+              'its first subscriber', 0.0, 1e3, read_only=True),
+)
+
+HAND_FRAMES_PARAMETERS = (
+    Parameter('hand', str, '', '', 'YAML file with the sensors of the hand', read_only=True),
 )
 
 DEMO_PARAMETERS = (

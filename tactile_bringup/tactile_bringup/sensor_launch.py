@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
@@ -40,6 +41,7 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
         'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
         'scene': ('', 'sim: the scene; empty: what the parameter file says'),
+        'autostart': ('', 'false: the driver waits, unconfigured, for its lifecycle services; empty: what the parameter file says, true'),
     }
     # No choices: launch would say a wrong one twice; check says it once.
     return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
@@ -58,7 +60,7 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
 
 def check(values: dict[str, str], sources: Sequence[str] = SOURCES) -> None:
     """What can be told before any node runs. Raises LaunchError."""
-    for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS)}.items():
+    for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS)}.items():
         if values[name] not in choices:
             raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
     _check_files(values)
@@ -96,12 +98,27 @@ def frame_of(values: dict[str, str], sensor_type: str) -> str:
 def camera_parameters(values: dict[str, str], frame_id: str) -> dict:
     """The parameters of camera_node that the arguments set. Raises LaunchError for a rate that is no rate."""
     chosen = {'source': values['source'], 'frame_id': frame_id}
-    chosen.update({name: values[name] for name in ('device', 'path', 'scene') if values[name]})
-    if values['loop']:
-        chosen['loop'] = _BOOLEANS[values['loop']]
+    chosen.update({name: values[name] for name in ('device', 'path', 'topic', 'scene') if values.get(name)})
+    chosen.update({name: _BOOLEANS[values[name]] for name in ('loop', 'autostart') if values[name]})
     if values['rate']:
         chosen['rate'] = number('rate', values['rate'])
     return chosen
+
+
+@dataclass(frozen=True)
+class PlannedNode:
+    """A node that is to be started. params: its parameter file, '' for none; own: parameters by name that go before those of the file."""
+
+    package: str
+    executable: str
+    namespace: str
+    params: str = ''
+    own: dict = field(default_factory=dict)
+
+    def process(self, **exit_actions) -> Node:
+        """The action that starts it as a process of its own; exit_actions: of launch, what happens when it ends."""
+        return Node(package=self.package, executable=self.executable, name=self.executable, namespace=self.namespace, output='screen',
+                    parameters=[given for given in (self.params, self.own) if given], **exit_actions)
 
 
 class SensorNodes:
@@ -110,17 +127,19 @@ class SensorNodes:
     def __init__(self, values: dict[str, str]):
         self._values = values
 
-    def node(self, package: str, executable: str, own: dict | None = None) -> Node:
+    def planned(self, package: str, executable: str, own: dict | None = None) -> PlannedNode:
         """One node; own: parameters by name that go before those of the parameter file."""
-        return Node(package=package, executable=executable, name=executable, namespace=self._values['namespace'], output='screen',
-                    parameters=[self._values['params'], own] if own else [self._values['params']],
-                    on_exit=Shutdown(reason=f'{executable} has ended'))
+        return PlannedNode(package, executable, self._values['namespace'], self._values['params'], own or {})
+
+    def node(self, package: str, executable: str, own: dict | None = None) -> Node | PlannedNode:
+        """What starts the planned node; a hand starts those of all its sensors together."""
+        return self.planned(package, executable, own).process(on_exit=Shutdown(reason=f'{executable} has ended'))
 
     def calibrated(self) -> dict[str, str]:
         """The parameter calibration, where the argument sets it."""
         return {'calibration': self._values['calibration']} if self._values['calibration'] else {}
 
-    def recorder(self) -> list[Node]:
+    def recorder(self) -> list:
         """record_node where the argument record names a bag."""
         return [self.node('tactile_bringup', 'record_node', {'bag': self._values['record']})] if self._values['record'] else []
 

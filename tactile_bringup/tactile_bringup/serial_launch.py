@@ -3,7 +3,7 @@
 """The nodes of a sensor on a serial port, from the arguments of its launch file."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from launch import LaunchContext
@@ -38,10 +38,15 @@ TAXEL_ARRAY = SerialSensor(
 
 def serial_actions(context: LaunchContext, sensor: SerialSensor) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
-    values = with_calibration(with_parameter_file(values_of(context, sensor_arguments(sensor.type)), sensor.type), sensor.type)
+    return serial_nodes(values_of(context, sensor_arguments(sensor.type)), SensorNodes, sensor)
+
+
+def serial_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes], sensor: SerialSensor) -> list:
+    """The same for values of the arguments, with nodes as make(values) makes them. Raises LaunchError."""
+    values = with_calibration(with_parameter_file(values, sensor.type), sensor.type)
     check(values, sensor.sources)
     frame_id = frame_of(values, sensor.type)
-    nodes = SensorNodes(values)
+    nodes = make(values)
     actions = [nodes.node('tactile_driver', sensor.driver, camera_parameters(values, frame_id)),
                nodes.node('tactile_perception', sensor.perception, nodes.calibrated()),
                nodes.node('tactile_bringup', sensor.markers, {'frame_id': frame_id})]

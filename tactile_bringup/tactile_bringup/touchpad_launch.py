@@ -3,6 +3,8 @@
 """The nodes of a touchpad, from the arguments of its launch file."""
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from launch import LaunchContext
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.parameters import Parameter
@@ -19,10 +21,15 @@ _SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in
 
 def touchpad_actions(context: LaunchContext) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
-    values = with_parameter_file(values_of(context, sensor_arguments(SENSOR_TYPE)), SENSOR_TYPE)
+    return touchpad_nodes(values_of(context, sensor_arguments(SENSOR_TYPE)), SensorNodes)
+
+
+def touchpad_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes]) -> list:
+    """The same for values of the arguments, with nodes as make(values) makes them. Raises LaunchError."""
+    values = with_parameter_file(values, SENSOR_TYPE)
     check(values)
     frame_id = frame_of(values, SENSOR_TYPE)
-    nodes = SensorNodes(values)
+    nodes = make(values)
     actions = [nodes.node('tactile_driver', 'camera_node', camera_parameters(values, frame_id)),
                nodes.node('tactile_perception', 'dot_tracker_node', nodes.calibrated())]
     if has_surface(values['params']):

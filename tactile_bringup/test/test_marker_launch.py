@@ -62,7 +62,7 @@ def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
 def test_two_cameras_have_a_driver_of_their_own_that_stitches_by_the_calibration(files):
     found = actions('areal_dual', calibration=files[1], right_path=files[0]['path'], **files[0])
     assert executables(found) == ['dual_camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
-    given = dict.fromkeys(('device', 'scene', 'loop', 'rate', 'right_device'), '')
+    given = dict.fromkeys(('device', 'scene', 'loop', 'rate', 'right_device', 'autostart'), '')
     values = {**given, **files[0], 'right_path': 'right.avi', 'calibration': files[1], 'params': share('params', 'areal_dual.yaml')}
     chosen = two_camera_parameters(values, 'sheet')
     assert chosen == {'source': 'file', 'frame_id': 'sheet', 'path': files[0]['path'], 'right_path': 'right.avi',

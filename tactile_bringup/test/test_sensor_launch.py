@@ -8,7 +8,7 @@ from tactile_bringup import sensor_launch
 from tactile_bringup.sensor_launch import LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments
 
 VALUES = {'namespace': 'touchpad', 'source': 'sim', 'device': '', 'path': '', 'params': __file__, 'calibration': '', 'rviz': 'false',
-          'record': '', 'rate': '', 'loop': '', 'scene': ''}
+          'record': '', 'rate': '', 'loop': '', 'scene': '', 'autostart': ''}
 
 
 def test_the_arguments_are_those_of_the_contract():
@@ -31,6 +31,7 @@ def test_good_values_pass(tmp_path):
     ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
     ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
     ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
+    ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_told_in_one_line(wrong, told):
     with pytest.raises(LaunchError, match=told) as raised:
@@ -45,9 +46,10 @@ def test_the_frame_is_named_after_the_namespace(namespace, frame):
 
 def test_only_what_is_given_goes_before_the_parameter_file():
     assert camera_parameters(VALUES, 'pad') == {'source': 'sim', 'frame_id': 'pad'}
-    given = {**VALUES, 'source': 'file', 'path': 'a.avi', 'rate': '60', 'loop': 'true', 'scene': 'impact', 'device': '0'}
+    given = {**VALUES, 'source': 'file', 'path': 'a.avi', 'rate': '60', 'loop': 'true', 'scene': 'impact', 'device': '0',
+             'autostart': 'false', 'topic': '/pad/image_raw'}
     assert camera_parameters(given, 'pad') == {'source': 'file', 'frame_id': 'pad', 'path': 'a.avi', 'rate': 60.0, 'loop': True,
-                                               'scene': 'impact', 'device': '0'}
+                                               'scene': 'impact', 'device': '0', 'autostart': False, 'topic': '/pad/image_raw'}
 
 
 @pytest.mark.parametrize('rate, told', [('fast', 'is no number'), ('-5', 'must be 0 or more'), ('nan', 'must be 0 or more'),

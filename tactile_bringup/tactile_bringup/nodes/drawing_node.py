@@ -1,9 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that draw for RViz share: markers for those who look, and a place in the sensor frame on /tf_static."""
+"""What the nodes that draw for RViz share: markers for those who look, a place in the sensor frame on /tf_static, diagnostics."""
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.event_handler import PublisherEventCallbacks
@@ -12,10 +13,12 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.diagnostics import SayOnce
+from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
-from tactile_perception.nodes.conversions import vector
+from tactile_perception.nodes.conversions import stamp_seconds, vector
+from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -23,23 +26,36 @@ from visualization_msgs.msg import MarkerArray
 class DrawingNode(Node):
     """Subclasses set self.markers, which draws (frame) and clears (nothing), and say in follow_demand what they subscribe to.
 
-    table: of the node's parameters. Raises BadArgument for one that cannot be used.
+    table: of the node's parameters; host: of the process. Raises BadArgument for a parameter that cannot be used.
     """
 
-    def __init__(self, name: str, table: Sequence[Parameter]):
-        super().__init__(name)
+    def __init__(self, name: str, table: Sequence[Parameter], host: Host | None = None):
+        self.host = host or Host()
+        super().__init__(name, **self.host.options)
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self.say = SayOnce(self)
+        self.say, self.log = SayOnce(self), WorkLog('results')
+        self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._place_output = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
 
     def demanded(self, kind: type, topic: str) -> Publisher:
         """A publisher whose subscribers' coming and going calls follow_demand."""
         matched = PublisherEventCallbacks(matched=lambda _info: self.follow_demand())
-        return self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched)
+        self._outputs.append(self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched))
+        return self._outputs[-1]
+
+    def publish_drawn(self, output: Publisher, header: Header, draw: Callable[[], object]) -> None:
+        """Publish what draw makes, and note how long that took; header: of what is drawn."""
+        begin = time.perf_counter()
+        output.publish(draw())
+        self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
+
+    def _examine(self) -> Health:
+        return self.log.health(not any(output.get_subscription_count() for output in self._outputs))
 
     def follow_demand(self) -> None:
         """Subscribe to what is wanted now, and to nothing else."""

@@ -7,6 +7,7 @@ import sys
 import time
 
 from rclpy.qos import QoSProfile
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import Contacts
 
@@ -20,8 +21,8 @@ _QUEUE = QoSProfile(depth=200)
 class FingerMarkersNode(DrawingNode):
     """Draws, while somebody looks, as often as an eye can follow."""
 
-    def __init__(self):
-        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS)
+    def __init__(self, host: Host | None = None):
+        super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
         self.markers = FingerMarkers(self.settings)
         self._input, self._due_s = None, 0.0
         self.publish_place('tip', (0.0, 0.0, self.settings['radius']))
@@ -41,7 +42,7 @@ class FingerMarkersNode(DrawingNode):
         now = time.monotonic()
         if now >= self._due_s:
             self._due_s = now + 1 / self.settings['rate']
-            self.marker_output.publish(self.markers.frame(message.header, {'contacts': message}))
+            self.publish_drawn(self.marker_output, message.header, lambda: self.markers.frame(message.header, {'contacts': message}))
 
 
 def main(args: list[str] | None = None) -> None:

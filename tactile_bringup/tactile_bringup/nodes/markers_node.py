@@ -13,6 +13,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import image_to_message
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_driver.stitching import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
@@ -35,8 +36,8 @@ _QUEUE = QoSProfile(depth=10)
 class MarkersNode(DrawingNode):
     """Draws while somebody looks: markers for subscribers to markers, pictures for those to image_annotated."""
 
-    def __init__(self):
-        super().__init__('markers_node', MARKERS_PARAMETERS)
+    def __init__(self, host: Host | None = None):
+        super().__init__('markers_node', MARKERS_PARAMETERS, host)
         self.markers = MarkerSet(self.settings)
         self._camera: Projection | None = None
         self._stitching = _stitching_in(self.settings['calibration'])
@@ -68,7 +69,8 @@ class MarkersNode(DrawingNode):
             self._asked_s = time.monotonic()
         self._expected = {topic for topic in wanted if self.count_publishers(topic)} | ({'image_raw'} if pictures else set())
         # After the tracker: a recording begins with its first subscriber, and a picture without dots is of little use.
-        if pictures and (self.count_subscribers('image_raw') or time.monotonic() - self._asked_s > _PATIENCE_S):
+        tracked = self.count_subscribers('image_raw') or self.host.has_takers(self, 'image_raw')
+        if pictures and (tracked or time.monotonic() - self._asked_s > _PATIENCE_S):
             wanted |= {'image_raw', 'camera_info'}
             if 'image_raw' not in self._inputs:
                 self._inputs['camera_info'] = self.create_subscription(CameraInfo, 'camera_info', self._on_camera_info,
@@ -99,19 +101,22 @@ class MarkersNode(DrawingNode):
 
     def _publish_markers(self, found: dict) -> None:
         header = next(iter(found.values())).header
-        self.marker_output.publish(self.markers.frame(header, found))
+        self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))
 
     def _publish_picture(self, found: dict) -> None:
         message = found.get('image_raw')
         if message is None:
             return
-        try:
+
+        def draw() -> Image:
             picture = annotate(image_to_array(message), annotation_of(found, self._camera))
+            return image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', message.header)
+        try:
+            self.publish_drawn(self._picture_output, message.header, draw)
         except TactileError as error:
             self.say.error('image', f'no picture: {error}')
-            return
-        self.say.forget('image')
-        self._picture_output.publish(image_to_message(Frame(picture, 0, 'bgr8'), 'bgr8', message.header))
+        else:
+            self.say.forget('image')
 
 
 def _stitching_in(calibration: str) -> Stitching | None:

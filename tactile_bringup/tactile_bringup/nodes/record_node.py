@@ -3,6 +3,7 @@
 """record_node: everything that a sensor publishes, as it comes, into a bag (MCAP)."""
 from __future__ import annotations
 
+import math
 import sys
 import time
 
@@ -12,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.diagnostics import SayOnce
+from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
@@ -31,7 +32,6 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
 _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LOOK_S = 0.05
-_PATIENCE_S = 15.0  # for somebody to work on raw data: on a busy machine nodes take long to start
 
 
 class RecordNode(Node):
@@ -43,7 +43,9 @@ class RecordNode(Node):
         if settings.problems or not settings['bag']:
             raise BadArgument('record_node: ' + ('; '.join(settings.problems.values()) or 'parameter bag is empty; name the bag to write'))
         self._say = SayOnce(self)
-        self._begin_s, self.written = time.monotonic(), 0
+        self._begin_s, self._patience_s = time.monotonic(), settings['patience']
+        self.written = self._lost = 0
+        self._last_s, self._problem = math.nan, ''
         self._writer = BagWriter(settings['bag'], MessageCodec().store)
         self._writer.__enter__()
         self._path = settings['bag']
@@ -52,6 +54,8 @@ class RecordNode(Node):
         self._record('description', String, _LATCHED)
         # Raw data after those who work on it: a recording that is played begins with its first subscriber.
         self._waiting = self.create_timer(_LOOK_S, self._record_raw)
+        self._examined = time.monotonic(), 0
+        self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
 
     def destroy_node(self) -> None:
         """Close the bag: without that it has no index."""
@@ -62,7 +66,7 @@ class RecordNode(Node):
         super().destroy_node()
 
     def _record_raw(self) -> None:
-        if any(self.count_subscribers(topic) for topic in RAW) or time.monotonic() - self._begin_s > _PATIENCE_S:
+        if any(self.count_subscribers(topic) for topic in RAW) or time.monotonic() - self._begin_s > self._patience_s:
             self._waiting.cancel()
             for topic, kind in RAW.items():
                 self._record(topic, kind, _KEEP_ALL)
@@ -76,9 +80,16 @@ class RecordNode(Node):
             return
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
-            self.written += 1
+            self.written, self._last_s, self._problem = self.written + 1, time.monotonic(), ''
         except OSError as error:
-            self._say.error('write', f'{topic} could not be recorded: {error}; is the disk full?')
+            self._lost, self._problem = self._lost + 1, f'{topic} could not be recorded: {error}; is the disk full?'
+            self._say.error('write', self._problem)
+
+    def _examine(self) -> Health:
+        (then, written), self._examined = self._examined, (time.monotonic(), self.written)
+        rate = (self.written - written) / max(self._examined[0] - then, 1e-3)
+        values = common_values('recording', rate, time.monotonic() - self._last_s, self._lost)
+        return Health(ERROR if self._problem else OK, self._problem or f'{self.written} messages recorded', values)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Entry points of this package's nodes; why they are apart from them: tactile_driver.nodes.start."""
-from tactile_driver.nodes.start import start_node
+"""Entry points of this package's nodes and tools; why they are apart from them: tactile_driver.nodes.start."""
+from tactile_driver.nodes.start import start_node, start_tool
 
 
 def markers_node() -> None:
@@ -27,3 +27,28 @@ def record_node() -> None:
 def demo() -> None:
     """The process demo."""
     start_node('tactile_bringup.demo.main')
+
+
+def hand_frames_node() -> None:
+    """The process hand_frames_node."""
+    start_node('tactile_bringup.nodes.hand_frames_node')
+
+
+def composed_node() -> None:
+    """The process composed_node."""
+    start_node('tactile_bringup.nodes.compose')
+
+
+def hand_config() -> None:
+    """The command hand_config."""
+    start_tool('tactile_bringup.hand_config')
+
+
+def status() -> None:
+    """The command status."""
+    start_tool('tactile_bringup.nodes.status')
+
+
+def snapshot() -> None:
+    """The command snapshot."""
+    start_tool('tactile_bringup.nodes.snapshot')

@@ -8,6 +8,7 @@ import sys
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_perception.nodes.taxel_stages import RESULTS
 
@@ -22,8 +23,8 @@ _KEPT = 20  # messages of each topic, among which those of one instant are sough
 class TaxelMarkersNode(DrawingNode):
     """Draws, while somebody looks, as often as an eye can follow."""
 
-    def __init__(self):
-        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS)
+    def __init__(self, host: Host | None = None):
+        super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
         self.markers = TaxelMarkers(self.settings)
         self._inputs: list = []
         self._kept: dict[str, dict] = {}
@@ -56,9 +57,9 @@ class TaxelMarkersNode(DrawingNode):
             return
         newest = max(common)
         found = {topic: kept[newest] for topic, kept in self._kept.items() if newest in kept}
-        self._kept = {}
+        self._kept, header = {}, found['image_raw'].header
         try:
-            self.marker_output.publish(self.markers.frame(found['image_raw'].header, found))
+            self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))
         except TactileError as error:
             self.say.error('image', f'no markers: {error}')
 

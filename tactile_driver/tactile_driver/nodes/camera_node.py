@@ -9,6 +9,7 @@ from ..frame import load_calibration
 from ..sources.registry import make_source
 from .camera_parameters import CAMERA_PARAMETERS, LIVE, check_together
 from .driver_node import DriverNode
+from .host import Host
 from .image_stream import ImagePublishers, ImageStream
 from .run import run_node
 
@@ -16,8 +17,8 @@ from .run import run_node
 class CameraNode(DriverNode):
     """One camera."""
 
-    def __init__(self):
-        super().__init__('camera_node', CAMERA_PARAMETERS, LIVE, self._opened)
+    def __init__(self, host: Host | None = None):
+        super().__init__('camera_node', CAMERA_PARAMETERS, LIVE, self._opened, host=host)
         self._outputs = ImagePublishers(self)
 
     def _opened(self, values: dict) -> ImageStream:

@@ -9,12 +9,14 @@ from collections.abc import Callable, Sequence
 
 from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.publisher import Publisher
 
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..sources.capture import Backoff
 from .base_stream import BaseStream
 from .camera_health import unconfigured_health
 from .diagnostics import Health, NodeDiagnostics, SayOnce
+from .host import Host, SharedPublisher
 from .parameter_server import NodeParameters
 from .parameters import Parameter
 
@@ -25,12 +27,14 @@ class DriverNode(LifecycleNode):
     """configure opens the source, activate publishes, deactivate holds, cleanup closes; with autostart it does the first two by itself.
 
     name: of the node; table: its parameters; live: names of those that can be changed while it runs; open_stream: makes the running stream
-    of the parameters' values, with an open source. Raises TactileError where it cannot. kind: of hardware, in /diagnostics.
+    of the parameters' values, with an open source. Raises TactileError where it cannot. kind: of hardware, in /diagnostics. host: of the
+    process.
     """
 
     def __init__(self, name: str, table: Sequence[Parameter], live: frozenset, open_stream: Callable[[dict], BaseStream],
-                 kind: str = 'camera'):
-        super().__init__(name)
+                 kind: str = 'camera', host: Host | None = None):
+        self._host = host or Host()
+        super().__init__(name, **self._host.options)
         self._open_stream, self._live = open_stream, live
         self._stream: BaseStream | None = None
         self._problem = ''
@@ -41,6 +45,10 @@ class DriverNode(LifecycleNode):
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         # On a clock that runs also where simulated time stands still.
         self._supervision = self.create_timer(_SUPERVISION_S, self._supervise, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def create_lifecycle_publisher(self, *args, **kwargs) -> Publisher | SharedPublisher:
+        """As of a lifecycle node, with takers in the process."""
+        return self._host.publisher(super().create_lifecycle_publisher(*args, **kwargs))
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Open the source; FAILURE where it is missing or a parameter is wrong: the node stays unconfigured and says why."""

@@ -12,6 +12,7 @@ from .camera_parameters import LIVE
 from .driver_node import DriverNode
 from .dual_camera_parameters import DUAL_CAMERA_PARAMETERS, check_together
 from .dual_stream import DualPublishers, DualStream
+from .host import Host
 from .run import run_node
 from .topic_source import TopicSource
 
@@ -19,8 +20,8 @@ from .topic_source import TopicSource
 class DualCameraNode(DriverNode):
     """Two cameras."""
 
-    def __init__(self):
-        super().__init__('dual_camera_node', DUAL_CAMERA_PARAMETERS, LIVE, self._opened)
+    def __init__(self, host: Host | None = None):
+        super().__init__('dual_camera_node', DUAL_CAMERA_PARAMETERS, LIVE, self._opened, host=host)
         self._outputs = DualPublishers(self)
 
     def _opened(self, values: dict) -> DualStream:

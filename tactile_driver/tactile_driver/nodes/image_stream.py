@@ -27,11 +27,11 @@ class ImageTopic:
         return bool(self.image.get_subscription_count() or self.info.get_subscription_count())
 
     def publish(self, frame: Frame, encoding: str, header: Header, info: CameraInfo) -> None:
-        """Publish the frame and info under the header; the image is made only if somebody subscribes to it."""
-        if self.image.get_subscription_count():
-            self.image.publish(image_to_message(frame, encoding, header))
+        """Publish info and the frame under the header; the image, which needs info, is made only if somebody subscribes to it."""
         info.header = header
         self.info.publish(info)
+        if self.image.get_subscription_count():
+            self.image.publish(image_to_message(frame, encoding, header))
 
     def wait_until_received(self) -> None:
         """Reliable subscribers say when they have the image: wait for them."""

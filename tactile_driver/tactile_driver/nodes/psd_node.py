@@ -7,6 +7,7 @@ import sys
 
 from ..sources.psd_registry import make_psd_source
 from .driver_node import DriverNode
+from .host import Host
 from .psd_parameters import PSD_DRIVER_PARAMETERS, check_together
 from .run import run_node
 from .voltage_stream import VoltageStream, voltage_publishers
@@ -15,8 +16,8 @@ from .voltage_stream import VoltageStream, voltage_publishers
 class PsdNode(DriverNode):
     """One finger."""
 
-    def __init__(self):
-        super().__init__('psd_node', PSD_DRIVER_PARAMETERS, frozenset(), self._opened, 'psd finger')
+    def __init__(self, host: Host | None = None):
+        super().__init__('psd_node', PSD_DRIVER_PARAMETERS, frozenset(), self._opened, 'psd finger', host)
         self._outputs = voltage_publishers(self)
 
     def _opened(self, values: dict) -> VoltageStream:

@@ -7,6 +7,7 @@ import sys
 
 from ..sources.taxel_registry import make_taxel_source
 from .driver_node import DriverNode
+from .host import Host
 from .run import run_node
 from .taxel_parameters import TAXEL_DRIVER_PARAMETERS, check_together
 from .taxel_stream import TaxelStream, taxel_publishers
@@ -15,8 +16,8 @@ from .taxel_stream import TaxelStream, taxel_publishers
 class TaxelArrayNode(DriverNode):
     """One array."""
 
-    def __init__(self):
-        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, frozenset(), self._opened, 'taxel array')
+    def __init__(self, host: Host | None = None):
+        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, frozenset(), self._opened, 'taxel array', host)
         self._outputs = taxel_publishers(self)
 
     def _opened(self, values: dict) -> TaxelStream:

@@ -208,7 +208,7 @@ def test_diagnostics_tell_rate_drops_and_age(watcher, camera, video):
     camera(source='file', path=video, loop='true')
     watcher.until(lambda: images)
     watcher.spin(4.0)
-    status = [s for m in reports for s in m.status if s.name == 'camera_node: camera'][-1]
+    status = [s for m in reports for s in m.status if s.name == '/camera_node: camera'][-1]
     values = {v.key: v.value for v in status.values}
     assert float(values['rate (Hz)']) == pytest.approx(50.0, rel=0.1)
     assert (values['state'], values['dropped'], values['corrupt'], values['device']) == ('running', '0', '0', str(video))

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Collection
 
 from rclpy.qos import qos_profile_system_default
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
@@ -18,8 +19,8 @@ from .touchpad_stages import RESULTS, ContactMessages
 class ContactRegionNode(StageNode):
     """Tells which dots touch, stick and slip, and what follows from it."""
 
-    def __init__(self):
-        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS)
+    def __init__(self, host: Host | None = None):
+        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS, host)
         self.stage = ContactMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:

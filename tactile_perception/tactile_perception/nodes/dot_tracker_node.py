@@ -8,6 +8,7 @@ from collections.abc import Collection
 
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
@@ -19,8 +20,8 @@ from .touchpad_stages import DotMessages
 class DotTrackerNode(StageNode):
     """Finds, numbers and places the printed dots; while nobody subscribes to dots it only keeps the reference that it has."""
 
-    def __init__(self):
-        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks})
+    def __init__(self, host: Host | None = None):
+        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks}, host)
         self.stage = DotMessages(self.settings.values())
         self.offer_reference(lambda: self.stage.set_reference())
 

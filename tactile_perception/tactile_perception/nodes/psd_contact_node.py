@@ -7,6 +7,7 @@ import sys
 from collections.abc import Collection
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import Contacts, PsdVoltages
 
@@ -22,8 +23,8 @@ class PsdContactNode(StageNode):
 
     with_camera = False
 
-    def __init__(self):
-        super().__init__('psd_contact_node', PSD_PARAMETERS, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts})
+    def __init__(self, host: Host | None = None):
+        super().__init__('psd_contact_node', PSD_PARAMETERS, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts}, host)
         self.messages = PsdMessages(self.settings.values())
         self.offer_reference(lambda: self.messages.stage.set_reference())
 

@@ -12,15 +12,18 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data, qos_profile_system_de
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
 
 from ..errors import BadArgument, ClockSetBack, TactileError
 from .conversions import stamp_seconds
+from .shedding import Shedding
 from .work_log import WorkLog
 
 _PATIENCE_S = 5.0
 _STALE_S = 2.0
+_NS = 1_000_000_000
 
 
 class StageNode(Node):
@@ -33,18 +36,21 @@ class StageNode(Node):
 
     with_camera = True
 
-    def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type]):
-        super().__init__(name)
-        self.settings = NodeParameters(self, table, self.check_change, self.apply_change)
+    def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type],
+                 host: Host | None = None):
+        self._host = host or Host()
+        super().__init__(name, **self._host.options)
+        self.settings = NodeParameters(self, table, self.check_change, self._apply_change)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self._source, self._inputs = source, []
+        self._source, self._inputs, self._shedding = source, [], Shedding()
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
         self.say = SayOnce(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
-        self._outputs = {topic: self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched)
-                         for topic, kind in results.items()}
+        self._outputs = {topic: self._host.publisher(
+            self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched), self._follow_demand)
+            for topic, kind in results.items()}
         self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
         self._follow_demand()
 
@@ -58,23 +64,31 @@ class StageNode(Node):
 
     def _follow_demand(self) -> None:
         """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
-        if self.wanted and not self._inputs:
-            topic, kind, qos = self._source
-            cameras = [self.create_subscription(CameraInfo, 'camera_info', self._guarded(lambda info: self.stage.on_camera_info(info)),
-                                                qos_profile_sensor_data)] if self.with_camera else []
-            self._inputs = [*cameras, self.create_subscription(kind, topic, self._process, qos)]
-        elif not self.wanted and self._inputs:
-            for subscription in self._inputs:
-                self.destroy_subscription(subscription)
-            self._inputs = []
+        with self._host.lock:
+            if self.wanted and not self._inputs:
+                topic, kind, qos = self._source
+                cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, qos_profile_sensor_data)] \
+                    if self.with_camera else []
+                self._inputs = [*cameras, self._host.listen(self, kind, topic, self._take, qos)]
+            elif not self.wanted and self._inputs:
+                for end in self._inputs:
+                    end()
+                self._inputs = []
 
-    def _guarded(self, call: Callable) -> Callable:
-        def called(message):
+    def _take_camera_info(self, message: CameraInfo, _sent_ns: int) -> None:
+        with self._host.lock:
             try:
-                call(message)
+                self.stage.on_camera_info(message)
             except TactileError as error:
                 self._refuse(error)
-        return called
+
+    def _take(self, message, sent_ns: int) -> None:
+        with self._host.lock:
+            stamp = message.header.stamp
+            if self._shedding.is_late(stamp.sec * _NS + stamp.nanosec, sent_ns, time.time_ns()):
+                self.log.leave_out()
+            else:
+                self._process(message)
 
     def _is_early(self) -> bool:
         """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
@@ -119,7 +133,8 @@ class StageNode(Node):
         def called(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             response.success = self.log.done > 0 and self.log.age <= _STALE_S
             if response.success:
-                take()
+                with self._host.lock:
+                    take()
                 response.message = 'what comes next is the new reference; nothing may touch the sensor now'
             else:
                 response.message = (f'nothing comes, so there is nothing to take: subscribe to {" or ".join(self._outputs)}, and see that '
@@ -130,6 +145,10 @@ class StageNode(Node):
     def check_change(self, changes: dict) -> None:
         """Whether parameters that can change while the node runs may become changes (name -> value). Raises TactileError to refuse."""
 
+    def _apply_change(self, changes: dict) -> None:
+        with self._host.lock:
+            self.apply_change(changes)
+
     def apply_change(self, changes: dict) -> None:
         """Parameters have changed (name -> new value)."""
 
@@ -138,5 +157,6 @@ class StageNode(Node):
         return '', {}
 
     def _examine(self) -> Health:
-        remark, values = self.remarks()
-        return self.log.health(not self.wanted, remark, values)
+        with self._host.lock:
+            remark, values = self.remarks()
+            return self.log.health(not self.wanted, remark, values)

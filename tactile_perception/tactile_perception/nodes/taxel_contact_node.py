@@ -8,6 +8,7 @@ from collections.abc import Collection
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
+from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 
 from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, grasped_object
@@ -22,8 +23,8 @@ class TaxelContactNode(StageNode):
 
     with_camera = False
 
-    def __init__(self):
-        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS)
+    def __init__(self, host: Host | None = None):
+        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS, host)
         self.messages = TaxelMessages(self.settings.values())
         self.offer_reference(lambda: self.messages.estimator.set_reference())
 

@@ -76,7 +76,7 @@ class WorkLog:
         shed = len(_recent(self._left_out))
         if shed > _FEW:
             share = 100 * shed / (shed + len(_recent(self._stamps)))
-            remark = (f'{share:.0f} % of {self._topic} is left out: this machine is too slow for it; lower the rate, choose a faster method '
+            remark = (f'{share:.0f} % of {self._topic} is left out: this machine is too slow; lower the rate, choose a faster method '
                       'or end what else it does')
         return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')
 

@@ -1,0 +1,64 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A picture of all sensors of a hand, a tile for each. No ROS here."""
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from . import colours
+
+_WIDTH, _HEIGHT, _BAR = 480, 360, 56
+_BACK, _BAR_COLOUR, _GREY = (32, 32, 38), (60, 52, 48), (150, 150, 150)
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+
+def tile(title: str, line: str, picture: np.ndarray | None) -> np.ndarray:
+    """(H, W, 3) uint8 BGR: the picture (h, w, 3) as large as fits under a title and a line of text; None: a word that nothing came."""
+    made = np.full((_BAR + _HEIGHT, _WIDTH, 3), _BACK, np.uint8)
+    made[:_BAR] = _BAR_COLOUR
+    _write(made, title, (10, 22), 0.6, colours.bgr(colours.TEXT))
+    _write(made, line, (10, 46), 0.5, colours.bgr(colours.REGION))
+    if picture is None:
+        _write(made, 'nothing came', (160, _BAR + _HEIGHT // 2), 0.7, _GREY)
+        return made
+    scale = min(_WIDTH / picture.shape[1], _HEIGHT / picture.shape[0])
+    size = round(picture.shape[1] * scale), round(picture.shape[0] * scale)
+    fitted = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST)
+    left, top = (_WIDTH - size[0]) // 2, _BAR + (_HEIGHT - size[1]) // 2
+    made[top:top + size[1], left:left + size[0]] = fitted
+    return made
+
+
+def sheet(tiles: Sequence[np.ndarray]) -> np.ndarray:
+    """Tiles of one size side by side and one below the other."""
+    columns = math.ceil(math.sqrt(len(tiles)))
+    missing = [np.full_like(tiles[0], _BACK)] * (-len(tiles) % columns)
+    filled = [*tiles, *missing]
+    return np.vstack([np.hstack(filled[k:k + columns]) for k in range(0, len(filled), columns)])
+
+
+def taxel_picture(values: np.ndarray, full: float) -> np.ndarray:
+    """(H, W, 3) BGR of taxels (H, W); full: the value where the scale of colours ends."""
+    share = colours.of_depth(np.asarray(values, float).ravel() / full)
+    return np.round(255 * share[:, ::-1]).astype(np.uint8).reshape(*values.shape, 3)
+
+
+def finger_picture(normals: Sequence[np.ndarray]) -> np.ndarray:
+    """(360, 360, 3) BGR: a hemisphere seen along -z, x to the right and y downwards as in an image, a dot where each normal (3,) points."""
+    made, middle, radius = np.full((360, 360, 3), _BACK, np.uint8), (180, 180), 160
+    cv2.circle(made, middle, radius, colours.bgr(colours.STATE_COLOURS[0]), 2, cv2.LINE_AA)
+    for angle in (30, 60):
+        cv2.circle(made, middle, round(radius * math.sin(math.radians(angle))), _BAR_COLOUR, 1, cv2.LINE_AA)
+    for normal in normals:
+        if np.isfinite(normal).all():
+            place = tuple(round(180 + radius * float(x)) for x in normal[:2])
+            cv2.circle(made, place, 10, colours.bgr(colours.STATE_COLOURS[1]), -1, cv2.LINE_AA)
+    return made
+
+
+def _write(image: np.ndarray, text: str, place: tuple[int, int], size: float, colour: tuple[int, int, int]) -> None:
+    cv2.putText(image, text, place, _FONT, size, colour, 1, cv2.LINE_AA)

@@ -1,0 +1,61 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""hand_frames_node: where the sensors of a hand are mounted, on /tf_static."""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from geometry_msgs.msg import Quaternion, TransformStamped
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
+from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.conversions import vector
+from tactile_driver.nodes.diagnostics import OK, Health, NodeDiagnostics, common_values
+from tactile_driver.nodes.host import Host
+from tactile_driver.nodes.parameter_server import NodeParameters
+from tactile_driver.nodes.run import run_node
+from tf2_msgs.msg import TFMessage
+
+from ..hand_file import Hand, read_hand
+from ..parameters import HAND_FRAMES_PARAMETERS
+
+
+def mounting_transforms(hand: Hand, stamp: Time) -> list[TransformStamped]:
+    """From its parent to each sensor frame."""
+    found = []
+    for sensor in hand.sensors:
+        mounting = TransformStamped(child_frame_id=sensor.frame)
+        mounting.header.frame_id, mounting.header.stamp = sensor.parent, stamp.to_msg()
+        mounting.transform.translation = vector(sensor.xyz)
+        mounting.transform.rotation = Quaternion(**dict(zip('xyzw', sensor.quaternion)))
+        found.append(mounting)
+    return found
+
+
+class HandFramesNode(Node):
+    """Publishes once, latched. tf2_ros' static_transform_publisher would be a process for each sensor."""
+
+    def __init__(self, host: Host | None = None):
+        super().__init__('hand_frames_node', **(host or Host()).options)
+        settings = NodeParameters(self, HAND_FRAMES_PARAMETERS)
+        if settings.problems or not settings['hand']:
+            raise BadArgument('hand_frames_node: ' + ('; '.join(settings.problems.values()) or 'parameter hand is empty; name the file'))
+        self._hand = read_hand(Path(settings['hand']))
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._output = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._output.publish(TFMessage(transforms=mounting_transforms(self._hand, self.get_clock().now())))
+        self._diagnostics = NodeDiagnostics(self, 'frames', self._hand.frame, self._examine)
+
+    def _examine(self) -> Health:
+        return Health(OK, f'{len(self._hand.sensors)} sensors on {self._hand.frame}', common_values('running'))
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process hand_frames_node."""
+    sys.exit(run_node(HandFramesNode, args))
+
+
+if __name__ == '__main__':
+    main()

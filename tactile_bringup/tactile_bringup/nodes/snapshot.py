@@ -1,0 +1,177 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""snapshot: a PNG with all sensors of a hand, as they see and feel at present.
+
+    ros2 run tactile_bringup snapshot OUT.png [--hand FILE]
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+import rclpy
+import yaml
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+from tactile_driver.errors import TactileError
+from tactile_msgs.msg import Contacts
+from tactile_perception.nodes.conversions import image_to_array
+from tactile_perception.nodes.taxel_stages import taxel_values
+
+from ..hand_file import read_hand
+from ..hand_picture import finger_picture, sheet, taxel_picture, tile
+
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_SETTLE_S = 2.5  # until the middleware has found all sensors
+_LOOK_S = 0.5
+_FULL = {'mono8': 255.0, 'mono16': 65535.0}
+
+
+@dataclass
+class Seen:
+    """What is known of one sensor: its type, and the last message of each topic that its tile is made of."""
+
+    type: str = ''
+    topics: dict[str, type] = field(default_factory=dict)
+    messages: dict[str, object] = field(default_factory=dict)
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is all that its tile needs."""
+        return bool(self.type) and self.topics.keys() <= self.messages.keys()
+
+
+def _annotated(messages: dict) -> np.ndarray:
+    return image_to_array(messages['image_annotated'])
+
+
+def _taxels(messages: dict) -> np.ndarray:
+    image = messages['image_raw']
+    values = taxel_values(image)
+    return taxel_picture(values, min(_FULL[image.encoding], max(1.0, float(values.max()))))
+
+
+def _finger(messages: dict) -> np.ndarray:
+    return finger_picture([np.array([c.normal.x, c.normal.y, c.normal.z]) for c in messages['contacts'].contacts])
+
+
+#: Sensor type -> topic of the picture, "" for none, and what draws it from messages by topic. Others have a picture with what they feel.
+DRAWINGS: dict[str, tuple[str, Callable[[dict], np.ndarray]]] = {'psd_finger': ('', _finger), 'taxel_array': ('image_raw', _taxels)}
+_OTHER = ('image_annotated', _annotated)
+
+
+class SnapshotNode(Node):
+    """Finds sensors by their descriptions, and collects one message of each topic that is drawn. names: of those that ought to be there."""
+
+    def __init__(self, names: Collection[str]):
+        super().__init__('snapshot')
+        self.seen: dict[str, Seen] = {}
+        for name in names:
+            self._look_at(name)
+        self.create_timer(_LOOK_S, self._find)
+
+    def _find(self) -> None:
+        for topic, kinds in self.get_topic_names_and_types():
+            name = topic.strip('/').removesuffix('/description')
+            if topic == f'/{name}/description' and 'std_msgs/msg/String' in kinds and name not in self.seen:
+                self._look_at(name)
+
+    def _look_at(self, name: str) -> None:
+        self.seen[name] = Seen()
+        self.create_subscription(String, f'/{name}/description', lambda message: self._take_description(name, message), _LATCHED)
+
+    def _take_description(self, name: str, message: String) -> None:
+        seen, about = self.seen[name], yaml.safe_load(message.data)
+        if seen.type or not isinstance(about, dict):
+            return
+        seen.type = str(about.get('sensor_type', ''))
+        picture, _ = DRAWINGS.get(seen.type, _OTHER)
+        seen.topics = {'contacts': Contacts} | ({picture: Image} if picture else {})
+        for topic, kind in seen.topics.items():
+            self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.messages.update({topic: message}),
+                                     qos_profile_sensor_data)
+
+
+def tile_of(name: str, seen: Seen) -> np.ndarray:
+    """The sensor's tile, of what there is of it."""
+    contacts = seen.messages['contacts'].contacts if 'contacts' in seen.messages else None
+    line = 'no contacts are told' if contacts is None else touch_line([c.force for c in contacts])
+    topic, draw = DRAWINGS.get(seen.type, _OTHER)
+    try:
+        picture = draw(seen.messages) if (topic or 'contacts') in seen.messages else None
+    except TactileError as error:
+        picture, line = None, str(error)
+    return tile(f'{name}   {seen.type or "not found"}', line, picture)
+
+
+def touch_line(forces: Collection[float]) -> str:
+    """How many touch, and with how much, N, as far as it is known."""
+    if not forces:
+        return 'nothing touches'
+    known = [force for force in forces if np.isfinite(force)]
+    return f'{len(forces)} touch{"es" if len(forces) > 1 else ""}' + (f', {sum(known):.2f} N' if known else '')
+
+
+def collect(node: SnapshotNode, patience_s: float) -> None:
+    """Until all sensors that there are have said all that is drawn, or patience is at its end."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    begin = time.monotonic()
+    while (passed := time.monotonic() - begin) < patience_s:
+        executor.spin_once(timeout_sec=0.1)
+        if passed > _SETTLE_S and node.seen and all(seen.complete for seen in node.seen.values()):
+            return
+
+
+def write(path: Path, seen: dict[str, Seen]) -> str:
+    """Write the picture; what is wrong, '' for nothing."""
+    if not any(each.type for each in seen.values()):
+        return 'no sensor was found; is the hand launched, in this ROS domain?'
+    picture = sheet([tile_of(name, seen[name]) for name in sorted(seen)])
+    good, data = cv2.imencode('.png', picture)
+    try:
+        path.write_bytes(data.tobytes() if good else b'')
+    except OSError as error:
+        return f'{path} cannot be written: {error}'
+    print(path)
+    missing = [f'{name} ({", ".join(sorted(each.topics.keys() - each.messages.keys())) or "description"})'
+               for name, each in sorted(seen.items()) if not each.complete]
+    return f'nothing came of {"; ".join(missing)}' if missing else ''
+
+
+def main(args: list[str] | None = None) -> int:
+    """The command; the exit code, 1 where a sensor is missing or the file cannot be written."""
+    parser = argparse.ArgumentParser(prog='snapshot', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('out', type=Path, help='PNG file to write')
+    parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
+    parser.add_argument('--patience', type=float, default=15.0, help='s to wait for all sensors')
+    given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['snapshot', *args])[1:])
+    try:
+        names = [sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else []
+    except TactileError as error:
+        print(f'snapshot: {error}', file=sys.stderr)
+        return 1
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    node = SnapshotNode(names)
+    try:
+        collect(node, given.patience)
+    except ExternalShutdownException:
+        return 1
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    problem = write(given.out, node.seen)
+    if problem:
+        print(f'snapshot: {problem}', file=sys.stderr)
+    return 1 if problem else 0

@@ -1,0 +1,91 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""status: how all sensors of a hand are, in the terminal; rates, latency, states, last faults.
+
+    ros2 run tactile_bringup status [--hand FILE] [--once]
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+from tactile_driver.errors import TactileError
+
+from ..hand_file import read_hand
+from ..hand_status import HandStatus
+
+_QUEUE = 100
+_PERIOD_S, _LOOK_S = 1.0, 2.5  # nodes report once a second
+_CLEAR = '\033[2J\033[H'
+
+
+class StatusNode(Node):
+    """Collects /diagnostics into status."""
+
+    def __init__(self, status: HandStatus):
+        super().__init__('status')
+        self._status = status
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._take, _QUEUE)
+
+    def _take(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._status.add(status.name, status.level[0], status.message, {v.key: v.value for v in status.values}, time.monotonic())
+
+
+def watch(node: Node, status: HandStatus, once: bool, patience_s: float) -> int:
+    """Show it until interrupted, or once when all nodes have had time to report; the exit code of the latter: 1 for a fault."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    begin = heard = shown = time.monotonic()
+    while True:
+        executor.spin_once(timeout_sec=0.1)
+        now = time.monotonic()
+        heard = now if status.empty else heard
+        if once and (now - heard > _LOOK_S if not status.empty else now - begin > patience_s):
+            return _tell(status, now)
+        if not once and now - shown > _PERIOD_S:
+            shown = now
+            terminal = sys.stdout.isatty()
+            print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
+
+
+def _tell(status: HandStatus, now: float) -> int:
+    print(_text(status, now, sys.stdout.isatty()), end='')
+    return 1 if status.empty or status.faulty(now) else 0
+
+
+def _text(status: HandStatus, now: float, colour: bool) -> str:
+    if status.empty:
+        return 'nothing is reported on /diagnostics; is the hand launched, in this ROS domain?\n'
+    return status.text(now, colour)
+
+
+def main(args: list[str] | None = None) -> int:
+    """The command; the exit code, with --once 1 where a node is in error or silent, or a sensor missing."""
+    parser = argparse.ArgumentParser(prog='status', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
+    parser.add_argument('--once', action='store_true', help='show it once and end; the exit code is 1 where something is wrong')
+    parser.add_argument('--patience', type=float, default=10.0, help='with --once: s to wait for the first report')
+    given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
+    try:
+        status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
+    except TactileError as error:
+        print(f'status: {error}', file=sys.stderr)
+        return 1
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    node = StatusNode(status)
+    try:
+        return watch(node, status, given.once, given.patience)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Several nodes in one process: what they are told, and that what they compute does not depend on who shares a process."""
+import json
+import os
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+from importlib import import_module  # noqa: E402
+
+from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from lifecycle_msgs.srv import GetState  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from tactile_driver.errors import BadArgument  # noqa: E402
+from tactile_msgs.msg import ContactRegion  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+from tactile_perception.offline import process_bag  # noqa: E402
+from tactile_perception.offline.bags import BagReader  # noqa: E402
+
+from tactile_bringup.nodes.compose import NODES, Plan, made, plans_of  # noqa: E402
+from tactile_bringup.simulated_bag import write_scene  # noqa: E402
+
+pytestmark = pytest.mark.ros
+DOMAIN = 100 + os.getpid() % 100
+
+
+def test_the_table_names_what_there_is():
+    for name, (package, kind) in NODES.items():
+        assert hasattr(import_module(f'{package}.{name}'), kind), name
+
+
+def test_parameters_stay_of_their_type():
+    listed = {'node': 'camera_node', 'namespace': '/thumb', 'params_file': 'a.yaml', 'parameters': {'device': '12', 'rate': 60.0}}
+    plan, = plans_of(json.dumps([listed]))
+    assert plan == Plan('camera_node', '/thumb', 'a.yaml', {'device': '12', 'rate': 60.0})
+    assert plan.arguments == ['-r', '__ns:=/thumb', '--params-file', 'a.yaml']
+
+
+@pytest.mark.parametrize(('text', 'told'), [('[', 'cannot be read'),
+                                            ('[{"node": "x", "namespace": "/"}]', "node 'x' is unknown; known are camera_node"),
+                                            ('[{"nose": 1}]', 'cannot be read'), ('[]', 'is empty'), ('3', 'cannot be read')])
+def test_a_list_that_is_none(text, told):
+    with pytest.raises(BadArgument, match=told):
+        plans_of(text)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp('compose') / 'bag'
+    write_scene(path, 'sphere_press', rate=5.0, namespace='pad', frames=14)
+    return path
+
+
+PARAMS = os.path.join(get_package_share_directory('tactile_bringup'), 'params', 'touchpad_sim.yaml')
+
+
+def plan_of(bag):
+    own = {'source': 'bag', 'path': str(bag), 'topic': '/pad/image_raw', 'rate': 0.0, 'frame_id': 'pad'}
+    return json.dumps([{'node': name, 'namespace': '/pad', 'params_file': PARAMS, 'parameters': own if name == 'camera_node' else {}}
+                       for name in ('camera_node', 'dot_tracker_node', 'contact_region_node')])
+
+
+def processed(bag, folder):
+    """The regions that process_bag makes of a recording."""
+    assert process_bag.main([str(bag), str(folder / 'estimates'), '--params', PARAMS, '--jobs', '1']) == 0
+    codec = MessageCodec()
+    with BagReader(folder / 'estimates') as reader:
+        return [codec.decode(message.data, message.type_name) for message in reader.messages({'/pad/contact_region'})]
+
+
+class Listener:
+    """Spins the nodes, and a node in a context of its own that hears their regions and asks for the driver's state."""
+
+    def __init__(self, nodes):
+        self._context, self._own = Context(), SingleThreadedExecutor()
+        rclpy.init(context=self._context, domain_id=DOMAIN)
+        self.node, self._executor = rclpy.create_node('ear', context=self._context), SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        for node in nodes:
+            self._own.add_node(node)
+        self.regions = []
+        self.node.create_subscription(ContactRegion, '/pad/contact_region', self.regions.append, 50)
+
+    def until(self, condition):
+        end = time.monotonic() + 30
+        while not condition() and time.monotonic() < end:
+            self._own.spin_once(timeout_sec=0.02)
+            self._executor.spin_once(timeout_sec=0.02)
+        assert condition()
+
+    def close(self):
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middleware(bag, tmp_path):
+    rclpy.init(domain_id=DOMAIN)
+    nodes = list(made(plan_of(bag)))
+    ear = Listener(nodes)
+    try:
+        ear.until(lambda: len(ear.regions) == 14)
+        assert list(map(str, ear.regions)) == list(map(str, processed(bag, tmp_path))), 'NaN and all'
+        assert ear.regions[0].area == 0 and ear.regions[-1].area > 10e-6
+        for topic in ('image_raw', 'camera_info', 'dots'):
+            assert ear.node.count_subscribers(f'/pad/{topic}') == 0, topic
+        state = ear.node.create_client(GetState, '/pad/camera_node/get_state').call_async(GetState.Request())
+        ear.until(state.done)
+        assert state.result().current_state.label == 'active'
+    finally:
+        for node in nodes:
+            node.destroy_node()
+        ear.close()
+        rclpy.try_shutdown()

@@ -1,0 +1,93 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command snapshot, beside a node that publishes what three sensors would."""
+import os
+import threading
+
+import cv2
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from geometry_msgs.msg import Vector3  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_msgs.msg import Contact, Contacts  # noqa: E402
+
+from tactile_bringup.nodes.snapshot import main, touch_line  # noqa: E402
+
+pytestmark = pytest.mark.ros
+DOMAIN = 100 + os.getpid() % 100
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BLUE = np.full((48, 64, 3), (250, 10, 10), np.uint8)
+
+
+class Hand(Node):
+    """thumb: a touchpad that shows a blue picture; little: a taxel array; tip: a finger that is touched at its pole."""
+
+    def __init__(self, context):
+        super().__init__('hand', context=context)
+        self.sent = []
+        self.describe('thumb', 'touchpad', ('image_annotated', Image, image_of(BLUE, 'bgr8')))
+        self.describe('little', 'taxel_array', ('image_raw', Image, image_of(np.eye(4, dtype=np.uint8), 'mono8')))
+        self.describe('tip', 'psd_finger', touches=(Contact(normal=Vector3(z=1.0), force=0.4),))
+        self.create_timer(0.1, lambda: [publisher.publish(message) for publisher, message in self.sent])
+
+    def describe(self, name, kind, *pictures, touches=()):
+        publisher = self.create_publisher(String, f'{name}/description', LATCHED)
+        publisher.publish(String(data=f'sensor_type: {kind}\n'))
+        for topic, message_type, message in (*pictures, ('contacts', Contacts, Contacts(contacts=touches))):
+            self.sent.append((self.create_publisher(message_type, f'{name}/{topic}', 10), message))
+
+
+def image_of(array, encoding):
+    return image_to_message(Frame(array, 0, encoding), '', header_of(0, 'pad'))
+
+
+@pytest.fixture
+def hand(monkeypatch):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+    context = Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node, executor = Hand(context), SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    yield node
+    executor.shutdown()
+    thread.join(5)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_a_tile_for_each_sensor(hand, tmp_path, capsys):
+    out = tmp_path / 'hand.png'
+    assert main([str(out)]) == 0
+    picture = cv2.imread(str(out))
+    assert picture.shape == (2 * 416, 2 * 480, 3)  # in the order of the names: little, thumb, tip
+    assert picture[236, 720].tolist() == [250, 10, 10], 'the blue picture'
+    assert (picture[:416, :480] == (26, 89, 255)).all(axis=2).sum() == pytest.approx(360 * 360 / 4, rel=0.01), 'a quarter of the taxels'
+    assert (picture[416:, :480] == (89, 217, 51)).all(axis=2).sum() > 250, 'where the finger is touched'
+    (tmp_path / 'hand.yaml').write_text('sensors: [{name: thumb, type: touchpad}, {name: index, type: touchpad}]\n')
+    assert main([str(out), '--hand', str(tmp_path / 'hand.yaml'), '--patience', '4']) == 1
+    assert 'nothing came of index (description)' in capsys.readouterr().err
+
+
+def test_what_cannot_be_done_is_told(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+    assert main([str(tmp_path / 'hand.png'), '--patience', '0.3']) == 1
+    assert 'no sensor was found' in capsys.readouterr().err and not (tmp_path / 'hand.png').exists()
+    assert main(['x.png', '--hand', 'none.yaml']) == 1
+
+
+@pytest.mark.parametrize(('forces', 'line'), [([], 'nothing touches'), ([0.5], '1 touch, 0.50 N'), ([0.5, np.nan], '2 touches, 0.50 N'),
+                                              ([np.nan], '1 touch')])
+def test_a_line_of_touches(forces, line):
+    assert touch_line(forces) == line

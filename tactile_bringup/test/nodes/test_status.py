@@ -1,0 +1,57 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command status, beside a node that reports."""
+import os
+import threading
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values  # noqa: E402
+
+from tactile_bringup.nodes.status import main  # noqa: E402
+
+pytestmark = pytest.mark.ros
+DOMAIN = 100 + os.getpid() % 100
+
+
+@pytest.fixture
+def reporter(monkeypatch):
+    """A camera_node of the sensor thumb that reports its health, which can be set."""
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+    context, health = Context(), [Health(OK, '30 Hz', common_values('running', 30.0, 0.01, 3))]
+    rclpy.init(context=context, domain_id=DOMAIN)
+    node = Node('camera_node', namespace='/thumb', context=context)
+    node.diagnostics = NodeDiagnostics(node, 'camera', 'A1', lambda: health[0])
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    yield health
+    executor.shutdown()
+    thread.join(5)
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_once_for_a_script(reporter, capsys, tmp_path):
+    assert main(['--once']) == 0
+    row = next(line.split() for line in capsys.readouterr().out.splitlines() if 'camera_node' in line)
+    assert row == ['thumb', 'camera_node', 'running', '30.0', '-', '0.01', '3', 'ok']
+    reporter[0] = Health(ERROR, 'no frame for 3 s; check the cable', common_values('lost'))
+    (tmp_path / 'hand.yaml').write_text('sensors: [{name: thumb, type: touchpad}, {name: index, type: touchpad}]\n')
+    assert main(['--once', '--hand', str(tmp_path / 'hand.yaml')]) == 1
+    said = capsys.readouterr().out
+    assert 'thumb/camera_node: no frame for 3 s; check the cable' in said and 'index' in said and 'has it been launched?' in said
+
+
+def test_where_nothing_is_heard_it_says_so(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+    assert main(['--once', '--patience', '0.5']) == 1
+    assert 'nothing is reported on /diagnostics' in capsys.readouterr().out
+    assert main(['--hand', str(tmp_path / 'none.yaml')]) == 1
+    assert 'none.yaml: cannot be read' in capsys.readouterr().err
