@@ -28,11 +28,21 @@ class Session:
             self._begin(command)
         elif command.startswith('ros2 topic hz'):
             self._measure(command)
+        elif command.startswith('ros2') and ' run ' not in command:
+            self._ask(command)
         else:
-            limit = _PATIENCE_S if command.startswith('ros2') and ' run ' not in command else _TOOL_S
-            found = subprocess.run(['bash', '-c', command], cwd=self._folder, env=self._environment, capture_output=True, text=True,
-                                   timeout=limit)
+            found = self._called(command, _TOOL_S)
             assert found.returncode == 0, f'{command}\n{found.stdout[-2000:]}\n{found.stderr[-2000:]}{self._said()}'
+
+    def _called(self, command: str, limit: float) -> subprocess.CompletedProcess:
+        return subprocess.run(['bash', '-c', command], cwd=self._folder, env=self._environment, capture_output=True, text=True, timeout=limit)
+
+    def _ask(self, command: str) -> None:
+        """Again until the nodes are there: a busy machine takes long to start them."""
+        end = time.monotonic() + _PATIENCE_S
+        while (found := self._called(command, _PATIENCE_S)).returncode != 0 and time.monotonic() < end:
+            time.sleep(1.0)
+        assert found.returncode == 0, f'{command}\n{found.stdout[-2000:]}\n{found.stderr[-2000:]}{self._said()}'
 
     def _start(self, command: str) -> tuple[subprocess.Popen, Path]:
         self._count += 1
