@@ -89,15 +89,15 @@ class SheetInverse:
         self._most = np.array([*library.plan.reach, library.plan.depth, SPREAD, farthest, farthest]) * (1 - 1e-6)
         self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD, -farthest, -farthest])
 
-    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False) -> Inverse:
+    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False, rounds: int = ROUNDS) -> Inverse:
         """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other; dragged:
-        whether they may have dragged the sheet along."""
+        whether they may have dragged the sheet along; rounds: of Gauss-Newton, at the most."""
         count = len(start)
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
         free = np.tile([True, True, True, True, dragged, dragged], count)
         free = np.flatnonzero(np.append(free, np.ones(len(state) - len(free), bool)))
-        corrected, length = np.full_like(state, np.inf), np.inf
-        for turn in range(ROUNDS):
+        corrected, length, way, pull = np.full_like(state, np.inf), np.inf, np.zeros(len(free)), 1.0
+        for _ in range(rounds):
             presses = _presses(state, count)
             fields = [fields_of(self._library, press) for press in presses]
             if length > NEARLY**2:
@@ -114,8 +114,10 @@ class SheetInverse:
                 information[np.diag_indices_from(information)] += prior + 1e-9 * np.diag(information)
                 covariance = np.linalg.inv(information)
             gradient = pulled @ residual - prior * (state[free] - middle)
-            step = covariance @ gradient
-            state, length = self._within(state, free, step, count), step @ gradient
+            step = covariance @ gradient * _damping(gradient @ way, pull)
+            before, state = state, self._within(state, free, step, count)
+            way, length = (state - before)[free], step @ gradient
+            pull = way @ gradient
             if length < SETTLED**2:
                 break
         misfit = float(np.sum(np.minimum(residual**2, DOUBT * np.abs(residual))) / max(seen.known.sum(), 1))
@@ -197,6 +199,12 @@ class SheetInverse:
         state[:number] = np.minimum(np.maximum(state[:number].reshape(-1, SIZE), self._least), self._most).ravel()
         state[number:] = np.minimum(np.maximum(state[number:], MOST_MIXED[0]), MOST_MIXED[1])
         return state
+
+
+def _damping(pull: float, before: float) -> float:
+    """What a step is multiplied with that would take back part of the last one: pull of the gradient along that one, now and before it.
+    Were it taken in full, the next would go too far again."""
+    return before / (before - pull) if pull < 0 < before else 1.0
 
 
 def hindrance(deformed: list[np.ndarray]) -> np.ndarray:

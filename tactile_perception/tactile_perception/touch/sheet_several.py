@@ -3,7 +3,7 @@
 """What presses a field of markers shows: one straight down, one that is dragged, or several at once; and where their tips stand.
 
 What explains more takes its place only where what explains less is wrong by more than the model is, and is far better itself: a tip of
-another size, or a flat one, is no two tips.
+another size, or a flat one, is no two tips. Drags and second presses are sought at length once, then followed from frame to frame.
 """
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ RIGHT = 4.0         # misfit, above which two presses are not believed
 APART = 2.2         # marker pitches between two tips, below which they are one
 SLIGHT = 0.12       # of the deeper press's depth: a slighter one beside it is not believed
 AGAIN = 2           # times that two presses are solved for anew, from where they were
+ALIKE = 0.3         # of the displacements: what has changed by less since the last frame may be what that frame showed
+FOLLOWED = 3        # rounds from where the last frame's drag, or its two presses, were
+SEARCHED = 15       # frames after which two presses that explain too little are sought anew
 UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # of what other tips move a place, and sink the sheet, by which that may be wrong
 
 
@@ -37,27 +40,73 @@ class Tip:
     log_radius: float
 
 
+@dataclass
+class _Followed:
+    """The last frame's shift (K, 2) m; the last press straight down, drag, and two presses, that were looked at where one press does not
+    explain enough; whether two were told; how many frames ago they were sought."""
+
+    shift: np.ndarray
+    straight: Inverse | None = None
+    dragged: Inverse | None = None
+    two: Inverse | None = None
+    told_two: bool = False
+    age: int = 0
+
+    def leads_to(self, field: MarkerField) -> bool:
+        """Whether a field is nearly that of the last frame."""
+        known = np.isfinite(self.shift) & np.isfinite(field.shift) if self.shift.shape == field.shift.shape else np.zeros(0, bool)
+        if not known.any():
+            return False
+        now = field.shift[known]
+        change = now - self.shift[known]
+        return bool(change @ change < ALIKE**2 * (now @ now))
+
+
 class SheetPresses:
-    """Explains fields by presses. pitch: m, of the markers."""
+    """Explains fields by presses, frame after frame. pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
+        self._last = _Followed(np.zeros((0, 2)))
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:
         """What explains a field; begin: where a press of it may be."""
+        last = self._last = replace(self._last, shift=field.shift) if self._last.leads_to(field) else _Followed(field.shift)
+        last.age += 1
         seen = Seen(field)
-        found = self._inverse.solve(seen, [begin])
-        if found.misfit < WRONG:
-            return found
-        dragged = self._inverse.solve(seen, self._inverse.solve(seen, found.presses, dragged=True).presses, dragged=True)
-        single = dragged if dragged.misfit < BETTER * found.misfit else found
-        if single.misfit < WRONG:
+        straight = self._inverse.solve(seen, [begin]) if last.straight is None else self._continued(seen, last.straight)
+        if straight.misfit < WRONG and not last.told_two:
+            last.straight = None
+            return straight
+        last.straight, last.dragged = straight, self._dragged(seen, straight, last.dragged)
+        single = last.dragged if last.dragged.misfit < BETTER * straight.misfit else straight
+        if single.misfit < WRONG and not last.told_two:
             return single
-        two = self._two(field, seen, found, FAR_BETTER * dragged.misfit)
-        return two if two.misfit <= min(RIGHT, FAR_BETTER * dragged.misfit) and self._apart(two) else single
+        enough = FAR_BETTER * last.dragged.misfit
+        last.two = self._followed(seen, last.two, enough) or self._two(field, seen, straight, enough)
+        last.told_two = self._are_two(last.two, enough)
+        return last.two if last.told_two else single
+
+    def _continued(self, seen: Seen, last: Inverse, dragged: bool = False) -> Inverse:
+        """Presses from where the last were."""
+        return self._inverse.solve(seen, last.presses, last.mixed, dragged, FOLLOWED)
+
+    def _dragged(self, seen: Seen, straight: Inverse, last: Inverse | None) -> Inverse:
+        """One press that has dragged the sheet along, from where the last was, or from one straight down."""
+        if last is not None:
+            return self._continued(seen, last, dragged=True)
+        return self._inverse.solve(seen, self._inverse.solve(seen, straight.presses, dragged=True).presses, dragged=True)
+
+    def _followed(self, seen: Seen, last: Inverse | None, enough: float) -> Inverse | None:
+        """Two presses from where the last were; None where they have to be sought anew."""
+        if last is None:
+            return None
+        two = self._continued(seen, last)
+        return two if self._last.age < SEARCHED or two.misfit < WRONG and self._are_two(two, enough) else None
 
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
         """Two presses: one, and another where it leaves most unexplained; given up where their misfit stays far from enough."""
+        self._last.age = 0
         told = np.zeros((len(field), 3))
         told[seen.index] = self._inverse.predict(one.presses, seen)[0]
         left = replace(field, shift=field.shift - told[:, :2], growth=field.growth - told[:, 2])
@@ -66,7 +115,10 @@ class SheetPresses:
             two = self._inverse.solve(seen, two.presses, two.mixed)
         return two
 
-    def _apart(self, two: Inverse) -> bool:
+    def _are_two(self, two: Inverse, enough: float) -> bool:
+        """Whether two presses explain enough, and are no one that is taken for two."""
+        if two.misfit > min(RIGHT, enough):
+            return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
         apart = np.hypot(*(one.vector - other.vector)[:2])
         return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])

@@ -70,3 +70,56 @@ def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
     found, tips = explained(together([press]))
     assert len(tips) == 1 and found.presses[0].dragged == pytest.approx(press.dragged, abs=1e-4)
     assert np.abs(tips[0].vector[:2] - [0.00575, -0.0035]).max() < 1e-4 and tips[0].covariance[0, 0] > (3e-4)**2
+
+
+class Counting:
+    """Explains frame after frame, and counts the rounds of each."""
+
+    def __init__(self, monkeypatch):
+        inverse = SheetInverse(library(), NOISE, 0.0, PITCH)
+        self.presses, self.rounds = SheetPresses(library(), inverse, START, PITCH), []
+        within = inverse._within
+        monkeypatch.setattr(inverse, '_within', lambda *state: self._count(within(*state)))
+
+    def _count(self, state):
+        self.rounds[-1] += 1
+        return state
+
+    def __call__(self, field):
+        self.rounds.append(0)
+        found = self.presses.explain(field, START.best(field)[0])
+        return found, tips_of(library(), found)
+
+
+def two_at(k):
+    """Two presses that go deeper and along the sheet."""
+    return [Press(np.array([-0.010 + 2e-4 * k, 0.003]), 2.5e-3 + 1e-4 * k), Press(np.array([0.007, -0.004 + 2e-4 * k]), 2e-3 + 1e-4 * k)]
+
+
+def test_two_presses_are_followed_in_fewer_rounds_to_where_they_are_found_anew(monkeypatch):
+    follow = Counting(monkeypatch)
+    for k in range(10):
+        found, tips = follow(together(two_at(k), seed=k))
+        fresh = Counting(monkeypatch)(together(two_at(k), seed=k))[1]
+        assert len(tips) == len(fresh) == 2
+        for tip in tips:
+            assert min(np.abs(tip.vector - other.vector).max() for other in fresh) < 1e-4
+    assert max(follow.rounds[1:]) <= 9 < follow.rounds[0]
+
+
+def test_a_second_press_is_found_as_soon_as_in_single_frames_and_lost_when_it_ends(monkeypatch):
+    follow, one = Counting(monkeypatch), Press(np.array([-0.008, 0.0]), 4e-3)
+    for k in [*range(25), *range(24, -1, -1)]:
+        field = together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k)
+        told, alone = len(follow(field)[1]), len(Counting(monkeypatch)(field)[1])
+        assert told == alone or told > alone and k < 10, 'a press that ends is told a little longer than it would be anew'
+    assert told == 1
+
+
+def test_another_frame_is_not_told_by_what_was_before(monkeypatch):
+    follow = Counting(monkeypatch)
+    follow(together(two_at(0)))
+    _, (tip,) = follow(together([Press(np.array([0.002, -0.008]), 3e-3)]))
+    assert tip.vector == pytest.approx([0.002, -0.008, 3e-3], abs=1e-4)
+    again, anew = follow(together(two_at(0)))[0], Counting(monkeypatch)(together(two_at(0)))[0]
+    assert [press.vector.tolist() for press in again.presses] == [press.vector.tolist() for press in anew.presses]
