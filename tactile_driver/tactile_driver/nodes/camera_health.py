@@ -29,21 +29,23 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) 
               'last error': status.error}
     if 'unpaired' in about:
         values['unpaired'] = about['unpaired']
-    level, message = _judged(status, nominal, live, bool(about.get('idle')))
+    level, message = _judged(status, nominal, live, bool(about.get('idle')), remark)
     if level == OK and remark:
         level, message = WARN, remark
     return Health(level, message, values)
 
 
-def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool) -> tuple[bytes, str]:
+def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remark: str) -> tuple[bytes, str]:
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
     if status.state != 'running':
         return OK, {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}[status.state]
+    if status.failing:
+        return ERROR, status.error
     if idle:
         return OK, 'nobody subscribes'
     if live and status.age_s > max(_SHORTEST_SILENCE, _SILENCE_PERIODS / max(nominal, 1.0)):
-        return ERROR, f'no frame for {status.age_s:.1f} s; check the camera and its cable'
+        return ERROR, remark or f'no frame for {status.age_s:.1f} s; check the sensor and its cable'
     if live and nominal > 0 and status.rate < _RATE_TOLERANCE * nominal:
         return WARN, (f'{status.rate:.1f} Hz instead of {nominal:.1f} Hz: too little light (long exposure), a slow USB port or pixel '
                       'format, or a busy machine')

@@ -65,10 +65,10 @@ def _judged(status: CaptureStatus, about: dict, meter: SampleMeter, live: bool, 
         return ERROR, status.error
     if status.state != 'running':
         return OK, _STATES[status.state]
+    if live and status.age_s > _SILENCE_S:
+        return ERROR, remark or f'no samples for {status.age_s:.1f} s; check the sensor and its cable'
     if remark:
         return WARN, remark
-    if live and status.age_s > _SILENCE_S:
-        return ERROR, f'no samples for {status.age_s:.1f} s; check the sensor and its cable'
     if meter.saturated_part > _SATURATED:
         return WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated: too much light, or an output at its end'
     nominal = float(about.get('rate', 0) or 0)

@@ -35,6 +35,9 @@ class Expected:
         return kind == self.kind and self.rows in (None, rows) and self.columns in (None, columns)
 
 
+_KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix'}
+
+
 def frame_size(rows: int, columns: int, bits: int) -> int:
     """Length of a frame, bytes."""
     return _HEAD + rows * columns * (1 if bits == 8 else 2) + _TAIL
@@ -103,6 +106,7 @@ class BinaryReader:
         shape = rows + 1, columns + 1
         if not (self._expected.fits(kind, *shape) and 8 <= bits <= 16):
             self.counts.refused += 1
+            self.counts.stranger = f'{_KINDS.get(kind, f"kind {kind}")} of {shape[0]} x {shape[1]} values of {bits} bits'
             return len(SYNC), None
         size = frame_size(*shape, bits)
         if len(buffer) - place < size:
@@ -116,5 +120,6 @@ class BinaryReader:
             self.counts.refused += 1
             return len(SYNC), None
         self.counts.frames += 1
+        self.counts.stranger = ''
         self._sequence.take(sequence)
         return size, CountFrame(values, time_us, interval_ns, sequence, bits)

@@ -28,7 +28,7 @@ class CountFrame:
 class FrameCounts:
     """frames: good ones; bad_crc: with a sync word in place and a wrong check sum; refused: correct, but of another kind or shape than is
     wanted, or with counts that the converter cannot give; garbage: bytes between frames; missing: frames that the sequence numbers miss;
-    resets: how often the sequence began anew."""
+    resets: how often the sequence began anew; stranger: what the newest frame carries, where it is of another kind or shape, else ''."""
 
     frames: int = 0
     bad_crc: int = 0
@@ -36,6 +36,7 @@ class FrameCounts:
     garbage: int = 0
     missing: int = 0
     resets: int = 0
+    stranger: str = ''
 
 
 class SequenceCheck:

@@ -3,6 +3,7 @@
 """A thread that reads a source: the newest frame of a live one, every frame of a recording, and a lost device again."""
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import deque
@@ -15,12 +16,14 @@ from .protocol import EndOfSource, NothingYet, Source
 
 _IDLE_S = 0.02
 _RATE_WINDOW = 120
+_OTHER_SIZE_S = 0.3  # a camera that gives another size for so long will go on so
+_SAID_AGAIN_S = 10.0
 
 
 class Backoff:
-    """Waiting times that double from first to last, s, until reset."""
+    """Waiting times that double from first to last, s, until reset. Whoever plugs a device in again wants it back within a second."""
 
-    def __init__(self, first: float = 0.5, last: float = 10.0):
+    def __init__(self, first: float = 0.1, last: float = 0.5):
         self._first, self._last = first, last
         self._next = first
 
@@ -39,7 +42,7 @@ class CaptureStatus:
     """How the capture goes. state: running, paused, lost, ended or failed; received, dropped (never delivered), corrupt: frames; rate: Hz
     as
     measured, NaN until known; age_s: since the newest frame came, NaN before the first; error: the last failure's message, kept after
-    recovery."""
+    recovery; failing: whether it was the newest frame that could not be used."""
 
     state: str
     received: int
@@ -48,6 +51,7 @@ class CaptureStatus:
     rate: float
     age_s: float
     error: str
+    failing: bool = False
 
 
 class Capture:
@@ -71,7 +75,8 @@ class Capture:
         self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
         self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, float('nan'), float('nan'), lost)
         self._overwritten = self._bad = 0
-        self._sizes, self._begun = {}, False
+        self._last_bad_s = -math.inf
+        self._sizes, self._begun, self._other_since_s = {}, False, None
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
         self._thread.start()
 
@@ -152,8 +157,7 @@ class Capture:
             self._set(state='ended')
             self._report('info', str(end))
         except BadFrame as error:
-            self._bad += 1
-            self._failed(error)
+            self._spoilt(error)
         except DeviceLost as error:
             self._failed(error, 'lost')
         except Exception as error:  # anything else would end the thread without a word
@@ -161,24 +165,38 @@ class Capture:
         else:
             self._arrived(frame)
 
-    def _failed(self, error: Exception, state: str | None = None) -> None:
+    def _spoilt(self, error: BadFrame) -> None:
+        """Count a frame that cannot be used; the log gets the first of many."""
+        now = time.monotonic()
+        if now - self._last_bad_s > _SAID_AGAIN_S:
+            self._report('error', str(error))
+        self._bad, self._last_bad_s = self._bad + 1, now
+        self._set(error=str(error), failing=True)
+
+    def _failed(self, error: Exception, state: str) -> None:
         text = str(error) if isinstance(error, TactileError) else f'reading failed: {error!r}; clean up and configure again'
-        if state or self._bad == 1:
-            self._report('error', text)
-        self._set(error=text, state=state or self._status.state)
+        self._report('error', text)
+        self._set(error=text, state=state)
 
     def _check_size(self, frame: Frame | PairFrame) -> None:
+        """Raise BadFrame for a frame of another size than the first; DeviceLost where a live source gives no others any more: it is set up
+        anew, so that the size that was asked for comes back, or the one that the camera has now is taken."""
         for view, size in frame.sizes.items():
             first = self._sizes.setdefault(view, size)
             if size != first:
                 name = f'{view} frame' if view else 'frame'
-                raise BadFrame(f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px; it is skipped')
+                what = f'a {name} of {size[0]} x {size[1]} px among frames of {first[0]} x {first[1]} px'
+                self._other_since_s = self._other_since_s or time.monotonic()
+                if self._source.live and time.monotonic() - self._other_since_s > _OTHER_SIZE_S:
+                    raise DeviceLost(f'{what}, and no others any more; the device is set up anew')
+                raise BadFrame(f'{what}; it is skipped')
+        self._other_since_s = None
 
     def _arrived(self, frame: Frame | PairFrame | None) -> None:
         self._backoff.reset()
         with self._changed:
             self._arrivals.append(time.monotonic())
-            self._status = replace(self._status, received=self._status.received + 1)
+            self._status = replace(self._status, received=self._status.received + 1, failing=False)
             if frame is None or not self._active.is_set():
                 return
             if self._source.live:
@@ -200,6 +218,6 @@ class Capture:
         except TactileError as error:
             self._failed(error, 'failed')
         else:
-            self._sizes = {}
-            self._set(state='running')
+            self._sizes, self._other_since_s = {}, None
+            self._set(state='running', failing=False)
             self._report('info', f'device is back: {self._source.describe()}')

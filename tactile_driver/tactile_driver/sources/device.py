@@ -10,6 +10,7 @@ import cv2
 
 from ..errors import BadArgument, DeviceLost
 from ..frame import CameraCalibration, Frame, frame_of
+from .frame_watch import FrameWatch
 from .pacing import stamp_of
 from .protocol import Clock
 from .video_devices import VideoDevice, find_device
@@ -39,10 +40,10 @@ class DeviceSource:
     """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: ns for the stamps."""
 
     live, on_demand = True, False
-    remark = ''
 
     def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
         self.skipped = self.corrupt = 0
+        self._watch = FrameWatch()
         self.settings = settings
         self._device = device
         self._clock = clock
@@ -59,6 +60,7 @@ class DeviceSource:
             self.close()
             raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
         self._set_up()
+        self._watch.begin()
 
     def _set_up(self) -> None:
         asked = self.settings
@@ -96,7 +98,14 @@ class DeviceSource:
         if not wanted:
             return None
         good, image = self._capture.retrieve()
-        return frame_of(image if good else None, f'a frame of {self._found.path}', stamp)
+        frame = frame_of(image if good else None, f'a frame of {self._found.path}', stamp)
+        self._watch.add(frame.image)
+        return frame
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with the pictures that come, ''."""
+        return self._watch.remark
 
     def _captured_ns(self) -> int:
         """When the frame just grabbed was captured, on time.monotonic_ns(): V4L2's own stamp where it is one of this clock, else now."""

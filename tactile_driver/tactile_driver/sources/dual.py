@@ -170,10 +170,16 @@ class PairedSource:
 
     @property
     def remark(self) -> str:
-        """Which camera is missing, ''."""
-        missing = [(name, state) for name, state in zip(NAMES, [c.status for c in self._captures]) if self._absent(state)]
-        return '; '.join(f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
-                         for name, state in missing)
+        """Which camera is missing, or what is wrong with its pictures, ''."""
+        told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
+        return '; '.join(text for text in told if text)
+
+    def _told(self, name: str, capture: Capture, source: Source) -> str:
+        """What to say of one camera, ''."""
+        state = capture.status
+        if self._absent(state):
+            return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
+        return f'{name} camera: {source.remark}' if source.remark else ''
 
     def describe(self) -> dict:
         """Both sources, the rate (Hz), the frames without a mate, and whether neither is read at present."""
@@ -200,8 +206,6 @@ def _say_nothing(_level: str, _text: str) -> None:
 
 class SplitSource:
     """One source whose images hold both views side by side, the left one on the left."""
-
-    remark = ''
 
     def __init__(self, source: Source):
         self.live, self.on_demand, self._source = source.live, source.on_demand, source
@@ -236,6 +240,11 @@ class SplitSource:
     def corrupt(self) -> int:
         """Frames that could not be used."""
         return self._source.corrupt
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with frames that come all the same, ''."""
+        return self._source.remark
 
     def describe(self) -> dict:
         """The source, and that its images hold two views."""

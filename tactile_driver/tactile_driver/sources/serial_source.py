@@ -35,6 +35,7 @@ class SerialSource:
 
     def _begin(self) -> None:
         """What was begun on a port that is gone is forgotten; what has been counted is not."""
+        self._counts.stranger = ''
         self._reader, self._ready, self._deaf = self._new_reader(), [], 0
 
     @property
@@ -84,6 +85,9 @@ class SerialSource:
     @property
     def remark(self) -> str:
         """What is wrong though bytes come, ''."""
+        if self._counts.stranger:
+            return (f'another sensor sends on {self._port.path}: {self._counts.stranger}; where cables were swapped, name the device by '
+                    'its serial number, else set the parameters that tell what it sends')
         return self._deafness() if self._deaf >= self._deaf_bytes else ''
 
     def _deafness(self) -> str:

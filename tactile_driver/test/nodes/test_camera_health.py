@@ -24,6 +24,7 @@ def test_a_camera_that_runs():
 
 @pytest.mark.parametrize(('change', 'level', 'said'), [
     ({'rate': 14.0}, WARN, '14.0 Hz instead of 30.0 Hz'), ({'age_s': 3.0}, ERROR, 'no frame for 3.0 s'),
+    ({'failing': True, 'error': 'torn', 'age_s': 3.0}, ERROR, 'torn'),
     ({'state': 'lost', 'error': 'pulled out'}, ERROR, 'pulled out'), ({'state': 'failed', 'error': 'gone'}, ERROR, 'gone'),
     ({'state': 'ended'}, OK, 'is over'), ({'state': 'paused'}, OK, 'not active'),
     ({'rate': math.nan, 'age_s': math.nan}, OK, 'waiting for the first frame')])
@@ -38,6 +39,11 @@ def test_a_recordings_rate_is_no_complaint():
 
 def test_a_remark_warns():
     assert capture_health(GOOD, ABOUT, True, 'calibration of another size').message == 'calibration of another size'
+
+
+def test_a_remark_is_the_reason_for_silence():
+    health = capture_health(replace(GOOD, age_s=3.0), ABOUT, True, 'another sensor sends')
+    assert (health.level, health.message) == (ERROR, 'another sensor sends')
 
 
 def test_without_a_source():

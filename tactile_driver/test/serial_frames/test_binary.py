@@ -43,8 +43,11 @@ def test_a_matrix_of_any_shape_is_carried(rows, columns, bits):
     assert len(data) == frame_size(rows, columns, bits) == 23 + rows * columns * (1 if bits == 8 else 2)
     found, = BinaryReader(Expected(MATRIX, rows, columns)).feed(data)
     assert same(found, sent)
-    refusing = BinaryReader(Expected(MATRIX, rows + 1, columns))
+    refusing = BinaryReader(Expected(MATRIX, rows + 1, columns))  # of 257 rows there can be none
     assert refusing.feed(data) == [] and refusing.counts.refused == 1
+    assert refusing.counts.stranger == f'a matrix of {rows} x {columns} values of {bits} bits'
+    assert len(refusing.feed(write_frame(frame(4, rows % 256 + 1, columns, bits), MATRIX))) == (rows < 256)
+    assert refusing.counts.stranger == ('' if rows < 256 else f'a matrix of 1 x {columns} values of {bits} bits')
 
 
 def test_the_bytes_are_those_of_the_page():

@@ -8,6 +8,7 @@ import pytest
 
 from tactile_driver.errors import BadFrame, BadRecording, DeviceLost
 from tactile_driver.frame import Frame
+from tactile_driver.sources import capture as capture_module
 from tactile_driver.sources.capture import Backoff, Capture
 from tactile_driver.sources.protocol import EndOfSource
 
@@ -83,6 +84,12 @@ def test_backoff_doubles_up_to_its_end_and_starts_again():
     assert [backoff.next() for _ in range(5)] == [0.5, 1.0, 2.0, 3.0, 3.0]
     backoff.reset()
     assert backoff.next() == 0.5
+
+
+def test_a_device_is_looked_for_again_within_half_a_second():
+    backoff = Backoff()
+    waits = [backoff.next() for _ in range(20)]
+    assert sum(waits[:3]) < 1.0 and max(waits) == 0.5
 
 
 def test_a_recording_loses_nothing_however_slow_its_reader(captured):
@@ -172,6 +179,49 @@ def test_a_frame_of_another_size_is_skipped(captured):
     assert it.take_all(2) == [1, 3]
     assert it.capture.status.corrupt == 1
     assert '8 x 8' in it.capture.status.error
+
+
+def test_the_newest_frame_s_failure_is_told_until_a_good_one_comes(captured):
+    source = ScriptedSource([1, BadFrame('torn')], live=True)
+    source.read = paused_after(source.read, 2)
+    it = captured(source)
+    it.capture.resume()
+    wait_for(lambda: it.capture.status.failing)
+    source.read.go_on.set()
+    wait_for(lambda: not it.capture.status.failing)
+    assert it.capture.status.error == 'torn' and it.capture.status.corrupt == 1
+
+
+def paused_after(read, count):
+    """read, that waits for go_on after so many calls."""
+    def paused(wanted=True):
+        if paused.left == 0:
+            paused.go_on.wait(5.0)
+        paused.left -= 1
+        return read(wanted)
+    paused.left, paused.go_on = count, threading.Event()
+    return paused
+
+
+def test_a_failure_is_said_again_after_a_while(captured, monkeypatch):
+    monkeypatch.setattr(capture_module, '_SAID_AGAIN_S', 0.0)
+    it = captured(ScriptedSource([1, BadFrame('torn'), 2, BadFrame('torn'), 3]))
+    assert it.take_all(3) == [1, 2, 3]
+    assert [r for r in it.reports if r[0] == 'error'] == [('error', 'torn')] * 2
+
+
+def test_a_camera_that_gives_another_size_for_good_is_set_up_anew(captured, monkeypatch):
+    monkeypatch.setattr(capture_module, '_OTHER_SIZE_S', 0.05)
+    size, source = [(4, 6)], ScriptedSource([], live=True, period=0.01)
+    numbered = source.read
+    source.read = lambda wanted=True: numbered(wanted) and frame(len(source.asked), size[0])
+    it = captured(source)
+    assert it.take_all(1)
+    size[0] = (8, 8)
+    wait_for(lambda: len(it.reports) == 3 and it.capture.status.received > 3)
+    (_, skipped), (_, lost), (_, back) = it.reports
+    assert 'skipped' in skipped and '8 x 8 px among frames of 6 x 4 px, and no others any more' in lost and 'back' in back
+    assert it.capture.take(1.0).image.shape == (8, 8, 3) and not it.capture.status.failing
 
 
 def test_a_lost_camera_is_opened_again_with_back_off(captured):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, BadFrame, DeviceLost
-from tactile_driver.sources import device
+from tactile_driver.sources import device, frame_watch
 from tactile_driver.sources.device import DeviceSettings, DeviceSource
 from tactile_driver.sources.video_devices import VideoDevice
 
@@ -112,6 +112,19 @@ def test_a_frame_that_cannot_be_decoded_is_bad(fake):
     fake.opened.image = None
     with pytest.raises(BadFrame, match='/dev/video3'):
         source.read()
+
+
+def test_what_no_camera_sends_that_works_is_remarked(fake, monkeypatch):
+    monkeypatch.setattr(frame_watch, '_FROZEN_S', 0.05)
+    source = opened()
+    source.read()
+    assert source.remark == ''
+    time.sleep(0.1)
+    source.read()
+    assert 'repeated one picture' in source.remark
+    fake.opened.image[0] += 1
+    source.read()
+    assert source.remark == ''
 
 
 def test_pulled_out_and_plugged_in_again(fake, monkeypatch):

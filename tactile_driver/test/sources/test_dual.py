@@ -19,7 +19,7 @@ class Camera:
     """A live camera of 50 Hz, or a recording of so many frames; it can be pulled out, be silent or break."""
 
     on_demand = True
-    skipped = corrupt = 0
+    skipped, corrupt, remark = 0, 0, ''
 
     def __init__(self, value, count=None, delay=0, gone=False):
         self.value, self.count, self.delay, self.live = value, count, delay, count is None
@@ -190,6 +190,14 @@ def test_what_nobody_wants_is_passed_over(paired):
     assert not any(left.asked[1:] + right.asked[1:])
 
 
+def test_what_is_wrong_with_one_camera_s_pictures_is_told(paired):
+    left, right = Camera(1), Camera(2)
+    source = paired(left, right)
+    until(source, lambda pair: pair.left and pair.right)
+    right.remark = 'the pictures are black'
+    assert source.remark == 'right camera: the pictures are black'
+
+
 def test_one_image_holds_both_views():
     class Wide(Camera):
         def read(self, wanted=True):
@@ -202,3 +210,5 @@ def test_one_image_holds_both_views():
     assert pair.sizes == {'left': (3, 2), 'right': (3, 2)} and pair.left.stamp_ns == pair.right.stamp_ns == 5
     assert source.read(False) is None and source.calibrations() == (None, None) and source.describe()['layout'] == 'side_by_side'
     assert (source.live, source.on_demand, source.skipped, source.corrupt, source.remark) == (True, True, 0, 0, '')
+    source._source.remark = 'frozen'
+    assert source.remark == 'frozen'

@@ -4,9 +4,12 @@
 import os
 import tty
 
+import numpy as np
 import pytest
 
 from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.serial_frames.binary import MATRIX, write_frame
+from tactile_driver.serial_frames.counts import CountFrame
 from tactile_driver.sources.protocol import NothingYet
 from tactile_driver.sources.psd_serial import PsdSerialSource, SerialSettings
 
@@ -36,5 +39,9 @@ def test_bytes_without_frames_are_told():
         with pytest.raises(NothingYet):
             source.read()
     assert 'baud' in source.remark and source.describe()['garbage bytes'] >= 5990
+    os.write(master, write_frame(CountFrame(np.zeros((4, 4), int), 0, 0, 0, 8), MATRIX))
+    with pytest.raises(NothingYet):
+        source.read()
+    assert f'another sensor sends on {os.ttyname(slave)}: a matrix of 4 x 4 values of 8 bits; ' in source.remark
     source.close()
     os.close(master), os.close(slave)
