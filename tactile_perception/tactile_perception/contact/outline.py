@@ -15,13 +15,13 @@ from .grid_surface import fill_unseen
 
 REFINE = 2  # steps a pitch in which an outline is drawn
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
-# Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom right, 8 bottom left): edge it comes from, edge it goes
-# to, so that outlines turn from +column to +row. Cells with two diagonal corners (5, 10) have two: those of the pair of codes given,
+# Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom left, 8 bottom right): edge it comes from, edge it goes
+# to, so that outlines turn from +column to +row. Cells with two diagonal corners (9, 6) have two: those of the pair of codes given,
 # first where the middle is outside, then where it is inside.
-_FROM = np.array([0, _TOP, _RIGHT, _RIGHT, _BOTTOM, 0, _BOTTOM, _BOTTOM, _LEFT, _TOP, 0, _RIGHT, _LEFT, _TOP, _LEFT, 0])
-_TO = np.array([0, _LEFT, _TOP, _LEFT, _RIGHT, 0, _TOP, _LEFT, _BOTTOM, _BOTTOM, 0, _BOTTOM, _RIGHT, _RIGHT, _TOP, 0])
-_SADDLES = {5: ((1, 4), (13, 7)), 10: ((2, 8), (14, 11))}
-_SADDLE = np.isin(np.arange(16), (5, 10))
+_FROM = np.array([0, _TOP, _RIGHT, _RIGHT, _LEFT, _TOP, 0, _RIGHT, _BOTTOM, 0, _BOTTOM, _BOTTOM, _LEFT, _TOP, _LEFT, 0])
+_TO = np.array([0, _LEFT, _TOP, _LEFT, _BOTTOM, _BOTTOM, 0, _BOTTOM, _RIGHT, 0, _TOP, _LEFT, _RIGHT, _RIGHT, _TOP, 0])
+_SADDLES = {9: ((1, 8), (11, 13)), 6: ((2, 4), (7, 14))}
+_SADDLE = np.isin(np.arange(16), (9, 6))
 _CROSSED = (np.arange(16) > 0) & (np.arange(16) < 15)
 # A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
 _LABEL_SPREAD = np.array([0.107, 0.786, 0.107])
@@ -92,10 +92,9 @@ def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
     diagonal cells settled by their mean).
     """
     width = field.shape[1]
-    above = (field > level).view(np.uint8)
-    code = np.zeros(field.shape, np.uint8)
-    code[:-1, :-1] = above[:-1, :-1] + 2 * above[:-1, 1:] + 4 * above[1:, 1:] + 8 * above[1:, :-1]
-    code = code.ravel()
+    above = (field > level).view(np.uint8).ravel()  # the border is not, so that rows may be strung together
+    pair = above[:-1] + 2 * above[1:]
+    code = pair[:-width] + 4 * pair[width:]
     node = np.flatnonzero(_CROSSED[code])
     code = code[node]
     if _SADDLE[code].any():
@@ -140,10 +139,12 @@ def _crossings(edges: np.ndarray, field: np.ndarray, level: float) -> np.ndarray
     node, downward = edges >> 1, edges & 1
     flat, width = field.ravel(), field.shape[1]
     here = flat[node]
-    share = (level - here) / (flat[node + np.where(downward, width, 1)] - here)
+    share = (level - here) / (flat[node + 1 + downward * (width - 1)] - here)
     places = np.empty((len(edges), 2))
-    places[:, 0] = node // width + share * downward
-    places[:, 1] = node % width + share * (1 - downward)
+    places[:, 0], places[:, 1] = np.divmod(node, width)
+    down = share * downward
+    places[:, 0] += down
+    places[:, 1] += share - down
     return places
 
 

@@ -149,8 +149,9 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
     major, minor = 4 * math.sqrt(max(mean + half, 0)), 4 * math.sqrt(max(mean - half, 0))
     angle = 0.5 * math.atan2(2 * xy, xx - yy)
     # Squares along and across, as the real part of a complex square.
-    squares = [(((loop[:, 0] - x) + 1j * (loop[:, 1] - y)) * complex(math.cos(angle), -math.sin(angle)))**2 for loop in loops]
-    doubt = boundary_sd(loops, [square.real[:, None] for square in squares], pitch)[0] / moments.area
+    back = complex(math.cos(angle), -math.sin(angle))
+    turned = [(np.ascontiguousarray(loop[:, :2]).view(complex) - complex(x, y)) * back for loop in loops]
+    doubt = boundary_sd(loops, [(place * place).real for place in turned], pitch)[0] / moments.area
     if 2 * half < _DIRECTION * doubt:
         return major, minor, np.nan
     return major, minor, angle if angle > -0.5 * math.pi else 0.5 * math.pi

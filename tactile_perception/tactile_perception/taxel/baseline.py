@@ -12,6 +12,7 @@ _QUANTUM = 0.29  # standard deviation of what rounding to whole numbers adds
 _REACHED = (7, 7)  # taxels, of which none may be touched: a contact's pressure, blurred by the pad, reaches to those around
 _SETTLED = 5  # quiet frames of a taxel after which it tells of the noise
 _JUDGED, _SELDOM = 50, 10  # frames over which the noise is learnt, then in one of so many
+_SAMPLE = 2000  # taxels of a frame that tell of the noise
 _LOOKS_PRESSED = 0.1  # of the full scale: a smooth part of a first baseline that is this far over the rest
 
 
@@ -73,8 +74,9 @@ class Baseline:
 
     def _judge(self, residual: np.ndarray) -> None:
         """Learn the noise from residuals (M,) of quiet taxels."""
-        if len(residual):
-            new, keep = (1.4826 * float(np.median(np.abs(residual))))**2, self._judged
+        size = np.abs(residual[::1 + len(residual) // _SAMPLE])
+        if len(size):
+            new, keep = (1.4826 * float(np.partition(size, len(size) // 2)[len(size) // 2]))**2, self._judged
             self._square = (self._square * keep + new) / (keep + 1)
             self._judged = min(keep + 1, _JUDGED)
 

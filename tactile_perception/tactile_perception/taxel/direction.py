@@ -3,7 +3,7 @@
 """A direction known but for half a turn, from frame to frame without jumps."""
 from __future__ import annotations
 
-import numpy as np
+import math
 
 
 class ContinuousDirection:
@@ -14,13 +14,13 @@ class ContinuousDirection:
 
     def reset(self) -> None:
         """The next angle is taken as it is."""
-        self._last = np.nan
+        self._last = math.nan
 
     def process(self, angle: float) -> float:
         """angle, rad, plus the multiple of pi that brings it nearest to the last one; NaN where it is NaN."""
-        if not np.isfinite(angle):
-            return np.nan
-        if np.isfinite(self._last):
-            angle += np.pi * np.round((self._last - angle) / np.pi)
+        if not math.isfinite(angle):
+            return math.nan
+        if math.isfinite(self._last):
+            angle += math.pi * round((self._last - angle) / math.pi)
         self._last = angle
         return float(angle)

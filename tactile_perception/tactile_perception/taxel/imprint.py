@@ -3,8 +3,9 @@
 """The object's motion along the pad frame by frame, from the picture of where it touches, and its slip over the pad's surface."""
 from __future__ import annotations
 
+import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,7 +53,7 @@ class Imprint:
         self.shear.reset()
         self._key: KeyPicture | KeyCentre | None = None
         self._seen: PictureMotion | None = None  # of the last frame
-        self._expected: PictureMotion | None = None  # of the next one
+        self._expected: np.ndarray | None = None  # fit of the next one
         self._pose = np.zeros(3)  # since the key, of the key's middle: m, m, rad
         self._total = np.zeros(3)  # of the object's point at the origin, and its turn, since it touched
         self._past: deque[tuple[float, float, float, float]] = deque()  # s, and the total then
@@ -81,11 +82,12 @@ class Imprint:
             return self._unknown()
         if self._loads_picture(seen, kind, load, stamp_s):
             self._rekey(kind, now)
-            seen = PictureMotion(np.zeros(2), seen.turn * 0, 0.0, seen.spread, seen.middle, seen.reach, seen.sigma)
+            seen = replace(seen, fit=np.zeros(4), turn=0 * seen.turn)
         step = self._step(seen, load / count)
         about = (self._key.middle - self._middle) * self._array.pitch
         at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
-        self._expected, self._seen, self._sigma = seen.going_on(self._seen), seen, seen.sigma
+        self._expected = seen.fit if self._seen is None else 1.5 * seen.fit - 0.5 * self._seen.fit
+        self._seen, self._sigma = seen, seen.sigma
         self._remember(self.shear.move(touched, pressure, at_origin, step[2]), np.array([*at_origin, step[2]]), stamp_s)
         if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
             self._rekey(kind, now)
@@ -140,7 +142,7 @@ class Imprint:
         """(3,) unit, of the motion at the key's middle with turns as paths of the key's edges; 0 where it is not known."""
         about = (self._key.middle - self._middle) * self._array.pitch
         motion = np.array([linear[0] - turn * about[1], linear[1] + turn * about[0], turn * seen.reach * self._array.pitch])
-        length = np.linalg.norm(motion)
+        length = math.sqrt(motion @ motion)
         return motion / length if length > 0 else np.zeros(3)
 
     def _rekey(self, kind: type, now: tuple) -> None:
@@ -159,7 +161,8 @@ class Imprint:
     def _velocity(self) -> tuple[np.ndarray, float]:
         if len(self._past) < _FEWEST:
             return np.full(2, np.nan), np.nan
-        past = np.array(self._past)
-        off = past[:, 0] - past[:, 0].mean()
-        slope = off @ past[:, 1:] / (off @ off)
-        return slope[:2], float(slope[2])
+        stamps, *places = np.array(self._past).T
+        off = stamps - stamps.sum() / len(stamps)
+        x, y, turn = (float(off @ place) for place in places)
+        square = float(off @ off)
+        return np.array([x / square, y / square]), turn / square

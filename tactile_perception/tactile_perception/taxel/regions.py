@@ -15,7 +15,7 @@ from ..contact.outline import Outline, contour, group_loops
 from .array import TaxelArray
 from .score import LEVEL, largest_near
 
-_AROUND = 2  # taxels beside a region that its force reaches
+_AROUND, _NEAR = 2, (5, 5)  # taxels beside a region that its force reaches, and the square of those
 _MOST = 64  # regions, the largest: more is no contact, but a broken image
 
 
@@ -62,23 +62,26 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     bordered = cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     loops = [loop + (top - 1, left - 1) for loop in contour(bordered[top:top + height + 2, left:left + width + 2], LEVEL)]
     outlines = group_loops(loops, array.places(np.concatenate(loops)))[:_MOST]
-    near = np.where(touched, labels, largest_near(labels, _AROUND))
+    near = _around_touched(touched) if count == 2 else np.where(touched, labels, largest_near(labels, _AROUND))
     regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
     return Regions([region for region in regions if region.moments.area > 0], labels, touched)
+
+
+def _around_touched(touched: np.ndarray) -> np.ndarray:
+    """(rows, columns) bool: touched (rows, columns) bool, and what is around."""
+    return cv2.boxFilter(touched.view(np.uint8), -1, _NEAR, normalize=False, borderType=cv2.BORDER_CONSTANT) > 0
 
 
 def _region(outline: Outline, labels: np.ndarray, boxes: np.ndarray, near: np.ndarray, pressure: np.ndarray, array: TaxelArray):
     """The TaxelRegion in an outline; boxes: OpenCV's, of the labels; near: labels (rows, columns) gone on with to the taxels around."""
     label = _inside(outline.grid_points, labels)
     left, top, width, height, count = boxes[label].tolist()
-    box = slice(top, top + height), slice(left, left + width)
-    wide = slice(max(top - _AROUND, 0), box[0].stop + _AROUND), slice(max(left - _AROUND, 0), box[1].stop + _AROUND)
+    wide = slice(max(top - _AROUND, 0), top + height + _AROUND), slice(max(left - _AROUND, 0), left + width + _AROUND)
     load = np.maximum(pressure[wide], 0) * (near[wide] == label)
-    total = float(load.sum())
-    centre = np.array([load.sum(axis=0) @ array.x[wide[1]], load.sum(axis=1) @ array.y[wide[0]]]) / total if total > 0 else \
-        np.full(2, np.nan)
-    peak = float((pressure[box] * (labels[box] == label)).max())
-    return TaxelRegion(label, box, outline, flat_moments(outline), count, total * array.taxel_area, centre, max(peak, 0.0))
+    (total, x), (y, _) = (array.lever_y[wide[0]].T @ load @ array.lever_x[wide[1]]).tolist()
+    centre = np.array([x, y]) / total if total > 0 else np.full(2, np.nan)
+    return TaxelRegion(label, (slice(top, top + height), slice(left, left + width)), outline, flat_moments(outline, array), count,
+                       total * array.taxel_area, centre, float(load.max()))
 
 
 def _inside(loop: np.ndarray, labels: np.ndarray) -> int:
@@ -90,17 +93,17 @@ def _inside(loop: np.ndarray, labels: np.ndarray) -> int:
     return 0
 
 
-def flat_moments(outline: Outline) -> Moments:
+def flat_moments(outline: Outline, array: TaxelArray) -> Moments:
     """Area moments of a plane region, its holes taken off, from the polygons alone (Green's theorem)."""
-    area, first, second = (sum(parts) for parts in zip(*(_around(loop[:, :2]) for loop in outline.loops)))
-    return Moments(float(area), np.array([0.0, 0.0, area]), np.array([*first, 0.0]), second)
+    sums = _around(outline.points, array.pitch)
+    for hole in outline.holes:
+        sums = sums - _around(hole, array.pitch)
+    area = float(sums[0]) * array.taxel_area
+    first, second = sums[1:3] * array.pitch**3, sums[3:] * array.pitch**4
+    return Moments(area, np.array([0.0, 0.0, area]), np.array([*first, 0.0]), second)
 
 
-def _around(points: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Integrals of 1, of (x, y) and of (xx, xy, yy) within a polygon (M, 2) that turns from +x to +y, exact."""
-    ends = np.concatenate([points, np.concatenate([points[1:], points[:1]])], axis=1)  # x, y of each side's beginning and end
-    turn = ends[:, 0] * ends[:, 3] - ends[:, 2] * ends[:, 1]
-    sums = turn @ ends
-    (xx, xy, xx1, xy1), (_, yy, yx1, yy1), (_, _, x1x1, x1y1), (_, _, _, y1y1) = (ends.T * turn) @ ends
-    return 0.5 * float(turn.sum()), (sums[:2] + sums[2:]) / 6, np.array([2 * (xx + xx1 + x1x1), 2 * xy + xy1 + yx1 + 2 * x1y1,
-                                                                       2 * (yy + yy1 + y1y1)]) / 24
+def _around(loop: np.ndarray, pitch: float) -> np.ndarray:
+    """(6,) integrals of 1, x, y, xx, xy, yy within a polygon (M, 3) m, in pitches: OpenCV takes what is very small for nothing."""
+    found = cv2.moments((loop[:, None, :2] * (1 / pitch)).astype(np.float32))
+    return np.array([found[name] for name in ('m00', 'm10', 'm01', 'm20', 'm11', 'm02')])

@@ -8,7 +8,7 @@ growth of the contact along their normals, are fitted to it at once. A change of
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -18,9 +18,9 @@ from scipy.ndimage import map_coordinates
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
 _FEWEST, _MOST = 6, 250  # edge taxels
 _ROUNDS = 4
-_SETTLED = 0.02  # taxels: a step of so much is right to a tenth
+_SETTLED = 0.04  # taxels: a step of so much is right to a tenth
 _TUKEY = 4.685
-_SPREAD = 0.03  # least standard deviation of a score that is expected
+_SPREAD = 0.015  # least standard deviation of a score that is expected
 # Information on a direction, of that on the best one, under which it is open, and on a turn: a face of 3 : 2 has 0.06, a ring none but what
 # its roughness tells, which is more where edges are few.
 _OPEN, _OPEN_TURN, _FEW = 0.02, 0.035, 3.0
@@ -38,24 +38,27 @@ _SPLINE, _SLOPE = np.float32([1 / 6, 2 / 3, 1 / 6]), np.float32([-0.5, 0, 0.5])
 class PictureMotion:
     """Motion since the key: a point of the contact at p (column, row, taxels) comes to middle + R(turn) (p - middle) + shift.
 
-    shift: (2,) column and row, taxels; turn: rad, NaN where the picture does not tell; growth: taxels along the edges' normals; spread:
-    standard deviation of what is left of the score; reach: largest distance of an edge from the middle, taxels; sigma: standard deviation
-    of an edge's place by all of it, taxels.
+    fit: (4,) taxels, shift along columns and rows, turn times reach, growth along the edges' normals; turn: rad, NaN where the picture does
+    not tell; spread: standard deviation of what is left of the score; reach: largest distance of an edge from the middle, taxels; sigma:
+    standard deviation of an edge's place by all of it, taxels.
     """
 
-    shift: np.ndarray
+    fit: np.ndarray
     turn: float
-    growth: float
     spread: float
     middle: np.ndarray
     reach: float
     sigma: float
 
-    def going_on(self, before: PictureMotion | None) -> PictureMotion:
-        """Where the motion is a frame later, if that before it is known and it goes on."""
-        if before is None:
-            return self
-        return replace(self, shift=2 * self.shift - before.shift, turn=2 * self.turn - before.turn)
+    @property
+    def shift(self) -> np.ndarray:
+        """(2,) column and row, taxels."""
+        return self.fit[:2]
+
+    @property
+    def growth(self) -> float:
+        """Taxels along the edges' normals."""
+        return float(self.fit[3])
 
     @property
     def known_turn(self) -> float:
@@ -95,11 +98,12 @@ class KeyPicture:
         self._growth, self._used = slopes[:, 3], self._determined(slopes)
         self._slopes = slopes[:, self._used] if self._used else slopes
 
-    def motion(self, score: np.ndarray, start: PictureMotion | None = None) -> PictureMotion | None:
-        """The motion from the key to score (rows, columns) float32; start: where it is expected. None where the pictures do not tell."""
+    def motion(self, score: np.ndarray, start: np.ndarray | None = None) -> PictureMotion | None:
+        """The motion from the key to score (rows, columns) float32; start: fit (4,) that is expected. None where the pictures do not
+        tell."""
         if self._used is None:
             return None
-        guess = np.zeros(4) if start is None else np.array([*start.shift, start.known_turn * self.reach, start.growth])
+        guess = np.zeros(4) if start is None else start.copy()
         for _ in range(_ROUNDS):
             left = self._value - self._sampled(score, guess)
             size = np.abs(left)
@@ -112,18 +116,20 @@ class KeyPicture:
                 np.count_nonzero(size < _TUKEY * spread) < _AGREED * len(size):
             return None
         turn = guess[2] / self.reach if 2 in self._used else np.nan
-        return PictureMotion(guess[:2], float(turn), float(guess[3]), spread, self.middle, self.reach, spread * self._doubt)
+        return PictureMotion(guess, float(turn), spread, self.middle, self.reach, spread * self._doubt)
 
     def _determined(self, slopes: np.ndarray) -> list[int] | None:
         """The columns of slopes (M, 4) that the key's edges determine; None where a shift is open."""
         normal = slopes.T @ slopes
-        shifts = np.linalg.eigvalsh(normal[:2, :2])
-        if shifts[0] < _OPEN * shifts[1]:
+        xx, xy, yy = normal[0, 0], normal[0, 1], normal[1, 1]
+        total, apart = xx + yy, math.hypot(xx - yy, 2 * xy)
+        if total - apart < _OPEN * (total + apart):
             return None
-        turning = normal[2, 2] - normal[2, :2] @ np.linalg.solve(normal[:2, :2], normal[:2, 2])
-        used = [0, 1, 2, 3] if turning > (_OPEN_TURN + _FEW / len(slopes)) * shifts.sum() else [0, 1, 3]
-        covariance = np.linalg.pinv(normal[np.ix_(used, used)])[:-1, :-1]
-        self._doubt = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+        x, y = normal[2, :2]
+        turning = normal[2, 2] - (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+        used = [0, 1, 2, 3] if turning > (_OPEN_TURN + _FEW / len(slopes)) * total else [0, 1, 3]
+        covariance = np.linalg.pinv(normal[used][:, used], hermitian=True)[:-1, :-1]
+        self._doubt = math.sqrt(np.linalg.eigvalsh(covariance)[-1])
         return used
 
     def _sampled(self, score: np.ndarray, guess: np.ndarray) -> np.ndarray:
@@ -158,7 +164,7 @@ class KeyCentre:
         shift = _centre(pressure, touched) - self.middle
         if not np.hypot(*shift) < _FAR:
             return None
-        return PictureMotion(shift, np.nan, 0.0, _SPREAD, self.middle, self.reach, _CENTRE_DOUBT)
+        return PictureMotion(np.array([*shift, 0.0, 0.0]), np.nan, _SPREAD, self.middle, self.reach, _CENTRE_DOUBT)
 
 
 def _centre(pressure: np.ndarray, touched: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ _GAP = 0.35  # of the level: where pressure does not fall to this between touche
 _ENOUGH = 16  # taxels inside a patch, from which its level is a fitted plane
 _CURVED = 0.5  # share of what a plane leaves of the variance that a parabola must explain, to be the level
 _LEAST, _MOST = 0.3, 1.7  # of a patch's mean, bounds of the level
+_WIDEST = 15  # taxels, square of which an 8-bit sum can count
 _SAMPLE = 1500  # taxels of a patch that are used
 
 
@@ -35,7 +36,7 @@ class ContactScore:
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._smooth = max(_SMOOTH * pad.thickness / array.pitch, 0.5)
         reach = max(1, round(pad.thickness / array.pitch))
-        self._reach, self._join = reach, (reach + 1) // 2
+        self._reach, self._join = reach, (min(2 * ((reach + 1) // 2) + 1, _WIDEST),) * 2
 
     def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
         """(rows, columns) float32, 0 to 1, from pressure (rows, columns) float32 in any unit, with noise of sigma in the same."""
@@ -60,7 +61,7 @@ class ContactScore:
 
     def _patches(self, pressure: np.ndarray, touched: np.ndarray, inner: np.ndarray, nearby: np.ndarray) -> np.ndarray:
         """(rows, columns): nearby with the fitted level on each patch and around it."""
-        count, labels, boxes, _ = cv2.connectedComponentsWithStats(largest_near(touched, self._join), connectivity=8)
+        count, labels, boxes, _ = cv2.connectedComponentsWithStats(self._joined(touched), connectivity=8)
         level = nearby
         for label in range(1, count):
             left, top, width, height, size = boxes[label].tolist()
@@ -70,8 +71,12 @@ class ContactScore:
             patch = labels[box] == label
             fitted = _fitted(pressure[box], inner[box] * patch)
             if fitted is not None:
-                np.copyto(level[box], fitted, where=largest_near(patch.view(np.uint8), self._join).view(bool))
+                np.copyto(level[box], fitted, where=self._joined(patch.view(np.uint8)) > 0)
         return level
+
+    def _joined(self, mask: np.ndarray) -> np.ndarray:
+        """(rows, columns) uint8, more than 0 where mask (rows, columns) uint8 of 0 and 1 is within reach."""
+        return cv2.boxFilter(mask, -1, self._join, normalize=False, borderType=cv2.BORDER_CONSTANT)
 
 
 def _cut(values: np.ndarray) -> np.ndarray:
@@ -88,23 +93,26 @@ def _fitted(pressure: np.ndarray, inside: np.ndarray) -> np.ndarray | None:
     y, x, terms = _grid(*pressure.shape, step)
     value, weight = pressure[::step, ::step].ravel(), inside[::step, ::step].ravel()
     weighed = terms * weight
-    normal, sums, square = weighed @ terms.T, weighed @ value, float(weight @ (value * value))
+    normal, sums, square = (weighed @ terms.T).astype(float), (weighed @ value).astype(float), float(weight @ (value * value))
     mean = sums[0] / normal[0, 0]
     normal.ravel()[::7] += 1e-6 * len(value)
     share, bent = dposv(normal[:3, :3], sums[:3])[1], dposv(normal, sums)[1]
-    level = share[0] + share[1] * y + share[2] * x
-    if square - bent @ sums < (1 - _CURVED) * (square - share @ sums[:3]):
-        level = (bent[0] + bent[1] * y + bent[3] * y * y) + (bent[2] * x + bent[5] * x * x) + (bent[4] * y) * x
-    return np.minimum(np.maximum(level, _LEAST * mean), _MOST * mean)
+    if square - bent @ sums >= (1 - _CURVED) * (square - share @ sums[:3]):
+        bent = np.array([*share, 0, 0, 0])
+    one, down, across, twice_down, both, twice_across = np.float32(bent)
+    level = (one + (down + twice_down * y) * y) + (across + twice_across * x) * x
+    if both:
+        level += (both * y) * x
+    return np.minimum(np.maximum(level, np.float32(_LEAST * mean)), np.float32(_MOST * mean))
 
 
 @lru_cache(maxsize=64)
 def _grid(rows: int, columns: int, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """y (rows, 1) and x (1, columns) from -1 to 1, and (6, M) 1, y, x, yy, xy, xx at each step-th of both."""
     y, x = np.ogrid[-1:1:rows * 1j, -1:1:columns * 1j]
-    there = np.broadcast_arrays(np.ones(()), y[::step], x[:, ::step])
-    one, down, across = (values.ravel() for values in there)
-    return y, x, np.stack([one, down, across, down * down, across * down, across * across])
+    y, x = y.astype(np.float32), x.astype(np.float32)
+    down, across = (values.ravel() for values in np.broadcast_arrays(y[::step], x[:, ::step]))
+    return y, x, np.stack([np.ones_like(down), down, across, down * down, across * down, across * across])
 
 
 def _closed(score: np.ndarray) -> np.ndarray:

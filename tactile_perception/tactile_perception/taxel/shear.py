@@ -9,6 +9,8 @@ object that drags the pad.
 """
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
@@ -20,6 +22,7 @@ _SPREADS = ((0.47, 0.62), (0.53, 1.85))
 
 # A wave of pressure is weaker under the pad by this times the square of (wave number times thickness).
 _FLATTENED = 0.15
+_SHARPENED = 0.5  # thicknesses: width of the Gaussian whose loss is given back for that
 # Neighbouring places pull at each other: a wave of the surface is stiffer by this times the square of (wave number times thickness); mean
 # of the waves along (0.8) and across (0.3), by the same theory.
 _COUPLED = 0.5
@@ -35,8 +38,9 @@ class SurfaceShear:
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._array, self._pad = array, pad
-        self._gaps = [(share, width * pad.thickness / array.pitch) for share, width in _SPREADS]
+        self._spreads = [_Spread(share, width * pad.thickness / array.pitch) for share, width in _SPREADS]
         thickness = pad.thickness / array.pitch
+        self._width = _SHARPENED * thickness
         self._coupling, self._margin = _COUPLED * thickness**2, max(1, round(thickness))
         self._x, self._y = array.x.astype(np.float32)[None, :], array.y.astype(np.float32)[:, None]
         self.reset()
@@ -56,8 +60,7 @@ class SurfaceShear:
         change[:, 1:-1] = along[:, :-2] - along[:, 2:]
         change[1:-1] += across[:-2] - across[2:]
         change *= np.float32(0.5 * self._pad.shear_stiffness * self._pad.thickness / self._array.pitch)
-        (share, width), (other_share, other_width) = self._gaps
-        return np.float32(share) * _spread(change, width) + np.float32(other_share) * _spread(change, other_width)
+        return sum(spread.of(change) for spread in self._spreads)
 
     @property
     def force(self) -> np.ndarray:
@@ -89,39 +92,42 @@ class SurfaceShear:
         """Places (2, rows, columns) m of the surface, and traction over the shear stiffness, m: it goes with the object unless the traction
         would be over limit, which is 0 where nothing touches. A few steps of relaxation, which go on in the next frame."""
         coupling, stiff = np.float32(self._coupling), np.float32(1 + 4 * self._coupling)
-        held, wide = stiff * carried, np.empty((2, carried.shape[1] + 2, carried.shape[2] + 2), np.float32)
+        held, soft = stiff * carried, 1 / stiff
+        wide = np.stack([cv2.copyMakeBorder(part, 1, 1, 1, 1, cv2.BORDER_REPLICATE) for part in carried])
         drag = wide[:, 1:-1, 1:-1]
-        drag[:] = carried
         for _ in range(_SWEEPS):
-            others = _neighbours(wide)
+            others = wide[:, :-2, 1:-1] + wide[:, 2:, 1:-1]
+            others += wide[:, 1:-1, :-2]
+            others += wide[:, 1:-1, 2:]
             others *= coupling
             pull = held - others
             square = pull * pull
             pull *= np.minimum(limit / (np.sqrt(square[0] + square[1]) + _TINY), 1)
-            np.divide(pull + others, stiff, out=drag)
+            np.multiply(pull + others, soft, out=drag)
         return drag, pull
 
     def _on_top(self, pressure: np.ndarray) -> np.ndarray:
         """Pressure on the pad's surface from that under it, which is smoother; to second order in thickness over wave length."""
-        share = _FLATTENED * (self._pad.thickness / self._array.pitch)**2
-        around = _neighbours(cv2.copyMakeBorder(pressure, 1, 1, 1, 1, cv2.BORDER_REPLICATE)[None])[0]
-        return pressure * np.float32(1 + 4 * share) - around * np.float32(share)
+        smoother = cv2.GaussianBlur(pressure, (0, 0), self._width, borderType=cv2.BORDER_REPLICATE)
+        return pressure + np.float32(2 * _FLATTENED / _SHARPENED**2) * (pressure - smoother)
 
 
-def _neighbours(wide: np.ndarray) -> np.ndarray:
-    """Sum of the four neighbours (N, rows, columns) in wide (N, rows + 2, columns + 2), whose border is made as what is beside it."""
-    wide[:, 0], wide[:, -1] = wide[:, 1], wide[:, -2]
-    wide[:, :, 0], wide[:, :, -1] = wide[:, :, 1], wide[:, :, -2]
-    total = wide[:, :-2, 1:-1] + wide[:, 2:, 1:-1]
-    total += wide[:, 1:-1, :-2]
-    total += wide[:, 1:-1, 2:]
-    return total
+class _Spread:
+    """Pictures spread as by a Gaussian of that width, taxels, times share; two boxes do for a wide one."""
 
+    def __init__(self, share: float, width: float):
+        self._share, self._boxes = np.float32(share), ()
+        if width < _WIDE:
+            self._kernel = cv2.getGaussianKernel(2 * math.ceil(4 * width) + 1, width, cv2.CV_32F)
+        else:
+            side = 2 * round(0.5 * (math.sqrt(6 * width**2 + 1) - 1)) + 1
+            self._boxes = (side, side), (side, side)
 
-def _spread(values: np.ndarray, width: float) -> np.ndarray:
-    """values (rows, columns) spread as by a Gaussian; two boxes do for a wide one."""
-    if width < _WIDE:
-        return cv2.GaussianBlur(values, (0, 0), width, borderType=cv2.BORDER_CONSTANT)
-    side = 2 * round(0.5 * (np.sqrt(6 * width**2 + 1) - 1)) + 1
-    once = cv2.boxFilter(values, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
-    return cv2.boxFilter(once, -1, (side, side), borderType=cv2.BORDER_CONSTANT)
+    def of(self, picture: np.ndarray) -> np.ndarray:
+        """picture (rows, columns) float32, spread."""
+        picture = picture * self._share
+        if not self._boxes:
+            return cv2.sepFilter2D(picture, -1, self._kernel, self._kernel, borderType=cv2.BORDER_CONSTANT)
+        for box in self._boxes:
+            picture = cv2.boxFilter(picture, -1, box, borderType=cv2.BORDER_CONSTANT)
+        return picture
