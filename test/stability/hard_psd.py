@@ -3,6 +3,7 @@
 """The PSD finger, and filters of what is told, as estimators of arrays."""
 from __future__ import annotations
 
+import copy
 import functools
 
 import numpy as np
@@ -29,11 +30,16 @@ def model():
     return read_psd(share('calibration', 'psd_finger_sim.yaml'))
 
 
-def finger(method='map'):
-    """A finger of that method whose reference has been taken."""
+@functools.cache
+def _begun(method):
     made = PsdFinger(model()) if method == 'map' else PaperFinger(model(), FingerSettings(), THRESHOLD)
     made.process(scene()[0][:REST], PERIOD)
     return made
+
+
+def finger(method='map'):
+    """A finger of that method whose reference has been taken."""
+    return copy.deepcopy(_begun(method))
 
 
 @functools.cache

@@ -87,14 +87,14 @@ def told(touches):
             'spread': np.array([np.sqrt(np.diag(t.covariance)) for t in touches]).reshape(-1, 3)}
 
 
-def _tracks(name):
+def track_inputs(name):
     pressed = sheet(SHIPPED[name][0])[1][-1]
     return {'id': pressed.id, 'uv': pressed.uv, 'duv': pressed.duv, 'area': pressed.area, 'sigma': pressed.sigma}
 
 
 def _touch(name, *spoiled):
     """By tracks; a marker seen elsewhere has moved, so that uv and duv are spoiled alike."""
-    return Estimator(lambda: _tracks(name), lambda inputs: told(method(name).estimate(field_of(name, **inputs))), spoiled,
+    return Estimator(lambda: track_inputs(name), lambda inputs: told(method(name).estimate(field_of(name, **inputs))), spoiled,
                      ('id', 'uv', 'duv', 'area', 'sigma'), tolerance=1e-6, single=1e-3)
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,7 +15,7 @@ _NARROW = 1e-6
 # A mirror image is told from noise by its third singular value, relative to the second: noise reaches this at 10 % of the spread.
 _MIRRORED = 1e-2
 _TUKEY = 4.685  # 95 % efficiency on normal errors
-_STARTS = 24  # neighbourhoods of _PATCH points from which a robust fit may start
+_STARTS = 24  # neighbourhoods of _PATCH points, and triples, from which a robust fit may start
 _PATCH = 9
 _NEAR = 2.0  # standard deviations a coordinate, within which a point agrees with a motion
 _SETTLED = 1e-2  # change of the weights, of the largest, at which a robust fit ends
@@ -89,8 +90,7 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
     """The motion that most points share, whatever the others do: Tukey's biweight from the best of some fixed starts.
 
-    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are neighbourhoods chosen by a
-    fixed rule, so that the same points give the same answer. Weights of points that do not share the motion are 0.
+    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that the same points give the same answer. Weights of points that do not share the motion are 0.
     Raises BadArgument, DegenerateFit as fit_rigid.
     """
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
@@ -175,12 +175,13 @@ def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known
 
 
 def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The fit to all points where most agree with it; else of the fits to neighbourhoods the one with the least truncated loss."""
+    """The fit to all points where most agree with it; else of the fits to neighbourhoods, and to three points far apart, the one with the
+    least truncated loss."""
     answer = _kabsch(p, q, base)[:2]
     if len(p) <= _PATCH or np.mean(_scaled(answer, p, q, base) < 3 * _NEAR**2) > _AGREED:
         return answer
-    chosen = _neighbourhoods(p)
-    rotation, translation = _kabsch(p[chosen], q[chosen], base[chosen])[:2]
+    starts = [_kabsch(p[chosen], q[chosen], base[chosen])[:2] for chosen in (_neighbourhoods(p), _triples(len(p)))]
+    rotation, translation = (np.concatenate(parts) for parts in zip(*starts))
     left = q - p @ rotation.swapaxes(1, 2) - translation[:, None]
     loss = np.minimum(np.einsum('tni,tni->tn', left, left) * base, 3 * _NEAR**2).sum(axis=1)
     best = int(np.argmin(loss))
@@ -198,3 +199,9 @@ def _neighbourhoods(p: np.ndarray) -> np.ndarray:
     centres = np.unique(np.linspace(0, len(p) - 1, min(_STARTS, len(p))).astype(int))
     distance = np.sum((p[centres, None] - p[None])**2, axis=2)
     return np.argpartition(distance, _PATCH - 1, axis=1)[:, :_PATCH]
+
+
+@lru_cache(maxsize=64)
+def _triples(count: int) -> np.ndarray:
+    """(starts, 3) indices all over, by the golden ratio: a part that moves as one need not lie together."""
+    return (np.arange(3 * _STARTS) * 0.6180339887498949 % 1 * count).astype(int).reshape(-1, 3)
