@@ -15,6 +15,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.conversions import image_to_array, stamp_seconds
 from tactile_perception.nodes.touchpad_stages import RESULTS
@@ -58,7 +59,7 @@ class DemoNode(Node):
         self._latest: dict[int, float] = {}
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)
-        self.create_timer(_LOOK_S, self._look)
+        steady_timer(self, _LOOK_S, self._look)
 
     def destroy_node(self) -> None:
         """Write what there is."""

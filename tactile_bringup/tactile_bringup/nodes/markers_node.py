@@ -15,6 +15,7 @@ from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import image_to_message
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.timers import steady_timer
 from tactile_driver.stitching import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.conversions import camera_matrices, image_to_array
@@ -48,7 +49,7 @@ class MarkersNode(DrawingNode):
         self._picture_sync = StampSync(self._publish_picture, lambda: self._expected)
         self._picture_output = self.demanded(Image, 'image_annotated')
         self._publish_camera_place()
-        self._look_timer = self.create_timer(_LOOK_S, self.follow_demand)
+        self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)
 
     def _publish_camera_place(self) -> None:
         """Where the camera is: the opposite of where the sensor is in its frame."""

@@ -16,6 +16,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from tactile_perception.nodes.serialization import MessageCodec, type_name_of
 from tactile_perception.offline.bags import BagWriter
@@ -53,7 +54,7 @@ class RecordNode(Node):
             self._record(topic, kind, _KEEP_ALL)
         self._record('description', String, _LATCHED)
         # Raw data after those who work on it: a recording that is played begins with its first subscriber.
-        self._waiting = self.create_timer(_LOOK_S, self._record_raw)
+        self._waiting = steady_timer(self, _LOOK_S, self._record_raw)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
 

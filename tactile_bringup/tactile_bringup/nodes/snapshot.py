@@ -25,6 +25,7 @@ from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.errors import TactileError
+from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.conversions import image_to_array
 from tactile_perception.nodes.taxel_stages import taxel_values
@@ -79,7 +80,7 @@ class SnapshotNode(Node):
         self.seen: dict[str, Seen] = {}
         for name in names:
             self._look_at(name)
-        self.create_timer(_LOOK_S, self._find)
+        steady_timer(self, _LOOK_S, self._find)
 
     def _find(self) -> None:
         for topic, kinds in self.get_topic_names_and_types():

@@ -10,6 +10,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.timers import steady_timer
 from tactile_perception.nodes.taxel_stages import RESULTS
 
 from ..parameters import TAXEL_MARKERS_PARAMETERS
@@ -29,7 +30,7 @@ class TaxelMarkersNode(DrawingNode):
         self._inputs: list = []
         self._kept: dict[str, dict] = {}
         self.publish_place('taxels', (0.0, 0.0, -self.settings['cell_height']))
-        self.create_timer(1 / self.settings['rate'], self._draw)
+        steady_timer(self, 1 / self.settings['rate'], self._draw)
         self.follow_demand()
 
     def follow_demand(self) -> None:

@@ -11,6 +11,8 @@ import diagnostic_updater
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
+from .timers import steady_timer
+
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -45,6 +47,8 @@ class NodeDiagnostics:
         self._examine = examine
         self.set_hardware_id(hardware_id)
         self._updater.add(task, self._run)
+        node.destroy_timer(self._updater.timer)  # it is on the node's clock
+        self._updater.timer = steady_timer(node, self._updater.period, self._updater.update)
 
     def set_hardware_id(self, hardware_id: str) -> None:
         """Name the sensor; 'none' where it has no name."""

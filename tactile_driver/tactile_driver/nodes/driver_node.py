@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 
-from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
 
@@ -19,6 +18,7 @@ from .diagnostics import Health, NodeDiagnostics, SayOnce
 from .host import Host, SharedPublisher
 from .parameter_server import NodeParameters
 from .parameters import Parameter
+from .timers import steady_timer
 
 _SUPERVISION_S = 0.1
 
@@ -43,8 +43,7 @@ class DriverNode(LifecycleNode):
         self._say = SayOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
-        # On a clock that runs also where simulated time stands still.
-        self._supervision = self.create_timer(_SUPERVISION_S, self._supervise, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
 
     def create_lifecycle_publisher(self, *args, **kwargs) -> Publisher | SharedPublisher:
         """As of a lifecycle node, with takers in the process."""
