@@ -15,12 +15,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from rosbags.typesys import TypesysError, get_types_from_msg
-
 from ..errors import BadArgument, TactileError
 from ..nodes.serialization import MessageCodec
 from .ahead import ahead
 from .bags import RawMessage
+from .definitions import known_as
 from .left_out import LeftOut
 from .part_writer import UNFINISHED, PartWriter
 from .progress import ProgressLine
@@ -29,7 +28,8 @@ from .stream import KEPT, Checkpoint, FrameDone, Head, Item, Skipped, Task, comp
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
 _CODES = f"""exit code: 0 all was done; {FAILED} nothing could be done, a line says why; 2 the command line is wrong; {INCOMPLETE} done,
-but something was left out, which is listed; {SIGNALLED} + number of the signal that ended it: what is written can be read, --resume goes on"""
+but something was left out, which is listed; {SIGNALLED} + number of the signal that ended it, what is written can be read, --resume goes
+on"""
 
 
 @dataclass
@@ -88,7 +88,7 @@ class _Output:
     def __init__(self, target: Path, mark: str, position: Position, head: Head):
         self._target, self._mark, self._prefix = target, mark, head.prefix
         self.summary = Summary(position.frames, Counter(position.written), LeftOut.from_list(position.left_out))
-        self._unknown: set[str] = set()
+        self._unknown: dict[str, str] = {}
         self._writer = PartWriter(target, self._store(head.definitions), position.metadata)
         self._before = position.frames
         self._progress = ProgressLine('frames', head.frames, position.frames)
@@ -98,13 +98,9 @@ class _Output:
         """Message definitions: our own, and the recording's for what we have none for."""
         store = MessageCodec().store
         for kind, text in definitions.items():
-            if kind in store.fielddefs or not text:
-                continue
-            try:
-                store.register(get_types_from_msg(text, kind))
-            except TypesysError:
-                self._unknown.add(kind)
-        self._unknown |= {kind for kind in definitions if kind not in store.fielddefs}
+            reason = known_as(store, kind, text)
+            if reason:
+                self._unknown[kind] = reason
         return store
 
     def take(self, item: Item) -> None:
@@ -127,7 +123,7 @@ class _Output:
     def _write(self, message: RawMessage) -> None:
         topic = message.topic.removeprefix(self._prefix)
         if message.type_name in self._unknown:
-            self.summary.left_out.add(topic, f'type {message.type_name} is not known, nor defined in the recording', message.stamp_ns)
+            self.summary.left_out.add(topic, self._unknown[message.type_name], message.stamp_ns)
             return
         self._writer.write(*message[:4])
         self.summary.written[topic] += 1

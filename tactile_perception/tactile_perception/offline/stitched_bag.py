@@ -29,7 +29,7 @@ class StitchedBag(BagReader):
     """A bag in which left/ and right/image_raw of a sensor appear as its image_raw and camera_info.
 
     stitching, method: how the picture is made; max_skew: s, by which the stamps of a pair may differ. Pictures have the left view's stamp;
-    those recorded beside the views are left out. A view that cannot be used has no pair. Raises as BagReader does.
+    those recorded beside the views are left out. A view that cannot be used has no pair, and is left out. Raises as BagReader does.
     """
 
     def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
@@ -47,6 +47,11 @@ class StitchedBag(BagReader):
             recorded |= {prefix + 'image_raw': _IMAGE, prefix + 'camera_info': _INFO}
         return recorded
 
+    def count(self, topics: set[str]) -> int:
+        """How many messages of these topics there are to be; some fewer where a view has no pair."""
+        made = {prefix + 'image_raw': prefix + VIEWS[0] for prefix in self._prefixes(super().topics)}
+        return super().count({made.get(topic, topic) for topic in topics})
+
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
         """The messages of the given topics (all when None), pictures as soon as both views are there."""
         prefixes = [prefix for prefix in self._prefixes(super().topics) if topics is None or prefix + 'image_raw' in topics]
@@ -59,15 +64,19 @@ class StitchedBag(BagReader):
                 yield raw
                 continue
             prefix, side = sides[raw.topic]
-            message = self._codec.decode(raw.data, raw.type_name)
-            self._frame_ids[prefix] = message.header.frame_id
             try:
+                message = self._codec.decode(raw.data, raw.type_name)
+                self._frame_ids[prefix] = message.header.frame_id
                 pairers[prefix].add(side, view_frame(message))
-            except BadFrame:
+            except BadFrame as error:
+                self.left_out.add(raw.topic, str(error), raw.stamp_ns)
                 continue
             yield from self._pictures(prefix, pairers[prefix].take)
         for prefix, pairer in pairers.items():
             yield from self._pictures(prefix, partial(pairer.take, last=True))
+            pairer.clear()
+            if pairer.unpaired:
+                self.left_out.add(f'{prefix}left and right/image_raw', 'one camera\'s view without the other\'s', count=pairer.unpaired)
 
     @staticmethod
     def _prefixes(topics: dict[str, str]) -> list[str]:
@@ -82,7 +91,8 @@ class StitchedBag(BagReader):
             encoding = 'mono8' if pair.left.encoding == pair.right.encoding == 'mono8' else 'bgr8'
             try:
                 picture = self._stitcher.stitch(as_encoding(pair.left, encoding), as_encoding(pair.right, encoding))
-            except BadFrame:
+            except BadFrame as error:
+                self.left_out.add(prefix + 'image_raw', str(error), pair.stamp_ns)
                 continue
             info = calibration_to_message(CameraCalibration(*self._stitcher.size))
             info.header = header

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import BadFrame, TactileError
+from ..errors import BadFrame, BadRecording, TactileError
 from ..nodes.serialization import MessageCodec
 from .bags import BagReader, RawMessage
+from .definitions import known_as
 from .left_out import LeftOut
 from .replay import Replay, ReplayStage, make_replay
 from .stamped import find_prefix
@@ -79,6 +80,9 @@ def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
         kept = {prefix + name for name in KEPT}
         definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
+        for kind in {replay.raw_type, reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
+            if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
+                raise BadRecording(f'bag {task.source}: {reason}')
         yield Head(prefix, reader.count({prefix + replay.raw}), definitions)
         items = _messages(reader, kept, prefix + replay.raw, begin.read, task.every)
         for number in range(stages):

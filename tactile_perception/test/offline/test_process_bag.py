@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not; it says what it left out."""
+"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left."""
 import os
 import signal
 

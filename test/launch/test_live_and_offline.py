@@ -1,0 +1,132 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""process_bag writes what the live nodes publish for the same messages, bit by bit; and goes on from a checkpoint as if it had not stopped."""
+import time
+from pathlib import Path
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rosidl_runtime_py.utilities import get_message  # noqa: E402
+from tactile_bringup.sensor_launch import share  # noqa: E402
+from tactile_bringup.simulated_array import write_taxel_scene  # noqa: E402
+from tactile_bringup.simulated_bag import write_scene  # noqa: E402
+from tactile_bringup.simulated_finger import write_psd_scene  # noqa: E402
+from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
+from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
+from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+from tactile_perception.offline.bags import BagReader, RawMessage  # noqa: E402
+from tactile_perception.offline.stream import KEPT, Checkpoint, FrameDone, Task, stream  # noqa: E402
+
+pytestmark = pytest.mark.ros
+MARKERS = (DotTrackerNode, ContactPointNode)
+# sensor type: what writes a scene, which one, Hz, how many raw messages of it, and the nodes
+SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, ContactRegionNode)),
+           'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
+           'areal_dual': (write_scene, 'areal_dual_demo', 5.0, 20, MARKERS),
+           'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
+           'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, (PsdContactNode,)),
+           'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, (TaxelContactNode,))}
+
+
+@pytest.fixture(scope='module', params=SENSORS)
+def sensor(request, tmp_path_factory):
+    """(type, task, stages) of a bag of the simulated specimen."""
+    name, folder = request.param, tmp_path_factory.mktemp('bags')
+    write, scene, rate, frames, _ = SENSORS[name]
+    write(folder / name, scene, rate, **({'frames': frames} if write is write_scene else {}))
+    calibration = Path(share('calibration', f'{name}_sim.yaml'))
+    task = Task(folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None, every=frames // 2)
+    return name, task, len(task.replay().stages)
+
+
+class Bench:
+    """A sensor's nodes and a helper that publishes to them and hears their results, in one process."""
+
+    def __init__(self, name, task, raw, domain):
+        words = ['--params-file', str(task.params), '-r', f'__ns:=/{name}']
+        words += ['-p', f'calibration:={task.calibration}'] if task.calibration else []
+        rclpy.init(args=['--ros-args', *words], domain_id=domain)
+        self.nodes = [kind() for kind in SENSORS[name][4]]
+        self.helper = rclpy.create_node('helper', use_global_arguments=False, namespace=f'/{name}')
+        self._executor = SingleThreadedExecutor()
+        for node in (*self.nodes, self.helper):
+            self._executor.add_node(node)
+        self.heard = {}
+        self.publishers = {topic: self.helper.create_publisher(get_message(kind), topic, 50) for topic, kind in raw.items()}
+
+    def listen(self, topics):
+        """Hear these topics (name -> type), once all are joined."""
+        for topic, kind in topics.items():
+            self.heard[topic] = []
+            self.helper.create_subscription(get_message(kind), topic, self.heard[topic].append, 500)
+        everybody = {'camera_info': len(self.nodes)}
+        self.until(lambda: all(publisher.get_subscription_count() >= everybody.get(topic.split('/')[-1], 1)
+                               for topic, publisher in self.publishers.items()))
+
+    def until(self, condition, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+        assert condition(), {topic: len(found) for topic, found in self.heard.items()}
+
+    def close(self):
+        for node in (*self.nodes, self.helper):
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def frames_of(items):
+    """Raw message by raw message, {topic: [bytes]} of the estimates."""
+    found, frame = [], {}
+    for item in items:
+        if isinstance(item, RawMessage) and item.topic.split('/', 2)[2] not in KEPT:
+            frame.setdefault(item.topic, []).append((item.type_name, item.data))
+        elif isinstance(item, FrameDone):
+            found.append(frame)
+            frame = {}
+    return found
+
+
+def test_estimates_are_those_of_the_live_nodes(sensor, domain):
+    name, task, stages = sensor
+    replay, codec, count = task.replay(), MessageCodec(), SENSORS[name][3]
+    offline = frames_of(stream(task, Checkpoint(0), stages))[:count]
+    kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
+    with task.open(replay) as reader:
+        raw = {f'/{name}/{replay.raw}', f'/{name}/camera_info'} & set(reader.topics)
+        bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw}, domain)
+        try:
+            bench.listen(kinds)
+            done, expected = 0, dict.fromkeys(kinds, 0)
+            for message in reader.messages(raw):
+                bench.publishers[message.topic].publish(codec.decode(message.data, message.type_name))
+                if message.topic.endswith(replay.raw):
+                    for topic, items in offline[done].items():
+                        expected[topic] += len(items)
+                    bench.until(lambda: all(len(bench.heard[topic]) >= n for topic, n in expected.items()))
+                    done += 1
+                if done == count:
+                    break
+        finally:
+            bench.close()
+    assert done == count and sum(expected.values()) > count / 2
+    for topic in kinds:
+        told = [data for frame in offline for _, data in frame.get(topic, [])]
+        assert [codec.encode(message)[1] for message in bench.heard[topic]] == told, topic
+
+
+@pytest.mark.parametrize('sensor', ['areal_single', 'areal_dual', 'air_cushion'], indirect=True)  # others: test_stream.py
+def test_it_goes_on_from_a_checkpoint_to_the_last_bit(sensor):
+    _, task, stages = sensor
+    whole = list(stream(task, Checkpoint(0), stages))
+    stop = next(k for k, item in enumerate(whole) if isinstance(item, Checkpoint))
+    rest = list(stream(task, whole[stop], stages))
+    assert frames_of(rest) == frames_of(whole[stop:])
+    with BagReader(task.source) as reader:
+        assert 0 < whole[stop].read < sum(1 for _ in reader.messages())
