@@ -19,9 +19,9 @@ from tactile_driver.nodes.run import run_node
 from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from tactile_perception.nodes.serialization import MessageCodec, type_name_of
-from tactile_perception.offline.bags import BagWriter
 from visualization_msgs.msg import MarkerArray
 
+from ..live_bag import LiveBag
 from ..parameters import RECORD_PARAMETERS
 
 RAW = {'image_raw': Image, 'left/image_raw': Image, 'right/image_raw': Image, 'camera_info': CameraInfo, 'voltages': PsdVoltages}
@@ -33,6 +33,7 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
 _LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LOOK_S = 0.05
+_FLUSH_S = 1.0  # a process that is killed loses no more than this
 
 
 class RecordNode(Node):
@@ -47,14 +48,14 @@ class RecordNode(Node):
         self._begin_s, self._patience_s = time.monotonic(), settings['patience']
         self.written = self._lost = 0
         self._last_s, self._problem = math.nan, ''
-        self._writer = BagWriter(settings['bag'], MessageCodec().store)
-        self._writer.__enter__()
         self._path = settings['bag']
+        self._writer = self._opened()
         for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
             self._record(topic, kind, _KEEP_ALL)
         self._record('description', String, _LATCHED)
         # Raw data after those who work on it: a recording that is played begins with its first subscriber.
         self._waiting = steady_timer(self, _LOOK_S, self._record_raw)
+        steady_timer(self, _FLUSH_S, self._writer.flush)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
 
@@ -62,9 +63,18 @@ class RecordNode(Node):
         """Close the bag: without that it has no index."""
         writer, self._writer = getattr(self, '_writer', None), None
         if writer is not None:
-            writer.__exit__(None, None, None)
-            print(f'{self._path}: {self.written} messages recorded', flush=True)
+            try:
+                writer.__exit__(None, None, None)
+            except OSError as error:
+                print(f'{self._path}: not ended ({error}); what was written can be read by process_bag all the same', flush=True)
+            print(f'{self._path}: {self.written} messages recorded' + (f', {self._lost} lost' if self._lost else ''), flush=True)
         super().destroy_node()
+
+    def _opened(self) -> LiveBag:
+        try:
+            return LiveBag(self._path, MessageCodec().store).__enter__()
+        except OSError as error:
+            raise BadArgument(f'record_node: bag {self._path} cannot be written: {error}') from error
 
     def _record_raw(self) -> None:
         if any(self.count_subscribers(topic) for topic in RAW) or time.monotonic() - self._begin_s > self._patience_s:
@@ -81,10 +91,14 @@ class RecordNode(Node):
             return
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
-            self.written, self._last_s, self._problem = self.written + 1, time.monotonic(), ''
         except OSError as error:
-            self._lost, self._problem = self._lost + 1, f'{topic} could not be recorded: {error}; is the disk full?'
+            self._lost, self._problem = self._lost + 1, f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
             self._say.error('write', self._problem)
+            return
+        if self._problem:
+            self.get_logger().info(f'recording goes on; {self._lost} messages were lost')
+            self._say.forget('write')
+        self.written, self._last_s, self._problem = self.written + 1, time.monotonic(), ''
 
     def _examine(self) -> Health:
         (then, written), self._examined = self._examined, (time.monotonic(), self.written)
