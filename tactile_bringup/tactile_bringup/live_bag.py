@@ -63,7 +63,7 @@ class KeptFile:
 
 
 class LiveBag(BagWriter):
-    """As BagWriter, with a file that is whole after each flush: a disk that is full costs the messages of that time, the death of the process
+    """As BagWriter, with a file that is whole after each flush: a full disk costs the messages of that time, the death of the process
     those since the last flush. Some space is kept free from the start, so that there is an index in the end."""
 
     def __enter__(self) -> LiveBag:

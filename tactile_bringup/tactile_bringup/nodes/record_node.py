@@ -92,7 +92,8 @@ class RecordNode(Node):
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
         except OSError as error:
-            self._lost, self._problem = self._lost + 1, f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
+            self._lost += 1
+            self._problem = f'{topic} could not be recorded: {error}; make room on the disk, it goes on by itself'
             self._say.error('write', self._problem)
             return
         if self._problem:
