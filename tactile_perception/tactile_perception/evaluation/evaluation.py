@@ -121,9 +121,9 @@ def _told_length(error: np.ndarray) -> float:
 
 
 def _velocity(slip: SlipEstimate, at: np.ndarray) -> np.ndarray:
-    """(3,) m/s, of the object over the sensor at a place (3,) m; at the frame's origin where nothing turns."""
-    turning = np.cross(slip.angular, at) if np.any(slip.angular) else np.zeros(3)
-    return slip.linear + turning
+    """(3,) m/s, of the object over the sensor at a place (3,) m; a turn that is not told, as that of a disc, counts as none."""
+    angular = np.nan_to_num(slip.angular)
+    return slip.linear + (np.cross(angular, at) if angular.any() else np.zeros(3))
 
 
 def _confused(confusion: np.ndarray, names: tuple[str, ...], *more: str) -> dict:

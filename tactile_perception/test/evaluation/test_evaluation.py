@@ -45,6 +45,7 @@ def test_slip_is_judged_where_something_touches_and_its_velocity_at_the_contact(
     turning = Instant(region=region(5e-3, [], (0.01, 0)), slip=slip(2, 1.0, 0.0, turn=1.0))
     still = Instant(region=region(5e-3, [], (0.01, 0)), slip=slip(2, 1.0, 0.0))
     free = Instant([], region(0, []), slip(1, 0.5, 1.0))
+    still.slip.angular[:] = np.nan  # as of a disc
     found = summed((still, turning), (free, Instant([], region(0, []), slip(0, np.nan, 0.0))))
     assert found['slip_states']['counts'] == [[0, 0, 0], [0, 0, 0], [0, 0, 1]] and found['slip_states']['macro_f1'] == 1
     assert found['errors']['slip_velocity']['median'] == pytest.approx(10)
