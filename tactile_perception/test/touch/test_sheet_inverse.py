@@ -19,7 +19,7 @@ INVERSE = SheetInverse(library(), NOISE, 1.2e-3, 4.5e-3)
 def test_presses_are_found(place, depth, radius):
     found = INVERSE.solve(Seen(field_of(pressed(*place, depth, radius), 5e-6, 5e-3)), [Press(np.array(place) + [2e-3, -1e-3], 0.8 * depth)])
     assert np.hypot(*(found.presses[0].place - place)) < 2e-4 and found.presses[0].depth == pytest.approx(depth, abs=2e-4)
-    assert np.exp(found.presses[0].log_radius) == pytest.approx(radius / 7e-3, rel=0.12)
+    assert np.exp(found.presses[0].log_radius) == pytest.approx(radius / 7e-3, rel=0.15)
 
 
 def test_covariance_is_that_of_many_trials():
