@@ -19,7 +19,7 @@ def grid(rows=ROWS, columns=COLUMNS, pitch=SPACING, size=SIZE):
     """(rows * columns, 2) px, in the middle of an image, hardly bent and turned."""
     row, column = np.divmod(np.arange(rows * columns), columns)
     place = np.stack([column - (columns - 1) / 2, row - (rows - 1) / 2], axis=1) * pitch
-    place = place * (1 - 5e-7 * np.sum(place**2, axis=1, keepdims=True))
+    place = place * (1 - 0.03 * np.sum(place**2, axis=1, keepdims=True) / np.sum(place[0]**2))
     turn = np.array([[np.cos(0.03), -np.sin(0.03)], [np.sin(0.03), np.cos(0.03)]])
     return place @ turn.T + np.array(size) / 2
 

@@ -14,13 +14,13 @@ ARRAY, REST = TaxelArray(44, 44, 1e-3), 3.0
 KNOWN = Response((500.0, 0.0, 0.0), known=True)
 
 
-def bar(load=60.0, centre=(0.4, -0.3), angle=0.3, size=(20.0, 8.0), array=ARRAY):
-    """(rows, columns) of a bar's pressure: centre and size, mm, drawn fine and blurred as a soft pad would."""
+def bar(load=60.0, centre=(0.4, -0.3), angle=0.3, size=(20.0, 8.0), array=ARRAY, blur=0.8):
+    """(rows, columns) of a bar's pressure: centre, size and blur in taxels, drawn fine and blurred as a soft pad would."""
     fine = 12
     y, x = ((np.arange(count * fine) + 0.5) / fine - 0.5 * count for count in array.shape)
     x, y = np.meshgrid(x - centre[0], y - centre[1])
     inside = (np.abs(x * np.cos(angle) + y * np.sin(angle)) < size[0] / 2) & (np.abs(y * np.cos(angle) - x * np.sin(angle)) < size[1] / 2)
-    blurred = cv2.GaussianBlur(inside.astype(np.float32), (0, 0), 0.8 * fine, borderType=cv2.BORDER_CONSTANT)
+    blurred = cv2.GaussianBlur(inside.astype(np.float32), (0, 0), blur * fine, borderType=cv2.BORDER_CONSTANT)
     return load * cv2.resize(blurred, array.shape[::-1], interpolation=cv2.INTER_AREA).astype(float)
 
 

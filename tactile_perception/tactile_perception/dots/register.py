@@ -15,7 +15,7 @@ from scipy.spatial.distance import cdist
 from tactile_perception.dots.tracks import FARTHEST, assign
 from tactile_perception.errors import BadArgument
 
-FEWEST = 8  # dots of a pattern
+FEWEST, MOST = 8, 3000  # dots of a pattern; of more, the warps take minutes and gigabytes
 MODES = 40  # smooth warps besides the affine ones
 REACH = 3.0  # spacings over which a warp is alike
 STIFFNESS = 1.0  # of the modes, against dots that are met within a spacing
@@ -30,12 +30,15 @@ SLENDER = 0.15  # height over longest side: flatter triangles may turn over
 
 
 class Pattern:
-    """Places of a pattern's dots while nothing touches, uv (K, 2) px. Raises BadArgument for fewer than eight, or ones in a line."""
+    """Places of a pattern's dots while nothing touches, uv (K, 2) px. Raises BadArgument for fewer than eight, more than
+    MOST, or ones in a line."""
 
     def __init__(self, uv: np.ndarray):
         uv = np.array(uv, np.float64)
         if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not (np.abs(uv) < FARTHEST).all():
             raise BadArgument(f'a pattern is at least {FEWEST} finite places (K, 2), not an array of shape {uv.shape}')
+        if len(uv) > MOST:
+            raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
         self.uv = uv
         distance = cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
         self.spacing = np.mean(distance[0][:, 1:4], axis=1)

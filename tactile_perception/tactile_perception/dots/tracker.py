@@ -81,7 +81,7 @@ class DotTracker:
             raise BadFrame('the image is empty or not an array of uint8 with two or three dimensions')
         if self._size is not None and image.shape != self._size:
             raise BadFrame(f'the image changed its shape from {self._size} to {image.shape}; start a new tracker if that is meant')
-        if not stamp_s > self._stamp_s:
+        if not self._stamp_s < stamp_s < np.inf:
             raise BadFrame(f'stamp {stamp_s} s does not come after the last one, {self._stamp_s} s: repeated, going back, or not a number')
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:

@@ -58,6 +58,7 @@ class TouchStage:
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
                            f'{self._sensor.rows} x {self._sensor.columns}')
+        self._tracker.check(stamp_s)
         field = self._rest.field(tracks)
         estimates = self._method.estimate(field)
         touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(field, estimates)

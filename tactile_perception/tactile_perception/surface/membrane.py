@@ -24,13 +24,14 @@ _COLD = (1.0, .7, .4, .25, .15, .2)
 PACES = {'full': (.4, .2), 'fast': (.4,)}
 # m: standard deviation of a range that is as good as known.
 _KNOWN = 3e-6
+_MOST = 4096  # dots: how each range tells of each load is a matrix of their number squared
 
 
 class Membrane:
     """The membrane between the dots of a rows x columns grid that rest at rest_xyz (K, 3), m, in the order of their numbers.
 
     Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. pace: a name in PACES. Raises
-    BadArgument for a wrong shape, an unknown pace, or where less than half of the dots are known.
+    BadArgument for a wrong shape, too many dots, an unknown pace, or where less than half of the dots are known.
     """
 
     def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None, pace: str = 'full'):
@@ -38,6 +39,8 @@ class Membrane:
             raise BadArgument(f'membrane: pace {pace!r} is unknown; choose one of {", ".join(PACES)}')
         self.pace = pace
         self.mesh = GridMesh(rows, columns)
+        if self.mesh.size > _MOST:
+            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the {_MOST} that it can be solved for; check rows and columns')
         self.material = material or MembraneMaterial()
         rest = np.asarray(rest_xyz, float)
         if rest.shape != (self.mesh.size, 3):

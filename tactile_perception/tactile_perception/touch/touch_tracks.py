@@ -45,10 +45,14 @@ class TouchTracker:
         self._tracks: list[_Track] = []
         self._stamp_s: float | None = None
 
-    def process(self, estimates: list[TouchEstimate], stamp_s: float) -> list[Touch]:
-        """The touches of a frame under their numbers. Raises BadFrame for a stamp that is not later than the last."""
+    def check(self, stamp_s: float) -> None:
+        """Raise BadFrame for a stamp that is not later than the last."""
         if not np.isfinite(stamp_s) or (self._stamp_s is not None and stamp_s <= self._stamp_s):
             raise BadFrame(f'touches: stamp {stamp_s} s is not later than the last; frame skipped')
+
+    def process(self, estimates: list[TouchEstimate], stamp_s: float) -> list[Touch]:
+        """The touches of a frame under their numbers. Raises BadFrame for a stamp that is not later than the last."""
+        self.check(stamp_s)
         elapsed = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
         for track in self._tracks:
