@@ -128,9 +128,12 @@ def simulated_specimen() -> dict[str, object]:
     }
 
 
+_SIMULATED_TIPS = {'areal_single': 0.006, 'areal_dual': 0.008, 'air_cushion': 0.030}  # m, of the scenes' usual tip
+
+
 def simulated_markers(sensor_type: str) -> dict[str, object]:
-    """Name -> value of what a user would measure on the simulated sheet or cushion, and the scene that it shows."""
-    scene = {'scene': f'{sensor_type}_demo'}
+    """Name -> value of what a user would measure on the simulated sheet or cushion, and of the tip that presses it; the scene."""
+    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': _SIMULATED_TIPS[sensor_type]}
     if sensor_type == 'areal_dual':  # where its cameras stand, the calibration tells
         return scene
     camera = open_scene(f'{sensor_type}_rest').camera
