@@ -37,6 +37,8 @@ class Baseline:
         self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
         self._square, self._gaps, self._learning = 0.0, True, True
         self._judged = self._frame = 0
+        self._last: np.ndarray | None = None
+        self._settled = False  # whether a taxel has been quiet for long
         self.suspicion = ''
 
     @property
@@ -64,13 +66,23 @@ class Baseline:
             quiet &= cv2.boxFilter(touched.view(np.uint8), -1, _REACHED, normalize=False, borderType=cv2.BORDER_CONSTANT) == 0
         self._count += quiet
         if self._judged < _JUDGED or self._frame % _SELDOM == 0:
-            self._judge(change[quiet & (self._count > _SETTLED)])
+            settled = quiet & (self._count > _SETTLED)
+            self._settled = self._settled or bool(settled.any())
+            self._judge(change[settled] if self._settled else self._step(change))
         self._frame += 1
         gain = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
         if self._learning:
             gain = np.where(self._count <= self._frames, 1 / self._count, gain)
             self._learning = bool((self._count <= self._frames).any())
         np.add(self.values, change * gain, out=self.values, where=quiet)
+
+    def _step(self, change: np.ndarray) -> np.ndarray:
+        """(M,) by how much the taxels differ from the last frame, beyond what is common to them, as noise: all that tells it while none has
+        been quiet for long, as at the start, where noise louder than expected looks like touch everywhere."""
+        last, self._last = self._last, change
+        step = change[:0].ravel() if last is None else ((change - last) * np.float32(0.5**0.5)).ravel()
+        step = step[np.isfinite(step)]
+        return step - np.median(step) if len(step) else step
 
     def _judge(self, residual: np.ndarray) -> None:
         """Learn the noise from residuals (M,) of quiet taxels."""

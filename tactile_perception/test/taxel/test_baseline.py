@@ -55,3 +55,11 @@ def test_start_of_calibration_holds_though_touched_from_the_first():
 def test_wrong_numbers():
     with pytest.raises(BadArgument):
         Baseline(0, 1.0)
+
+
+def test_noise_that_looks_like_touch_everywhere_is_known_all_the_same():
+    """No taxel is ever quiet: the differences of frames tell, but for what all have in common, as a load on all."""
+    baseline, rng, touched = Baseline(20, 30.0), np.random.default_rng(0), np.ones(OFFSET.shape, bool)
+    for k in range(40):
+        baseline.follow(baseline.change(OFFSET + np.float32(50 * (k > 20)) + rng.normal(0, 12, OFFSET.shape).astype(np.float32)), touched, 0.01)
+    assert baseline.sigma == pytest.approx(12, rel=0.1)
