@@ -58,5 +58,7 @@ class CameraModel:
         """Unit vectors (N, 3) in the sensor frame from the camera's centre through image places uv (N, 2), px; NaN where the lens
         shows nothing."""
         plane = undistorted(uv, self.matrix, self.distortion)
-        rays = np.column_stack([plane, np.ones(len(plane))]) @ self.rotation
-        return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        rays = plane @ self.rotation[:2]
+        rays += self.rotation[2]
+        rays /= np.sqrt(np.einsum('ij,ij->i', rays, rays))[:, None]
+        return rays

@@ -24,7 +24,7 @@ _SADDLES = {9: ((1, 8), (11, 13)), 6: ((2, 4), (7, 14))}
 _SADDLE = np.isin(np.arange(16), (9, 6))
 _CROSSED = (np.arange(16) > 0) & (np.arange(16) < 15)
 # A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
-_LABEL_SPREAD = np.array([0.107, 0.786, 0.107])
+_LABEL_SPREAD = np.float32([0.107, 0.786, 0.107])
 
 
 @dataclass(frozen=True)

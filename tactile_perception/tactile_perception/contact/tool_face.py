@@ -8,11 +8,11 @@ smooth surface through the others (a paraboloid for each patch, fitted robustly)
 """
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from scipy.linalg import lapack
-
-from .grid_surface import cross
 
 _SMALLEST_PATCH = 8
 _ROUNDS = 4
@@ -25,37 +25,41 @@ def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -
 
     xyz, normal: (rows, columns, 3). NaN for dots that are not loaded and in patches too small to tell a face (less than eight dots).
     """
-    heights = np.full(loaded.shape, np.nan)
-    if loaded.sum() < _SMALLEST_PATCH:
-        return heights
+    heights = np.full(loaded.size, np.nan)
     mask = loaded.view(np.uint8)
     count, patches = cv2.connectedComponents(mask)
-    crowd = cv2.boxFilter(mask, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - 1.0
+    patches, points, normals = patches.ravel(), xyz.reshape(-1, 3), normal.reshape(-1, 3)
+    crowd = cv2.boxFilter(mask, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
     for patch in range(1, count):
-        member = np.nonzero(patches == patch)
-        if len(member[0]) >= _SMALLEST_PATCH:
-            heights[member] = _patch_heights(xyz[member], normal[member], crowd[member])
-    return heights
+        member = np.flatnonzero(patches == patch)
+        if len(member) >= _SMALLEST_PATCH:
+            heights[member] = _patch_heights(points.take(member, axis=0), normals.take(member, axis=0), crowd.take(member) - 1.0)
+    return heights.reshape(loaded.shape)
 
 
 def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -> np.ndarray:
     """Heights (N,) of points (N, 3) over a paraboloid that those inside the patch (many neighbours, crowd (N,)) and the lower ones
     determine."""
-    up = normals.mean(0)
-    up /= np.sqrt(up @ up)
-    along = np.array([up[2], 0.0, -up[0]]) / np.hypot(up[0], up[2])
-    a, b, height = ((points - points.mean(0)) @ np.stack([along, cross(up, along), up]).T).T
-    size = max(np.abs(a).max(), np.abs(b).max())
-    a, b = a / size, b / size
-    terms = np.stack([np.ones_like(a), a, b, a * a, a * b, b * b])
+    up = normals.sum(0)
+    x, y, z = (up / math.sqrt(up @ up)).tolist()
+    flat = math.hypot(x, z)
+    along = z / flat, 0.0, -x / flat
+    frame = np.array([along, (y * along[2], z * along[0] - x * along[2], -y * along[0]), (x, y, z)])
+    terms = np.empty((6, len(points)))
+    terms[1:4] = frame @ (points - points.sum(0) / len(points)).T
+    height = terms[3].copy()
+    terms[0] = 1.0
+    terms[1:3] /= np.abs(terms[1:3]).max()
+    np.multiply(terms[1], terms[1:3], out=terms[3:5])
+    np.multiply(terms[2], terms[2], out=terms[5])
     middle = len(points) // 2
-    weight = np.clip((crowd - 3) / 5, .05, 1)**2
+    weight = np.minimum(np.maximum((crowd - 3) / 5, .05), 1)**2
     for _ in range(_ROUNDS):
         weighted = terms * weight
-        found = lapack.dposv(weighted @ terms.T + _RIDGE, weighted @ height)[1]
-        residual = height - found @ terms
-        scale = max(1.4826 * np.partition(np.abs(residual), middle)[middle], _FINEST)
+        residual = height - lapack.dposv(weighted @ terms.T + _RIDGE, weighted @ height)[1] @ terms
+        scale = max(1.4826 * float(np.partition(np.abs(residual), middle)[middle]), _FINEST)
         # dots that stand out may be beyond the edge and count little; dots below are only noisy
-        square = (residual / scale)**2
+        square = residual * (1 / scale)
+        square *= square
         weight = np.where(residual > 0, 1 / (1 + square)**2, 1 / (1 + square / 4))
     return residual

@@ -105,7 +105,8 @@ class LikelihoodDetector:
                 return _NONE
             if len(some) < len(off):
                 pairs = pairs.among(some, len(off))
-                places, centre, diameter, compressed, fit = places[:, some], centre[:, some], diameter[some], compressed[some], fit.take(some)
+                places, centre, diameter = places[:, some], centre[:, some], diameter[some]
+                compressed, fit = compressed[some], fit.take(some)
             self._recentre(fit, compressed, padded, centre, pairs)
         single = self._separator.separate(fit, compressed, places, diameter, centre, pairs)
         dots, good = self._judge(fit, fitter.variances(compressed, fit), centre, single, last, stay)

@@ -16,6 +16,7 @@ from ..surface.optics import RestLight, WaterModel
 from ..surface.optics_colour import log_ratios
 from ..surface.range_scale import RangeScale
 from ..surface.optics_fit import fit_rest, follow_constants
+from ..surface.surface_shape import SurfaceShape
 from .rest_places import RestPlaces
 from .sensor import Touchpad
 
@@ -35,11 +36,12 @@ class DotPlaces:
         self._scale: RangeScale | None = None
         self._light: RestLight | None = None
         self._bled: np.ndarray | None = None
+        self._shape = SurfaceShape()
         self._begun = False
 
     def renew(self) -> None:
         """A new reference is taken: what the water looks like is learnt anew with the next image."""
-        self._water, self._begun, self._last = self._calibrated, False, None
+        self._water, self._begun, self._last, self._shape = self._calibrated, False, None, SurfaceShape()
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         """Places (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for a dot without a rest place, and in a
@@ -55,7 +57,7 @@ class DotPlaces:
         if moved or self._light is None:
             self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
-        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
+        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._shape)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]
         xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan

@@ -14,8 +14,8 @@ from ..errors import BadArgument
 from .cap import Cap
 from .membrane_forces import dot
 from .optics_colour import POINTS, RING, RingColours, log_ratios
-from .optics_grid import bend, normals, smooth, to_grid
 from .optics_path import LightPath
+from .surface_shape import SurfaceShape
 
 PATCHY = 2.5    # times the noise of ring points: blue that varies more around a ring than that is glare or an edge
 IN_PLACE = 0.7  # px: dots that have gone further lie otherwise among the blocks of pixels that share a stored colour
@@ -85,15 +85,16 @@ class WaterModel:
         ranges = np.sqrt(dot(away, away))
         return RestLight(ranges, normals, *self.path.slants(places, normals, away / ranges))
 
-    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks,
+              shape: SurfaceShape | None = None) -> tuple[np.ndarray, np.ndarray]:
         """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,), what is known of them untouched.
 
-        Single precision inside: 2 nm of a range.
+        shape: of the surface in the last frame, to go on from. Single precision inside: 2 nm of a range.
         """
         length, sigma = self.path_lengths(colours)
         length, rays, centre = np.float32(length), np.ascontiguousarray(rays.T, np.float32), np.float32(self.path.centre)[:, None]
         first, _ = self._march(length, centre, rays, rest.ranges, (rest.slants, rest.changes))
-        facing, bend = self._even(first, rays, centre, tracks, rest)
+        facing, bend = (shape or SurfaceShape()).at(first, rays, centre, rest, tracks)
         second, slope = self._march(length, centre, rays, first, self.path.slants(centre + first * rays, facing, rays))
         ranges = second - bend * np.float32(self.ring_share**2 / 4) - self.ring_offset
         if rest.bled is not None:
@@ -138,18 +139,3 @@ class WaterModel:
         """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""
         here, slope = self.path.from_slants(centre[2] + start * rays[2], rays[2], *slants)
         return start + (length - here) / slope, slope
-
-    def _even(self, ranges, rays, centre, tracks, rest) -> tuple[np.ndarray, np.ndarray]:
-        """The present surface's normals (3, N), and how the shift of the ranges since rest bends (N,), m per pitch squared.
-
-        The shift is smoothed over neighbours for both: otherwise its noise, not its shape, would show. Where there is no grid, the normals
-        are those at rest.
-        """
-        if tracks.rows < 3 or tracks.columns < 3:
-            return rest.normals, np.zeros_like(ranges)
-        grid = tracks.id, tracks.rows, tracks.columns
-        even = smooth(to_grid(ranges - rest.ranges, *grid))
-        near = even.reshape(-1).take(tracks.id)
-        places = centre + (rest.ranges + np.where(np.isfinite(near), near, np.float32(0))) * rays
-        facing = normals(to_grid(places, *grid), to_grid(rest.normals, *grid)).reshape(3, -1).take(tracks.id, axis=1)
-        return facing, bend(even).ravel().take(tracks.id)

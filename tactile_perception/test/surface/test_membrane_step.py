@@ -73,4 +73,21 @@ def test_slopes_are_kept_until_many_dots_have_gone_far(pad):
     spoiled = x.copy()
     spoiled[:, 60] -= 1e-3
     assert slopes.at(x - 1e-4 * along, normal, along, 2000.0) is first and slopes.at(spoiled, normal, along, 2000.0) is first
-    assert slopes.at(x - 5e-4 * along, normal, along, 2000.0) is not first
+    assert slopes.at(x - 6e-4 * along, normal, along, 2000.0) is not first
+
+
+def test_a_factor_is_kept_while_weights_are_about_the_same(pad):
+    rest, rays, forces = pad
+    slopes, x, along = Slopes(forces), np.ascontiguousarray(rest.T), np.ascontiguousarray(rays.T)
+    rows = slopes.at(x, forces.balance(x, 2000.0)[2], along, 2000.0)
+    weight, trust = forces.mesh.inner * 1e3, np.full(SIDE**2, 2e9)
+    first = slopes.factor(rows, weight, trust, keep=True)
+    some, one, all_ = trust.copy(), trust.copy(), 1.7 * trust
+    some[:10] *= 3
+    one[0] *= 5
+    assert slopes.factor(rows, weight, some, keep=True) is first
+    assert slopes.factor(rows, weight, trust, keep=False) is not first
+    for other in (one, all_):
+        slopes.factor(rows, weight, trust, keep=True)
+        found = slopes.factor(rows, weight, other, keep=True)
+        np.testing.assert_array_equal(found, Slopes(forces).factor(rows, weight, other, keep=False))
