@@ -82,7 +82,7 @@ def test_without_a_subscriber_nothing_is_computed(ros2, listen):
     def idle():
         said = {status.name: status.message for message in list(ear.heard['/diagnostics']) for status in message.status}
         return sum('idle' in text for text in said.values())
-    assert ear.wait_for(lambda: idle() == 2, 30), launched.log
+    assert ear.wait_for(lambda: idle() == 3, 30), launched.log
     assert ear.node.count_subscribers('/touchpad/image_raw') == 0
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == []

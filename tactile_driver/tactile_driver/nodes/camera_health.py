@@ -10,6 +10,7 @@ from .diagnostics import ERROR, OK, WARN, Health, common_values
 
 _RATE_TOLERANCE = 0.9
 _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
+FEW = 0.05  # so small a part that is left out is no news: the machine did something else for a moment
 
 
 def unconfigured_health(problem: str, retrying: bool) -> Health:
@@ -35,6 +36,12 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) 
     return Health(level, message, values)
 
 
+def left_out_remark(share: float) -> str:
+    """What to say where so large a part of what comes is left out."""
+    return (f'{100 * share:.0f} % of what comes is left out: what is made of it takes this machine too long; lower the rate, choose a '
+            'faster method or end what else runs')
+
+
 def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remark: str) -> tuple[bytes, str]:
     if status.state in ('lost', 'failed'):
         return ERROR, status.error
@@ -49,4 +56,6 @@ def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remar
     if live and nominal > 0 and status.rate < _RATE_TOLERANCE * nominal:
         return WARN, (f'{status.rate:.1f} Hz instead of {nominal:.1f} Hz: too little light (long exposure), a slow USB port or pixel '
                       'format, or a busy machine')
+    if status.left_out > FEW:
+        return WARN, left_out_remark(status.left_out)
     return OK, 'waiting for the first frame' if math.isnan(status.rate) else f'{status.rate:.1f} Hz'

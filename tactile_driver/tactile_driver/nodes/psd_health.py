@@ -10,6 +10,7 @@ from collections import deque
 import numpy as np
 
 from ..sources.capture import CaptureStatus
+from .camera_health import FEW, left_out_remark
 from .diagnostics import ERROR, OK, WARN, Health, common_values
 
 _WINDOW_S, _SILENCE_S = 4.0, 1.0
@@ -69,6 +70,8 @@ def _judged(status: CaptureStatus, about: dict, meter: SampleMeter, live: bool, 
         return ERROR, remark or f'no samples for {status.age_s:.1f} s; check the sensor and its cable'
     if remark:
         return WARN, remark
+    if status.left_out > FEW:
+        return WARN, left_out_remark(status.left_out)
     if meter.saturated_part > _SATURATED:
         return WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated: too much light, or an output at its end'
     nominal = float(about.get('rate', 0) or 0)

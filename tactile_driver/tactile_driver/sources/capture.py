@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from ..errors import BadFrame, DeviceLost, TactileError
 from ..frame import Frame, PairFrame
 from .protocol import EndOfSource, NothingYet, Source
+from .waiting import Waiting
 
 _IDLE_S = 0.02
 _RATE_WINDOW = 120
@@ -42,7 +43,8 @@ class CaptureStatus:
     """How the capture goes. state: running, paused, lost, ended or failed; received, dropped (never delivered), corrupt: frames; rate: Hz
     as
     measured, NaN until known; age_s: since the newest frame came, NaN before the first; error: the last failure's message, kept after
-    recovery; failing: whether it was the newest frame that could not be used."""
+    recovery; failing: whether it was the newest frame that could not be used; left_out: part of the last seconds' frames that nobody took
+    in time."""
 
     state: str
     received: int
@@ -52,6 +54,7 @@ class CaptureStatus:
     age_s: float
     error: str
     failing: bool = False
+    left_out: float = 0.0
 
 
 class Capture:
@@ -67,14 +70,13 @@ class Capture:
     def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
                  changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
         self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
-        self._slot: deque[Frame | PairFrame] = deque()
-        self._keep = keep
+        self._slot = Waiting(keep)
         self._changed = changed or threading.Condition()
         self._stopped = threading.Event()
         self._active = threading.Event()
         self._arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
         self._status = CaptureStatus('lost' if lost else 'paused', 0, 0, 0, float('nan'), float('nan'), lost)
-        self._overwritten = self._bad = 0
+        self._bad = 0
         self._last_bad_s = -math.inf
         self._sizes, self._begun, self._other_since_s = {}, False, None
         self._thread = threading.Thread(target=self._run, name='capture', daemon=True)
@@ -109,7 +111,7 @@ class Capture:
         """The next frame, or None after timeout s without one."""
         with self._changed:
             self._changed.wait_for(lambda: self._slot or self._stopped.is_set(), timeout)
-            frame = self._slot.popleft() if self._slot else None
+            frame = self._slot.take()
             self._changed.notify_all()
         return frame
 
@@ -117,13 +119,14 @@ class Capture:
     def status(self) -> CaptureStatus:
         """How the capture goes, now."""
         with self._changed:
-            arrivals = list(self._arrivals)
+            arrivals, left_out = list(self._arrivals), self._slot.share_left_out
         now = time.monotonic()
         # Only the last seconds count, so that a stopped camera reads 0 and not what it once did.
         recent = [t for t in arrivals if now - t < 4.0]
         rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else float('nan') if not arrivals else 0.0
         return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else float('nan'),
-                       dropped=self._overwritten + self._source.skipped, corrupt=self._bad + self._source.corrupt)
+                       dropped=self._slot.left_out + self._source.skipped,
+                       left_out=left_out, corrupt=self._bad + self._source.corrupt)
 
     def _set(self, **changes) -> None:
         self._status = replace(self._status, **changes)
@@ -199,13 +202,9 @@ class Capture:
             self._status = replace(self._status, received=self._status.received + 1, failing=False)
             if frame is None or not self._active.is_set():
                 return
-            if self._source.live:
-                while len(self._slot) >= self._keep:
-                    self._slot.popleft()
-                    self._overwritten += 1
-            else:
+            if not self._source.live:
                 self._changed.wait_for(lambda: not self._slot or self._stopped.is_set() or not self._active.is_set())
-            self._slot.append(frame)
+            self._slot.add(frame)
             self._changed.notify_all()
 
     def _reopen(self) -> None:

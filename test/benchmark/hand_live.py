@@ -1,0 +1,196 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A hand over ROS: CPU, memory, latency and losses of 1, 2 and 5 sensors, with a process for each sensor, one for all, one for each node.
+
+    python test/benchmark/hand_live.py [--counts 1 2 5] [--composed sensor true false] [--duration 20] [--repeat 3] [--share 1.0]
+
+The sensors are two touchpads of 640 x 480 at 60 frames a second, a PSD finger at 1 kHz, a taxel array at 200 frames a second and a sheet
+with two cameras at 30, in this order; --share takes all rates down. Their frames are rendered beforehand (rendered.py). This process
+listens to the last result of each, as bytes; the ways of running are taken in turn, --repeat times, and medians are told. Latency: from
+the stamp to the receipt here (a PSD message is stamped with the first of its samples: 5 ms more). A frame is lost where there is no
+result of it.
+"""
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import psutil
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from tactile_bringup.hand_file import HandSensor
+from tactile_bringup.hand_launch import planned_sensor
+from tactile_bringup.hand_processes import composed
+from tactile_bringup.sensor_launch import PlannedNode
+from tactile_driver.nodes.run import make_room_for_images
+from tactile_driver.simulation.scenes import open_dual_scene, open_scene
+from tactile_driver.simulation.taxel_scene import open_taxel_scene
+from tactile_msgs.msg import ContactRegion, Contacts
+
+sys.path.insert(0, str(Path(__file__).parent))
+import live  # noqa: E402
+import rendered  # noqa: E402
+
+#: name: type, Hz of the driver, Hz of its results, scene, what opens it (None: simulated as it runs), result and its type
+SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', ContactRegion),
+           'index': ('touchpad', 60, 60, 'rectangle_drag', open_scene, 'contact_region', ContactRegion),
+           'tip': ('psd_finger', 1000, 200, 'demo', None, 'contacts', Contacts),
+           'array': ('taxel_array', 200, 200, 'demo', open_taxel_scene, 'contacts', Contacts),
+           'palm': ('areal_dual', 30, 30, 'areal_dual_demo', open_dual_scene, 'contacts', Contacts)}
+DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 98))
+WAYS = ('sensor', 'true', 'false')
+_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': ''}
+_FILM_S = 6.0
+_STARTED_S = 6.0  # imports
+
+
+def plan(names: Sequence[str], share: float) -> dict[str, list[PlannedNode]]:
+    """The nodes of each sensor, as hand.launch.py plans them."""
+    settings = {name: {'rate': f'{SENSORS[name][1] * share:g}', 'scene': SENSORS[name][3]} for name in names}
+    return {name: planned_sensor(HandSensor(name, SENSORS[name][0], 'hand', settings=settings[name]), _GIVEN).nodes for name in names}
+
+
+def processes(groups: dict[str, list[PlannedNode]], way: str) -> dict[str, list[PlannedNode]]:
+    """Name -> nodes of each process."""
+    if way == 'true':
+        return {'all': [node for nodes in groups.values() for node in nodes]}
+    if way == 'sensor':
+        return groups
+    return {f'{name}/{node.executable}': [node] for name, nodes in groups.items() for node in nodes}
+
+
+def film(folder: Path, share: float) -> None:
+    """Render the frames of all sensors that are not simulated as they run."""
+    for _, rate, _, scene, opened, *_ in SENSORS.values():
+        if opened is not None and not rendered.file_of(folder, scene, rate * share).exists():
+            np.save(rendered.file_of(folder, scene, rate * share), rendered.frames_of(opened(scene, rate * share), _FILM_S))
+
+
+class Hand(live.System):
+    """The processes of a hand; use it in a with statement."""
+
+    def __init__(self, groups: dict[str, list[PlannedNode]], films: Path):
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+                       'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        script = str(Path(__file__).with_name('rendered.py'))
+        self._started = {name: subprocess.Popen([sys.executable, script, str(films), composed(nodes)], env=environment,
+                                                start_new_session=True) for name, nodes in groups.items()}
+        self.processes = {name: psutil.Process(p.pid) for name, p in self._started.items()}
+
+    def memory(self) -> float:
+        """MB that would be free without these processes."""
+        return sum(p.memory_full_info().uss for p in self.processes.values()) / 2**20
+
+
+@dataclass
+class Heard:
+    """Of one sensor: stamps (ns) and latencies (s) of its results."""
+
+    stamps: list = field(default_factory=list)
+    latencies: list = field(default_factory=list)
+
+    def take(self, data: bytes) -> None:
+        """A result as bytes: its stamp comes first."""
+        seconds, nanoseconds = struct.unpack_from('<iI', data, 4)
+        stamp = seconds * 10**9 + nanoseconds
+        self.stamps.append(stamp)
+        self.latencies.append(1e-9 * (time.time_ns() - stamp))
+
+
+def run(names: Sequence[str], way: str, share: float, duration: float, settle: float, films: Path) -> dict:
+    """Start the processes, listen, end them; the summary."""
+    heard, record = {name: Heard() for name in names}, live.Record()
+    with Hand(processes(plan(names, share), way), films) as hand:
+        time.sleep(_STARTED_S)
+        rclpy.init(domain_id=DOMAIN)
+        node, executor = Node('hand_benchmark'), SingleThreadedExecutor()
+        executor.add_node(node)
+        for name in names:
+            node.create_subscription(SENSORS[name][6], f'/{name}/{SENSORS[name][5]}', heard[name].take, 500, raw=True)
+        try:
+            live.watch(hand, live.Record(), settle, lambda: executor.spin_once(timeout_sec=0.05))
+            begin = time.time_ns()
+            live.watch(hand, record, duration, lambda: executor.spin_once(timeout_sec=0.05))
+            memory = hand.memory()
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()
+    return summary(heard, record, share, begin, duration) | {'memory MB': memory}
+
+
+def summary(heard: dict[str, Heard], record: live.Record, share: float, begin_ns: int, duration: float) -> dict:
+    """CPU, per cent of a core, of all processes; of each sensor the lost part of its frames, %, and latency, ms. Stamps before begin_ns do
+    not count."""
+    result = {'CPU %': sum(live.cpu(record).values()), 'sensors': {}}
+    for name, found in heard.items():
+        counted = [(stamp, late) for stamp, late in zip(found.stamps, found.latencies) if begin_ns <= stamp < begin_ns + duration * 1e9]
+        due = SENSORS[name][2] * (share if SENSORS[name][0] != 'psd_finger' else 1.0) * duration  # a finger's batches are of one length
+        told = len({stamp for stamp, _ in counted})
+        latency = 1e3 * np.array([late for _, late in counted])
+        result['sensors'][name] = {'lost %': max(0.0, 100 * (1 - told / due)), 'latency ms': [
+            float(np.percentile(latency, p)) if len(latency) else float('nan') for p in live.PERCENTILES]}
+    return result
+
+
+def medians(results: list[dict]) -> dict:
+    """Of runs of one kind, number by number."""
+    sensors = {name: {'lost %': float(np.median([r['sensors'][name]['lost %'] for r in results])),
+                      'latency ms': np.median([r['sensors'][name]['latency ms'] for r in results], axis=0).tolist()}
+               for name in results[0]['sensors']}
+    return {'CPU %': float(np.median([r['CPU %'] for r in results])), 'memory MB': float(np.median([r['memory MB'] for r in results])),
+            'sensors': sensors}
+
+
+def text(table: dict[tuple[int, str], dict]) -> str:
+    """The medians as Markdown; key: (number of sensors, way)."""
+    lines = ['| sensors | processes | CPU % of a core | memory MB | latency 50 % / 95 % ms, and lost, of each |', '|---|---|---|---|---|']
+    for (count, way), result in sorted(table.items()):
+        each = ', '.join(f'{name} {s["latency ms"][0]:.0f} / {s["latency ms"][1]:.0f}, {s["lost %"]:.1f} %'
+                         for name, s in result['sensors'].items())
+        lines.append(f'| {count} | composed:={way} | {result["CPU %"]:.0f} | {result["memory MB"]:.0f} | {each} |')
+    return '\n'.join(lines) + '\n'
+
+
+def main() -> None:
+    """Run, print, write hand_live.md and hand_live.json."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--counts', type=int, nargs='+', default=[1, 2, 5], help='how many of the sensors')
+    parser.add_argument('--composed', nargs='+', default=WAYS, choices=WAYS, help='ways to run them, as the argument of hand.launch.py')
+    parser.add_argument('--duration', type=float, default=20.0, help='s that count')
+    parser.add_argument('--settle', type=float, default=8.0, help='s at the start that do not count')
+    parser.add_argument('--repeat', type=int, default=3, help='runs of each kind')
+    parser.add_argument('--share', type=float, default=1.0, help='of the full rates')
+    parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for hand_live.md and hand_live.json')
+    given = parser.parse_args()
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    make_room_for_images()
+    results: dict[tuple[int, str], list[dict]] = {}
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            film(Path(folder), given.share)
+            for _, count, way in itertools.product(range(given.repeat), given.counts, given.composed):
+                names = list(SENSORS)[:count]
+                results.setdefault((count, way), []).append(run(names, way, given.share, given.duration, given.settle, Path(folder)))
+    except (KeyboardInterrupt, ExternalShutdownException):
+        sys.exit('interrupted')
+    table = {key: medians(runs) for key, runs in results.items()}
+    given.out.mkdir(parents=True, exist_ok=True)
+    (given.out / 'hand_live.md').write_text(text(table))
+    (given.out / 'hand_live.json').write_text(json.dumps({f'{count} {way}': r for (count, way), r in table.items()}, indent=1) + '\n')
+    print(text(table))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,74 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Simulated sensors whose frames were rendered beforehand, so that what a hand costs can be measured without what drawing it costs.
+
+    python test/benchmark/rendered.py FOLDER JSON
+
+runs composed_node with that list of nodes; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
+driver's work is a copy of the frame, as of a camera that hands over BGR. Voltages are simulated as they are: that costs next to nothing.
+"""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+
+
+def frames_of(scene, seconds: float) -> np.ndarray:
+    """(N, ...) uint8: what the scene shows, at its own rate; (N, 2, H, W, 3) of two cameras."""
+    made = [scene.render(number / scene.rate) for number in range(round(seconds * scene.rate))]
+    return np.stack([np.stack(each[:-1]) if isinstance(each, tuple) and len(each) == 3 else image_of(each) for each in made])
+
+
+def image_of(rendered) -> np.ndarray:
+    """The image of what a scene of one camera, or of taxels, returns."""
+    return rendered[0] if isinstance(rendered, tuple) else rendered.image
+
+
+class Rendered:
+    """A scene that plays frames; everything else is as the scene has it."""
+
+    def __init__(self, scene, frames: np.ndarray):
+        self._scene, self._frames = scene, frames
+
+    def __getattr__(self, name: str):
+        return getattr(self._scene, name)
+
+    def render(self, time: float):
+        """What the scene returns, without truth."""
+        count = len(self._frames)
+        number = round(time * self._scene.rate) % (2 * count - 2)
+        frame = self._frames[min(number, 2 * count - 2 - number)]
+        if frame.ndim == 4:
+            return frame[0], frame[1], None
+        return SimpleNamespace(image=frame, truth=None) if frame.ndim == 3 else (frame, None)
+
+
+def file_of(folder: Path, name: str, rate: float) -> Path:
+    """Where the frames of a scene are."""
+    return Path(folder, f'{name}_{rate:g}.npy')
+
+
+def playing(folder: Path, open_scene):
+    """open_scene, but with frames from the folder where there are some."""
+    def opened(name: str, rate: float, *more):
+        scene, file = open_scene(name, rate, *more), file_of(folder, name, rate)
+        return Rendered(scene, np.load(file, mmap_mode='r')) if file.is_file() else scene
+    return opened
+
+
+def main() -> None:
+    """Replace what opens scenes, and run composed_node."""
+    from tactile_driver.simulation import scenes
+    from tactile_driver.sources import taxel_simulated
+    folder = Path(sys.argv[1])
+    for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene')):
+        setattr(module, name, playing(folder, getattr(module, name)))
+    from tactile_bringup.nodes import compose
+    compose.main([sys.argv[0], *sys.argv[2:]])
+
+
+if __name__ == '__main__':
+    main()

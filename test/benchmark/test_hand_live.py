@@ -1,0 +1,87 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the benchmark of a hand starts, and what it makes of what it heard."""
+import importlib.util
+import struct
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip('launch_ros', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+
+def loaded(name):
+    spec = importlib.util.spec_from_file_location(f'{name}_benchmark', Path(__file__).with_name(f'{name}.py'))
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+hand_live, rendered = loaded('hand_live'), loaded('rendered')
+S = 10**9
+
+
+def test_processes_of_each_way():
+    groups = hand_live.plan(['thumb', 'tip'], 0.5)
+    assert [node.executable for node in groups['tip']] == ['psd_node', 'psd_contact_node', 'finger_markers_node']
+    assert groups['tip'][0].own['rate'] == 500.0 and groups['thumb'][0].own['rate'] == 30.0
+    assert list(hand_live.processes(groups, 'sensor')) == ['thumb', 'tip'] and list(hand_live.processes(groups, 'true')) == ['all']
+    assert len(hand_live.processes(groups, 'false')) == 7
+
+
+def heard_of(rate, late_s, lost=0):
+    heard = hand_live.Heard()
+    for k in range(lost, round(11 * rate)):
+        heard.stamps.append(100 * S + round(k * S / rate))
+        heard.latencies.append(late_s)
+    return heard
+
+
+def test_losses_latency_and_cpu_of_the_time_that_counts():
+    usage = [(0.0, {'a': (0.0, 1.0), 'b': (0.0, 1.0)}), (10.0, {'a': (4.0, 1.0), 'b': (2.0, 1.0)})]
+    heard = {'thumb': heard_of(60, 0.012, lost=90), 'tip': heard_of(200, 0.008)}
+    result = hand_live.summary(heard, SimpleNamespace(usage=usage), 1.0, 101 * S, 10.0)
+    assert result['CPU %'] == pytest.approx(60.0)
+    assert result['sensors']['thumb']['lost %'] == pytest.approx(5.0) and result['sensors']['tip']['lost %'] == 0
+    assert result['sensors']['tip']['latency ms'] == pytest.approx([8.0] * 4)
+
+
+def test_medians_of_runs_and_their_table():
+    runs = [{'CPU %': c, 'memory MB': m, 'sensors': {'thumb': {'lost %': x, 'latency ms': [c, c, c, c]}}}
+            for c, m, x in ((10, 100, 0.0), (30, 120, 1.0), (20, 110, 0.5))]
+    middle = hand_live.medians(runs)
+    assert (middle['CPU %'], middle['memory MB'], middle['sensors']['thumb']) == (20, 110, {'lost %': 0.5, 'latency ms': [20] * 4})
+    assert '| 1 | composed:=sensor | 20 | 110 | thumb 20 / 20, 0.5 % |' in hand_live.text({(1, 'sensor'): middle})
+
+
+def test_a_result_is_read_from_its_bytes():
+    heard = hand_live.Heard()
+    heard.take(b'\0\1\0\0' + struct.pack('<iI', 12, 34) + b'pad')
+    assert heard.stamps == [12 * S + 34]
+
+
+def scene_of(rate):
+    return SimpleNamespace(rate=rate, render=lambda t: (np.full((4, 4), round(t * rate), np.uint8), 'truth'), sensor='taxels')
+
+
+def test_frames_are_rendered_once_and_played_to_and_fro(tmp_path):
+    np.save(rendered.file_of(tmp_path, 'demo', 10.0), rendered.frames_of(scene_of(10.0), 0.5))
+    opened = rendered.playing(tmp_path, lambda name, rate, seed=0: scene_of(rate))
+    scene = opened('demo', 10.0, 3)
+    shown = [(int(values[0, 0]), truth) for values, truth in (scene.render(k / 10) for k in range(11))]
+    assert [number for number, _ in shown] == [0, 1, 2, 3, 4, 3, 2, 1, 0, 1, 2] and {truth for _, truth in shown} == {None}
+    assert scene.sensor == 'taxels' and not isinstance(opened('other', 10.0), rendered.Rendered)
+
+
+def test_pictures_of_one_and_of_two_cameras(tmp_path):
+    view = np.zeros((6, 8, 3), np.uint8)
+    one = SimpleNamespace(rate=10.0, render=lambda t: SimpleNamespace(image=view, truth=1))
+    two = SimpleNamespace(rate=10.0, render=lambda t: (view, view + 1, 1))
+    left, right, truth = rendered.Rendered(two, rendered.frames_of(two, 0.3)).render(0.1)
+    assert (left.max(), right.max(), truth) == (0, 1, None)
+    assert rendered.Rendered(one, rendered.frames_of(one, 0.3)).render(0.1).truth is None

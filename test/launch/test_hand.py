@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""hand.launch.py: several simulated sensors at once, what each of them tells, how it ends; its recording; a process that dies."""
+import os
+import signal
+
+import psutil
+import pytest
+import yaml
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
+from rcl_interfaces.srv import SetParameters  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
+
+pytestmark = pytest.mark.ros
+HAND = {'sensors': [{'name': 'left/pad', 'type': 'taxel_array', 'xyz': [0.1, 0.0, 0.0], 'rate': 50},
+                    {'name': 'tip', 'type': 'psd_finger', 'parent': 'left_pad', 'rate': 500}]}
+TOPICS = {'/left/pad/contact_region': ContactRegion, '/left/pad/contacts': Contacts, '/tip/contacts': Contacts}
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@pytest.fixture
+def hand(tmp_path):
+    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump(HAND))
+    return 'hand:=hand.yaml'
+
+
+def children(launched):
+    """Name in the log -> process, of those that the launch started."""
+    found = psutil.Process(launched.process.pid).children(recursive=True)
+    return {'pad' if '/left/pad' in line else 'tip' if '/tip' in line else 'frames': process
+            for process in found for line in [' '.join(process.cmdline())] if 'composed_node' in line}
+
+
+def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_path):
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'record:=bags')
+    ear = listen({**TOPICS, '/diagnostics': DiagnosticArray})
+    places = []
+    ear.node.create_subscription(TFMessage, '/tf_static', places.append, LATCHED)
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 60 for topic in TOPICS), 60), launched.log
+    mounted = {t.child_frame_id: t.header.frame_id for message in places for t in message.transforms}
+    assert mounted['left_pad'] == 'hand' and mounted['tip'] == 'left_pad' and mounted['tip_tip'] == 'tip'
+    said = {status.name: {v.key for v in status.values} for message in list(ear.heard['/diagnostics']) for status in message.status}
+    assert {name.split(':')[0] for name in said} == {
+        '/hand_frames_node', '/tip/psd_node', '/tip/psd_contact_node', '/tip/finger_markers_node', '/tip/record_node',
+        '/left/pad/taxel_array_node', '/left/pad/taxel_contact_node', '/left/pad/taxel_markers_node', '/left/pad/record_node'}
+    assert all({'state', 'rate (Hz)', 'age (s)', 'dropped', 'what to do'} <= keys for keys in said.values() if keys)
+    ear.close()
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == [], launched.log
+    assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'left_pad', 'tip'}
+
+    played = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'source:=bag', 'path:=bags', 'composed:=true')
+    ear = listen(TOPICS)
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 30 for topic in TOPICS), 60), played.log
+    assert {message.header.frame_id for message in list(ear.heard['/left/pad/contacts'])} == {'left_pad'}
+    assert played.interrupt() == 0, played.log
+    assert played.complaints == [], played.log
+
+
+def test_a_process_that_dies_is_started_again_and_the_others_go_on(ros2, listen, hand):
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand)
+    ear = listen(TOPICS)
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
+    killed = children(launched)['tip']
+    os.kill(killed.pid, signal.SIGKILL)
+    assert ear.wait_for(lambda: 'tip has ended with -9; it is started again' in launched.log, 10), launched.log
+    before, others = len(ear.heard['/tip/contacts']), ear.stamps('/left/pad/contacts')
+    assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 30), launched.log
+    steps = [b - a for a, b in zip(others, ear.stamps('/left/pad/contacts')[1:])]
+    assert len(steps) > 20 and min(steps) > 0
+    os.killpg(launched.process.pid, signal.SIGINT)
+    assert launched.wait(30) in (0, 1), 'launch counts a process that was killed as failed'
+    assert 'Traceback' not in launched.log
+
+
+def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, listen, tmp_path):
+    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], 'parent': 'hand'}]}))
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'autostart:=false')
+    ear = listen({'/tip/contacts': Contacts})
+    clients = {kind: ear.node.create_client(kind, f'/tip/psd_node/{name}') for kind, name in
+               ((GetState, 'get_state'), (ChangeState, 'change_state'), (SetParameters, 'set_parameters'))}
+    assert ear.wait_for(lambda: all(client.service_is_ready() for client in clients.values()), 30), launched.log
+
+    def called(kind, **request):
+        answer = clients[kind].call_async(kind.Request(**request))
+        assert ear.wait_for(answer.done, 20), launched.log
+        return answer.result()
+
+    def change(number):
+        return called(ChangeState, transition=Transition(id=number)).success
+    assert called(GetState).current_state.label == 'unconfigured' and not ear.heard['/tip/contacts']
+    assert change(Transition.TRANSITION_CONFIGURE) and change(Transition.TRANSITION_ACTIVATE)
+    assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > 20, 30), launched.log
+    value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value='taps')
+    refused, = called(SetParameters, parameters=[Parameter(name='scene', value=value)]).results
+    assert not refused.successful and 'deactivate and clean up first' in refused.reason
+    assert change(Transition.TRANSITION_DEACTIVATE) and called(GetState).current_state.label == 'inactive'
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == [], launched.log
+
+
+@pytest.mark.parametrize(('wrong', 'told'), [
+    ({'type': 'camera'}, "hand hand.yaml: sensor tip: type 'camera' is unknown; choose one of touchpad"),
+    ({'calibration': 'none.yaml'}, 'sensor tip: calibration:='), ({'colour': 'red'}, "sensor tip: key 'colour' is unknown")])
+def test_a_wrong_hand_is_told_in_one_line(ros2, tmp_path, wrong, told):
+    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], **wrong}]}))
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
+    assert launched.wait(30) != 0
+    assert told in launched.log and len(launched.log.splitlines()) == 3, launched.log
+
+
+def test_a_calibration_of_another_sensor_ends_the_launch_with_one_line(ros2, tmp_path):
+    (tmp_path / 'wrong.yaml').write_text('sensor_type: taxel_array\n')
+    sensor = {**HAND['sensors'][1], 'calibration': 'wrong.yaml', 'device': 'none'}
+    (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [sensor]}))
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
+    assert launched.wait(30) != 0
+    assert len([line for line in launched.log.splitlines() if 'FATAL' in line and 'wrong.yaml' in line]) == 1, launched.log
+    assert 'Traceback' not in launched.log
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('composed', ['sensor', 'true', 'false'])
+def test_the_example_hand_tells_all_it_feels(ros2, listen, composed):
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', f'composed:={composed}')
+    ear = listen({f'/{name}/contacts': Contacts for name in ('thumb', 'index', 'middle', 'little', 'palm')})
+    assert ear.wait_for(lambda: all(len(messages) > 100 for messages in ear.heard.values()), 120), launched.log
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == []
