@@ -1,0 +1,73 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The bench of the fault tests, the sensor that runs beside, and the report, which goes to out/faults.md."""
+import os
+import pathlib
+import sys
+
+import pytest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+
+@pytest.fixture(scope='package')
+def bench(tmp_path_factory):
+    pytest.importorskip('rclpy', reason='ROS is not sourced')
+    pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+    from fault_rig import Bench
+    made = Bench(100 + os.getpid() % 100, tmp_path_factory.mktemp('faults'))
+    yield made
+    made.close()
+    if made.rows:
+        lines = [f'| {fault} | {told} | {seconds:.2f} |' for fault, told, seconds in made.rows]
+        out = HERE.parents[1] / 'out'
+        out.mkdir(exist_ok=True)
+        (out / 'faults.md').write_text('\n'.join(['| fault | what is reported | recovery (s) |', '|---|---|---|', *lines]) + '\n')
+
+
+@pytest.fixture(scope='package')
+def companion(bench, tmp_path_factory):
+    from fault_rig import Beside
+    made = Beside(bench, tmp_path_factory.mktemp('beside'))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def beside(companion):
+    """A sensor runs beside and misses nothing during the test."""
+    companion.check()
+    yield companion
+    companion.check()
+
+
+@pytest.fixture
+def nodes(bench):
+    """nodes(Kind, namespace, **parameters): a node in this process, ended after the test; ends it earlier as nodes.end(node)."""
+    from fault_rig import Runner, host
+    runners = {}
+
+    def start(kind, namespace, **parameters):
+        node = kind(host(namespace, **parameters))
+        runners[node] = Runner(node)
+        return node
+
+    def end(node):
+        runners.pop(node).end()
+    start.end = end
+    yield start
+    for node in list(runners):
+        end(node)
+
+
+@pytest.fixture
+def bus(tmp_path, monkeypatch):
+    """Serial ports in place of /dev."""
+    from emulated import Bus
+    from tactile_driver.sources import serial_port
+    made = Bus(tmp_path)
+    monkeypatch.setattr(serial_port.list_ports, 'comports', made.comports)
+    monkeypatch.setattr(serial_port, '_BY_ID', made.by_id)
+    yield made
+    made.close()

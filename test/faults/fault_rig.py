@@ -1,0 +1,176 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes in this process and as processes, somebody who listens to them, and a sensor beside that must not miss a sample."""
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import NamedTuple
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from emulated import CountingFinger, samples
+from rcl_interfaces.msg import Log
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from tactile_driver.nodes.host import Host
+from tactile_msgs.msg import PsdVoltages
+from tactile_perception.nodes.serialization import MessageCodec
+from tactile_perception.offline.bags import BagReader
+from zygote import Zygote
+
+OK, WARN, ERROR = 0, 1, 2
+SOON = 3.0  # s: what has to happen within one, on a machine that does much else
+
+
+class Heard(NamedTuple):
+    """A message, and when it came, monotonic s."""
+
+    at: float
+    message: object
+
+
+class Health(NamedTuple):
+    """A node's status on /diagnostics."""
+
+    at: float
+    level: int
+    text: str
+    values: dict
+
+
+class Runner:
+    """Spins a node in a thread of its own until it is ended, which destroys it."""
+
+    def __init__(self, node: Node, context: Context | None = None):
+        self.node, self._ended = node, False
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(node)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        while not self._ended:
+            self._executor.spin_once(timeout_sec=0.05)
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def end(self) -> None:
+        self._ended = True
+        self._thread.join(timeout=10)
+
+
+class Ear:
+    """Listens, in a context of its own. health: node -> what it said of itself; said: what was logged, as (at, node, text)."""
+
+    def __init__(self, domain: int):
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain)
+        self.node = Node('ear', context=self._context)
+        self.health: dict[str, list[Health]] = defaultdict(list)
+        self.said: list[tuple[float, str, str]] = []
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 100)
+        self.node.create_subscription(Log, '/rosout', lambda m: self.said.append((time.monotonic(), m.name, m.msg)), 100)
+        self._runner = Runner(self.node, self._context)
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            values = {entry.key: entry.value for entry in status.values}
+            self.health[status.name.split(':')[0]].append(Health(time.monotonic(), ord(status.level), status.message, values))
+
+    def hear(self, kind: type, topic: str, depth: int = 500) -> list[Heard]:
+        """What comes on a topic from now on, reliable."""
+        heard: list[Heard] = []
+        self.node.create_subscription(kind, topic, lambda message: heard.append(Heard(time.monotonic(), message)), QoSProfile(depth=depth))
+        return heard
+
+    def close(self) -> None:
+        self._runner.end()
+        self._context.try_shutdown()
+
+
+class Bench:
+    """What the tests of this folder share: domain, ear, zygote, and the rows of the report."""
+
+    def __init__(self, domain: int, folder: Path):
+        self.domain, self.rows, self._names = domain, [], itertools.count(1)
+        rclpy.init(domain_id=domain)
+        self.zygote, self.ear = Zygote(domain, folder), Ear(domain)
+
+    def close(self) -> None:
+        self.zygote.close()
+        self.ear.close()
+        rclpy.try_shutdown()
+
+    def fresh(self, name: str) -> str:
+        """A namespace that no test has used: parts of a lifecycle node live on after it."""
+        return f'/{name}{next(self._names)}'
+
+    def until(self, condition, seconds: float = 15.0) -> float:
+        """When condition() came true, monotonic s."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, {name: (seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items()}
+            time.sleep(0.005)
+        return time.monotonic()
+
+    def told(self, node: str, level: int, part: str, since: float = 0.0, seconds: float = 15.0) -> Health:
+        """The first status of a node since a time that has the level and the part of text."""
+        found = []
+        self.until(lambda: found.extend(h for h in list(self.ear.health[node]) if h.at > since and h.level == level and part in h.text)
+                   or found, seconds)
+        return found[0]
+
+    def logged(self, part: str, since: float = 0.0) -> str:
+        """The first line of the log since a time with the part of text."""
+        found = []
+        self.until(lambda: found.extend(text for at, _, text in list(self.ear.said) if at > since and part in text) or found)
+        return found[0]
+
+    def report(self, fault: str, told: str, seconds: float) -> None:
+        """Note what a fault led to; seconds: from its end until all was well."""
+        self.rows.append((fault, told, seconds))
+        assert seconds < SOON
+
+
+class Beside:
+    """A sensor, its driver and its recorder as processes, that run while faults happen to others: no sample may be missing."""
+
+    def __init__(self, bench: Bench, folder: Path):
+        self._bench, self._bag, self._done = bench, folder / 'beside', 0
+        self._emulator = CountingFinger(folder / 'beside_port', mark=77)
+        self._heard = bench.ear.hear(PsdVoltages, '/beside/voltages')
+        self._recorder = bench.zygote.start('tactile_bringup.nodes.record_node', '/beside', bag=self._bag, patience=0.0)
+        bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health, 30.0)
+        self._driver = bench.zygote.start('tactile_driver.nodes.psd_node', '/beside', source='device', device=folder / 'beside_port',
+                                          batch_period=0.05)
+        bench.until(lambda: len(self._heard) > 3, 30.0)
+
+    def check(self) -> None:
+        """Every sample since the last check has come, in order, and goes on coming."""
+        seen = len(self._heard)
+        self._bench.until(lambda: len(self._heard) > seen + 1, SOON)
+        numbers = samples([h.message for h in self._heard[self._done:]])
+        assert (numbers[:, 0] == numbers[0, 0] + range(len(numbers))).all() and set(numbers[:, 1]) == {77}
+        self._done = len(self._heard) - 1  # the last one again, to see whether the next one follows
+        assert self._driver.poll() is None and self._recorder.poll() is None
+
+    def close(self) -> None:
+        """End all; every sample that was heard is in the bag."""
+        codes = [(process.send(2), process.wait())[1] for process in (self._driver, self._recorder)]
+        self._emulator.pull()
+        codec, heard = MessageCodec(), samples([h.message for h in self._heard])[:, 0]
+        with BagReader(self._bag) as bag:
+            recorded = samples([codec.decode(m.data, m.type_name) for m in bag.messages({'/beside/voltages'})])[:, 0]
+        assert codes == [0, 0] and (recorded[1:] == recorded[:-1] + 1).all()
+        assert recorded[0] <= heard[0] + 400 and recorded[-1] == heard[-1], 'the middleware may take a moment to join the recorder'
+
+
+def host(namespace: str, **parameters) -> Host:
+    """Under a namespace, with parameters; it reports more often than once a second, so that tests need not wait."""
+    return Host(['-r', f'__ns:={namespace}'], {'diagnostic_updater.period': 0.2, **parameters})

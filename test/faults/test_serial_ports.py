@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate, cut off within a frame."""
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from emulated import CountingArray, CountingFinger, frames, samples  # noqa: E402
+from fault_rig import ERROR, OK, SOON, WARN  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_driver.nodes.taxel_array_node import TaxelArrayNode  # noqa: E402
+from tactile_driver.port_emulator import CORRUPTIONS  # noqa: E402
+from tactile_msgs.msg import PsdVoltages  # noqa: E402
+
+pytestmark = pytest.mark.ros
+ARRAY = {'rows': 4, 'columns': 4}
+RNG = np.random.default_rng(1)
+
+
+def messages(heard, since=0.0):
+    return [h.message for h in list(heard) if h.at > since]
+
+
+def stamps(heard):
+    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages(heard)]
+
+
+@pytest.fixture
+def finger(bench, nodes):
+    """finger(device): (name of its node, its voltages as they come)."""
+    def start(device):
+        space = bench.fresh('finger')
+        heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
+        nodes(PsdNode, space, source='device', device=str(device), batch_period=0.02)
+        return f'{space}/psd_node', heard
+    return start
+
+
+@pytest.fixture
+def array(bench, nodes):
+    """array(device): (name of its node, its images as they come)."""
+    def start(device):
+        space = bench.fresh('array')
+        heard = bench.ear.hear(Image, f'{space}/image_raw')
+        nodes(TaxelArrayNode, space, source='device', device=str(device), **ARRAY)
+        return f'{space}/taxel_array_node', heard
+    return start
+
+
+@pytest.mark.parametrize('device', ['usb-Tactile_A1-if00', 'A1'])
+def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger, device):
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    node, heard = finger(device)
+    bench.until(lambda: len(heard) > 5)
+    pulled = time.monotonic()
+    bus.pull('A1')
+    told = bench.told(node, ERROR, 'device:', pulled)
+    assert 'check the cable' in told.text and told.values['state'] == 'lost'
+    time.sleep(1.0)
+    bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)  # another one on the port that was its own
+    plugged = time.monotonic()
+    bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
+    bench.until(lambda: messages(heard, plugged))
+    back = next(h.at for h in heard if h.at > plugged)
+    bench.told(node, OK, 'Hz', plugged)
+    assert set(samples(messages(heard))[:, 1]) == {1}, 'never the other sensor'
+    assert bench.logged('device is back', pulled) and (np.diff(stamps(heard)) > 0).all()
+    bench.report(f'unplugged, plugged in under another name (device: {device})', told.text, back - plugged)
+
+
+def test_two_fingers_swapped_are_found_by_their_serial_numbers(bench, beside, bus, finger):
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    bus.plug('B2', CountingFinger, 'ttyUSB1', mark=2)
+    nodes, heard = zip(*(finger(serial) for serial in ('A1', 'B2')))
+    bench.until(lambda: all(len(h) > 5 for h in heard))
+    pulled = time.monotonic()
+    bus.pull('A1')
+    bus.pull('B2')
+    told = bench.told(nodes[0], ERROR, 'device:', pulled)
+    bench.told(nodes[1], ERROR, 'device:', pulled)
+    plugged = time.monotonic()
+    bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)
+    bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
+    bench.until(lambda: all(messages(h, plugged + 0.1) for h in heard))
+    assert [set(samples(messages(h))[:, 1]) for h in heard] == [{1}, {2}]
+    back = max(next(h.at for h in each if h.at > plugged) for each in heard)
+    bench.report('two fingers swapped between ports, named by serial number', told.text, back - plugged)
+
+
+def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_numbers(bench, beside, bus, finger, array):
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    bus.plug('B2', CountingArray, 'ttyUSB1', mark=2)
+    (finger_node, volts), (array_node, images) = finger(bus.folder / 'ttyUSB0'), array(bus.folder / 'ttyUSB1')
+    bench.until(lambda: len(volts) > 5 and len(images) > 5)
+    bus.pull('A1')
+    bus.pull('B2')
+    swapped = time.monotonic()
+    bus.plug('B2', CountingArray, 'ttyUSB0', mark=2)
+    bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
+    told = bench.told(finger_node, ERROR, 'another sensor sends', swapped)
+    assert 'a matrix of 4 x 4 values' in told.text and 'serial number' in told.values['what to do']
+    told_array = bench.told(array_node, ERROR, 'another sensor sends', swapped)
+    assert 'samples of 5 x 4 values' in told_array.text
+    assert messages(volts, swapped) == [] and messages(images, swapped) == []
+    bus.pull('A1')
+    bus.pull('B2')
+    right = time.monotonic()
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    bus.plug('B2', CountingArray, 'ttyUSB1', mark=2)
+    bench.until(lambda: messages(volts, right) and messages(images, right))
+    back = max(next(h.at for h in each if h.at > right) for each in (volts, images))
+    bench.told(finger_node, OK, 'Hz', right)
+    assert set(samples(messages(volts))[:, 1]) == {1} and set(frames(messages(images))[:, 1]) == {2}
+    bench.report('finger and array swapped between ports, named by path', told.text, back - right)
+
+
+@pytest.mark.parametrize('kind', ['finger', 'array'])
+def test_a_wrong_baud_rate_is_told_and_gives_no_numbers(bench, beside, bus, finger, array, kind):
+    emulator = bus.plug('A1', *{'finger': (CountingFinger, 'ttyUSB0'), 'array': (CountingArray, 'ttyUSB0')}[kind], mark=1, rate=400.0)
+    emulator.spoil = lambda data: CORRUPTIONS['wrong_baud'](data, RNG) * 40  # as many bytes as of a fast sensor
+    node, heard = {'finger': finger, 'array': array}[kind](bus.folder / 'ttyUSB0')
+    told = bench.told(node, WARN, 'but no frames')
+    assert 'baud' in told.text and not heard
+    emulator.spoil = None
+    right = time.monotonic()
+    bench.until(lambda: heard, SOON)
+    bench.told(node, OK, 'Hz', right)
+    assert set({'finger': samples, 'array': frames}[kind](messages(heard))[:, 1]) == {1}
+    bench.report(f'wrong baud rate ({kind})', told.text, heard[0].at - right)
+
+
+def test_half_written_frames_cost_themselves_alone(bench, beside, bus, finger):
+    emulator = bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    node, heard = finger('A1')
+    bench.until(lambda: len(heard) > 5)
+    cut = []
+
+    def halve(data):
+        """Every third frame ends in its middle."""
+        if (emulator.number // 5) % 3:
+            return data
+        cut.append(emulator.number)
+        return data[:len(data) // 2]
+    emulator.spoil = halve
+    bench.until(lambda: len(cut) > 20)
+    emulator.spoil = None
+    last, right = emulator.number, time.monotonic()
+    bench.until(lambda: samples(messages(heard))[-1, 0] > last + 100)
+    numbers = samples(messages(heard))[:, 0]
+    lost = sorted({number - k for number in cut for k in range(1, 6)})
+    assert sorted(set(range(numbers[0], numbers[-1] + 1)) - set(numbers)) == lost
+    whole = bench.told(node, OK, 'Hz', right)
+    assert int(whole.values['dropped']) == len(lost) and int(whole.values['crc errors']) >= len(cut) - 1
+    back = next(h.at for h in heard if samples([h.message])[-1, 0] > last)
+    bench.report('half-written frames', f"dropped: {len(lost)} samples of {len(cut)} frames, crc errors: {whole.values['crc errors']}",
+                 back - right)
