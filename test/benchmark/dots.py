@@ -27,12 +27,12 @@ MATCH = 3.0  # px: a dot farther than this from every true place is false
 
 
 class BlobDetector:
-    """cv2.SimpleBlobDetector with its own search over thresholds, told the size of the dots."""
+    """cv2.SimpleBlobDetector with its own search over thresholds, told the size of the dots; scale: of the image against 640 x 480."""
 
-    def __init__(self, dark: bool = True):
+    def __init__(self, dark: bool = True, scale: float = 1.0):
         wanted = cv2.SimpleBlobDetector_Params()
         wanted.blobColor = 0 if dark else 255
-        wanted.minArea, wanted.maxArea, wanted.minDistBetweenBlobs = 8, 120, 4
+        wanted.minArea, wanted.maxArea, wanted.minDistBetweenBlobs = 8 * scale**2, 120 * scale**2, 4 * scale
         wanted.filterByConvexity = wanted.filterByInertia = False
         self._detector = cv2.SimpleBlobDetector_create(wanted)
 
@@ -44,25 +44,25 @@ class BlobDetector:
 
 
 class TrackpyDetector:
-    """trackpy.locate at a diameter of 9 px."""
+    """trackpy.locate at a diameter of 9 px in 640 x 480. Raises ImportError where it is not installed."""
 
-    def __init__(self):
+    def __init__(self, scale: float = 1.0):
         import trackpy
         trackpy.quiet()
-        self._locate = trackpy.locate
+        self._locate, self._diameter, self._mass = trackpy.locate, 2 * round(4 * scale) + 1, 300 * scale**2
 
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one image."""
-        found = self._locate(image, 9, minmass=300, invert=True)
+        found = self._locate(image, self._diameter, minmass=self._mass, invert=True)
         return Dots(found[['x', 'y']].to_numpy(), np.full(len(found), np.nan), np.full(len(found), np.nan))
 
 
-def detectors() -> dict:
-    """Name -> fresh detector of every method to compare; trackpy only where it is installed."""
+def detectors(scale: float = 1.0) -> dict:
+    """Name -> fresh detector of every method to compare, for images of that size against 640 x 480; trackpy only where it is installed."""
     found = {name: DotDetector('dark', name) for name in METHODS if name != 'paper_cushion'}  # its non-local means take 0.2 s a frame
-    found['SimpleBlobDetector'] = BlobDetector()
+    found['SimpleBlobDetector'] = BlobDetector(scale=scale)
     try:
-        found['trackpy'] = TrackpyDetector()
+        found['trackpy'] = TrackpyDetector(scale)
     except ImportError:
         pass
     return found
@@ -76,7 +76,7 @@ def score(scene, dots, noise: float) -> dict:
     matched = distance[np.arange(len(nearest)), nearest] < MATCH
     clear = scene.clear & matched
     error = dots.uv[nearest[clear]] - scene.uv[clear] if len(dots) else np.zeros((0, 2))
-    bound = position_bound(scene.diameter[clear], scene.amplitude[clear], scene.psf, noise) if clear.any() else np.zeros(0)
+    bound = _bounds(scene, noise)[clear]
     false = int((distance[scene.present].min(0) > MATCH).sum()) if len(dots) else 0
     sigma = dots.sigma[nearest[clear]] if len(dots) else np.zeros(0)
     touching = scene.merged & scene.present & ~scene.covered
@@ -86,17 +86,25 @@ def score(scene, dots, noise: float) -> dict:
             'touching_missed': int((touching & ~matched).sum())}
 
 
-def run(seeds, frames: int, noises=NOISES, names=NAMES) -> dict:
-    """Scores[method][scene][noise]: sums of score() and 'ms', the times of single frames."""
+def _bounds(scene, noise: float) -> np.ndarray:
+    """Of all dots, px; kept in the scene."""
+    kept = scene.extra.setdefault('bounds', {})
+    if noise not in kept:
+        kept[noise] = position_bound(scene.diameter, scene.amplitude, scene.psf, noise)
+    return kept[noise]
+
+
+def run(seeds, frames: int, noises=NOISES, names=NAMES, size: tuple[int, int] = (640, 480)) -> dict:
+    """Scores[method][scene][noise]: sums of score() and 'ms', the times of single frames; size: of images, (width, height) px, 4 : 3."""
     cv2.setNumThreads(1)
     results = defaultdict(lambda: defaultdict(lambda: defaultdict(lambda: defaultdict(float))))
     times = defaultdict(list)
     for name in names:
         for seed in seeds:
-            scene = make_scene(name, seed)
+            scene = make_scene(name, seed, size=size, pitch=18 * size[0] / 640)
             for noise in noises:
                 rng = np.random.default_rng([seed, int(noise)])
-                compared = detectors()
+                compared = detectors(size[0] / 640)
                 for turn in range(frames + 1):
                     image = scene.frame(noise, rng)
                     for method, detector in compared.items():
@@ -111,12 +119,12 @@ def run(seeds, frames: int, noises=NOISES, names=NAMES) -> dict:
 
 
 def _timed(detector, image):
-    start = time.perf_counter()
+    start = time.thread_time()
     try:
         dots = detector.detect(image)
     except BadFrame:
         dots = Dots(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-    return dots, time.perf_counter() - start
+    return dots, time.thread_time() - start
 
 
 def summary(sums: dict) -> dict:

@@ -8,6 +8,7 @@ Nothing here is used by, or taken from, the detector: shapes are sampled, never 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -186,6 +187,7 @@ def position_bound(diameter, amplitude, psf: float, noise: float) -> np.ndarray:
     return np.interp(diameter, sizes, unit) * np.sqrt(noise**2 + 1 / 12) / amplitude
 
 
+@lru_cache(maxsize=64)
 def _unit_bound(diameter, psf, step=0.25):
     """The bound for one grey level of noise and amplitude one."""
     variances = []

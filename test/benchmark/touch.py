@@ -122,11 +122,15 @@ def _timed(work: Callable):
     return made, time.thread_time() - begin
 
 
-def run(source: touch_sources.Source, most: int = 0) -> dict[str, TouchScore]:
-    """Scores by method on the source's tests, on the first `most` frames of each where that is not 0."""
+def calibrate_all(source: touch_sources.Source) -> dict[str, Calibrated]:
+    """All methods of a source, by what is added to their names: nothing, or whose markers they read."""
     names = list(methods_for(MARKER_SENSORS[source.type]))
     ways = {'': ('', names)} | {", paper's markers": (PAPERS[name], [name]) for name in names if name in PAPERS}
-    ready = {suffix: calibrate(source, detection, fitted) for suffix, (detection, fitted) in ways.items()}
+    return {suffix: calibrate(source, detection, fitted) for suffix, (detection, fitted) in ways.items()}
+
+
+def run(source: touch_sources.Source, ready: dict[str, Calibrated], most: int = 0) -> dict[str, TouchScore]:
+    """Scores by method on the source's tests, on the first `most` frames of each where that is not 0; ready: of calibrate_all."""
     scores = {suffix: {name: TouchScore(known.sensor, source.moving) for name in known.methods} for suffix, known in ready.items()}
     for test in source.tests:
         frames = touch_sources.Frames(test, source.parameters, ready[''].stitching)
@@ -182,7 +186,7 @@ def main() -> None:
         for name in given.sources:
             source = touch_sources.open_source(name, given.bags or Path(folder))
             stitched += stitch_rows(name) if source.type == 'areal_dual' else []
-            for method, score in run(source, given.frames).items():
+            for method, score in run(source, calibrate_all(source), given.frames).items():
                 rows.append({'source': name, 'method': method, **score.row()})
                 print(table(rows[-1:], ROW_HEAD).splitlines()[-1], flush=True)
             write(rows, stitched, given.out)

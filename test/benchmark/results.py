@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Results of the whole benchmark over rounds: kept, shown as tables, compared with older ones."""
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from statistics import median
+
+import numpy as np
+from parts import PARTS, Row
+
+#: Changes that are none whatever the noise: of a time, as a part of it; of an error, as a part of it and in its own unit.
+_TIME, _ERROR = 0.1, 0.02
+_LEAST = {'px': 2e-4, 'per 1000': 0.5, '1 - IoU': 2e-3, '1 - F1': 2e-3, 'mm': 2e-3, '%': 0.1, 'degrees': 0.01, 'mm/s': 0.02}
+
+
+@dataclass
+class Entry:
+    """One method in all rounds. ms: of a frame; relative: the same over the time that the yardstick took just before; errors: by name."""
+
+    part: str
+    source: str
+    method: str
+    size: str
+    ms: list[float] = field(default_factory=list)
+    relative: list[float] = field(default_factory=list)
+    errors: dict[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """By which it is found again."""
+        return ', '.join(text for text in (self.part, self.source, self.method, self.size) if text)
+
+
+def collect(rounds: list[tuple[float, list[Row]]]) -> list[Entry]:
+    """Entries of all rounds; each with what the yardstick took, ms."""
+    entries: dict[tuple, Entry] = {}
+    for yardstick, rows in rounds:
+        for row in rows:
+            key = row.part, row.source, row.method, row.size
+            entry = entries.setdefault(key, Entry(*key))
+            entry.ms.append(row.ms)
+            entry.relative.append(row.ms / yardstick)
+            for name, error in row.errors.items():
+                entry.errors.setdefault(name, []).append(float(error))
+    return list(entries.values())
+
+
+def to_plain(entries: list[Entry]) -> list[dict]:
+    """As JSON can hold them: None for what is not known."""
+    return [{**asdict(e), 'errors': {name: [None if math.isnan(v) or math.isinf(v) else v for v in values]
+                                     for name, values in e.errors.items()}} for e in entries]
+
+
+def from_plain(rows: list[dict]) -> list[Entry]:
+    """Back from to_plain. Raises KeyError or TypeError for what is none."""
+    return [Entry(**{**row, 'errors': {name: [math.nan if v is None else v for v in values] for name, values in row['errors'].items()}})
+            for row in rows]
+
+
+def tables(entries: list[Entry]) -> str:
+    """A Markdown table for each part: medians over rounds, and by how much the rounds' times differ from it."""
+    pages = []
+    for part in dict.fromkeys(entry.part for entry in entries):
+        units = PARTS[part].errors
+        head = ['sensor', 'method', 'image', 'ms a frame', 'rounds within', *(f'{name}, {unit}' for name, unit in units.items())]
+        lines = [f'## {part}', '', '| ' + ' | '.join(head) + ' |', '|' + '---|' * len(head)]
+        for entry in (e for e in entries if e.part == part):
+            numbers = [_said(median(entry.errors[name])) for name in units]
+            lines.append('| ' + ' | '.join([entry.source, entry.method, entry.size or '-', _said(median(entry.ms)),
+                                            f'{100 * noise(entry.ms):.0f} %', *numbers]) + ' |')
+        pages.append('\n'.join(lines))
+    return '\n\n'.join(pages) + '\n'
+
+
+def _said(value: float) -> str:
+    return '-' if not math.isfinite(value) else f'{value:.3g}'
+
+
+def noise(values: list[float]) -> float:
+    """Half of the range over the median; 0 for a median of 0."""
+    middle = median(values)
+    return (max(values) - min(values)) / (2 * middle) if middle else 0.0
+
+
+def compare(old: list[Entry], new: list[Entry]) -> list[str]:
+    """What became slower, or less accurate, or is gone: a line each. Times count over the yardstick's, so that a machine that is slower
+    as a whole makes nothing slower; a change counts by more than the rounds of both differ among themselves."""
+    known, lines = {entry.name: entry for entry in new}, []
+    for before in old:
+        after = known.get(before.name)
+        if after is None:
+            lines.append(f'{before.name}: not measured any more')
+            continue
+        change = median(after.relative) / median(before.relative) - 1
+        if change > _TIME + noise(after.relative) + noise(before.relative):
+            lines.append(f'{before.name}: slower by {100 * change:.0f} % ({median(before.ms):.3g} to {median(after.ms):.3g} ms)')
+        lines += [f'{before.name}: {said}' for name, unit in PARTS[before.part].errors.items()
+                  if (said := _worse(name, unit, before.errors.get(name, [math.nan]), after.errors.get(name, [math.nan])))]
+    return lines
+
+
+def _worse(name: str, unit: str, before: list[float], after: list[float]) -> str:
+    """What to say of an error that grew; '' where it did not."""
+    a, b = (np.array(values, float) for values in (before, after))
+    if not np.isfinite(a).all():
+        return ''
+    if not np.isfinite(b).all():
+        return f'{name} is not told any more'
+    change, middle = median(after) - median(before), median(before)
+    allowed = _ERROR * middle + _LEAST[unit] + 0.5 * (np.ptp(a) + np.ptp(b))
+    return f'{name} {middle:.3g} to {median(after):.3g} {unit}' if change > allowed else ''
