@@ -36,15 +36,18 @@ class DotMotions:
         self.moved_across, rays = across_rays(before, after, origin)
         moved = after - before
         self.rows = _rows((before + after) / 2 - self.centre)
-        rows_across = self.rows - rays[:, :, None] * np.matmul(rays[:, None], self.rows)
-        self._rows_across = rows_across.reshape(-1, 6)
-        self._rows_normal = np.matmul(normals[:, None], self.rows)[:, 0]
-        self._moved_normal = np.einsum('ij,ij->i', moved, normals)
-        # Each dot's part of the normal equations, right side last, so that a fit is a product with the weights.
-        parts = np.concatenate([rows_across, self.moved_across[:, :, None]], axis=2)
-        self._carried_parts = np.matmul(np.ascontiguousarray(parts.transpose(0, 2, 1)), parts).reshape(-1, 49)
-        parts = np.column_stack([self._rows_normal, self._moved_normal])
-        self._touching_parts = ((across / along)**2 * parts[:, :, None] * parts[:, None]).reshape(-1, 49)
+        # Rows of each dot's equations, the right side last: across the ray and along the normal.
+        parts = np.empty((len(before), 3, 7))
+        np.subtract(self.rows, rays[:, :, None] * np.matmul(rays[:, None], self.rows), out=parts[:, :, :6])
+        parts[:, :, 6] = self.moved_across
+        self._rows_across = parts[:, :, :6].reshape(-1, 6)
+        touching = np.empty((len(before), 7))
+        touching[:, :6] = np.matmul(normals[:, None], self.rows)[:, 0]
+        touching[:, 6] = np.einsum('ij,ij->i', moved, normals)
+        self._rows_normal, self._moved_normal = np.ascontiguousarray(touching[:, :6]), touching[:, 6].copy()
+        # Each dot's part of the normal equations, so that a fit is a product with the weights.
+        self._carried_parts = np.matmul(parts.transpose(0, 2, 1), parts).reshape(-1, 49)
+        self._touching_parts = (((across / along)**2 * touching)[:, :, None] * touching[:, None]).reshape(-1, 49)
 
     def off(self, twist: np.ndarray) -> np.ndarray:
         """What each dot moved beyond the twist (6,), across its ray, (N, 3) m."""
@@ -81,13 +84,16 @@ class DotMotions:
         """
         twist = self.fit(weights, np.ones(len(weights))) if start is None else start
         leading = _LEADS * lengths(drag)
-        for bound in np.geomspace(coarse, fine, _NARROWINGS):
+        for narrowing in range(_NARROWINGS):
+            bound = coarse * (fine / coarse)**(narrowing / (_NARROWINGS - 1))
             left = self.off(twist)
             square = np.einsum('ij,ij->i', left, left)
             leads = np.einsum('ij,ij->i', left, drag) > leading * np.sqrt(square)
-            carried = weights / (1 + np.where(leads, _PATIENCE, 1) * square / bound**2)**2
-            touching = 1 / (1 + (self.off_normal(twist) / (3 * self.along))**2)
-            twist = self.fit(carried, touching, start, hold)
+            square *= np.where(leads, _PATIENCE / bound**2, 1 / bound**2)
+            square += 1
+            square *= square
+            off = self.off_normal(twist) * (1 / (3 * self.along))
+            twist = self.fit(weights / square, 1 / (1 + off * off), start, hold)
         return twist
 
 
@@ -107,7 +113,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 def _rows(offset: np.ndarray) -> np.ndarray:
     """(N, 3, 6): motion of points at offset (N, 3) from the centre, by a twist."""
     rows = np.zeros((len(offset), 3, 6))
-    rows[:, [0, 1, 2], [0, 1, 2]] = 1
+    rows[:, :, :3] = np.eye(3)
     x, y, z = offset.T
     rows[:, 0, 4], rows[:, 0, 5] = z, -y
     rows[:, 1, 3], rows[:, 1, 5] = -z, x

@@ -139,8 +139,8 @@ def _force(dots: ContactDots, region: Region) -> np.ndarray:
 def _deepest_notch(loop: np.ndarray) -> float:
     """How far loop (M, 2) of (row, column) stands back from its convex hull at most, pitches."""
     scale = 64  # OpenCV measures defects of whole numbers, in 1/256
-    points = np.round(loop * scale).astype(np.int32).reshape(-1, 1, 2)
-    points = points[np.abs(np.diff(points, axis=0, prepend=points[-1:])).sum(axis=(1, 2)) > 0]
+    points = np.rint(loop * scale).astype(np.int32)
+    points = points[(points != np.concatenate([points[-1:], points[:-1]])).any(axis=1)].reshape(-1, 1, 2)
     if len(points) < 4:
         return 0.0
     hull = np.sort(cv2.convexHull(points, returnPoints=False), axis=0)

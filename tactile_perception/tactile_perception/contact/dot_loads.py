@@ -113,7 +113,7 @@ class MembraneBalance:
     def _evaluate(self, places: np.ndarray, seen: np.ndarray) -> DotLoads:
         """The loads at places (3, K), m, of which dots seen (K,) bool were measured."""
         forces, inner = self.membrane.forces, self.membrane.mesh.inner
-        elastic, share = forces.evaluate(places, 0.0)
+        elastic, share = forces.elastic(places)
         square = dot(share, share)
         push = square - dot(forces.rest_residual, share)
         carried = -dot(elastic, share)

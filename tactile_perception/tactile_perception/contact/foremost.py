@@ -28,7 +28,9 @@ _FINGERTIP = 8e-3  # m, radius of a usual fingertip
 def quadratic_terms(offset: np.ndarray) -> np.ndarray:
     """(N, 6) terms 1, x, y, x^2/2, xy, y^2/2 at offset (N, 2)."""
     x, y = offset.T
-    return np.stack([np.ones_like(x), x, y, 0.5 * x * x, x * y, 0.5 * y * y], axis=1)
+    terms = np.empty((6, len(x)))
+    terms[0], terms[1], terms[2], terms[3], terms[4], terms[5] = 1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y
+    return terms.T
 
 
 def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -59,7 +61,9 @@ def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.n
     normal = moments.normal
     frame = _tangent_frame(normal)
     bend = _principal_bend(points @ frame.T, sigma)
-    reach = 2 * np.std(points @ frame[:2].T @ bend.directions, axis=0)
+    along = points @ (frame[:2].T @ bend.directions)
+    along -= along.sum(axis=0) / len(along)
+    reach = 2 * np.sqrt(np.einsum('ij,ij->j', along, along) / len(along))
     curved = (bend.curvature > _SIGNIFICANT * bend.curvature_sd) & (bend.curvature * reach > _BENT)
     if curved.all() and bend.curvature[1] < _ROUND * bend.curvature[0]:
         return _sphere_tip(points, sigma)
@@ -114,11 +118,13 @@ def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
     kind = np.eye(6) if len(local) >= _QUADRATIC else _ROUND_ONLY
     design = terms @ kind
     scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
-    inverse = kind @ (_pseudo_inverse(design / scale) / scale[:, None])
-    found = inverse @ local[:, 2]
+    design = design / scale
+    square = design.T @ design
+    spread = kind @ (lapack.dposv(square + _RIDGE[:len(square), :len(square)], np.eye(len(square)))[1] / scale[:, None])
+    found = spread @ (design.T @ local[:, 2])
     residual = local[:, 2] - terms @ found
-    noise = max(sigma, float(np.sqrt(residual @ residual / (len(local) - kind.shape[1]))))
-    covariance = inverse @ inverse.T * noise**2
+    noise = max(sigma, math.sqrt(residual @ residual / (len(local) - kind.shape[1])))
+    covariance = spread @ square @ spread.T * noise**2
     curvature, along = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
     weights = np.array([along[0]**2, 2 * along[0] * along[1], along[1]**2])
     curvature_sd = np.sqrt((weights * (covariance[3:, 3:] @ weights)).sum(axis=0))
@@ -173,5 +179,6 @@ def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
     if found[3] >= 0 or across <= 0:  # no top: not bent down in both directions
         return best
     top = np.array([found[4] * found[2] - found[5] * found[1], found[4] * found[1] - found[3] * found[2]]) / across
-    between = np.min(np.hypot(*(offset - top).T)) < _BETWEEN
+    away = offset - top
+    between = np.einsum('ij,ij->i', away, away).min() < _BETWEEN**2
     return max(best, found[0] + 0.5 * found[1:3] @ top) if between else best

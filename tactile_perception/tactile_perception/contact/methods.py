@@ -23,14 +23,14 @@ class Judgement:
     """What a method says of the seen dots of one frame.
 
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the
-    method knows no
-    forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known.
+    method knows no forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known; whole: see ContactDots.
     """
 
     state: np.ndarray
     score: np.ndarray
     force: np.ndarray | None
     wrench: np.ndarray
+    whole: tuple[np.ndarray, np.ndarray] | None = None
 
 
 class MembraneMethod:
@@ -54,7 +54,7 @@ class MembraneMethod:
         loads = self._balance.loads(moved, seen)
         score = contact_score(self._balance.membrane, loads)
         state = self._states.update(loads, score)
-        return Judgement(state[ids], score[ids], loads.force[ids], self._wrench(loads, score))
+        return Judgement(state[ids], score[ids], loads.force[ids], self._wrench(loads, score), (loads.xyz, score))
 
     def _wrench(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
         """(6,) from the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""

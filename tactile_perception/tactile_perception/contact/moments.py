@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,15 +31,15 @@ class Moments:
     def __add__(self, other: Moments) -> Moments:
         return Moments(self.area + other.area, self.vector_area + other.vector_area, self.first + other.first, self.second + other.second)
 
-    @property
+    @cached_property
     def centroid(self) -> np.ndarray:
         """(3,) m: the area centroid."""
         return self.first / self.area
 
-    @property
+    @cached_property
     def normal(self) -> np.ndarray:
         """(3,) unit: mean normal, out of the sensor."""
-        return self.vector_area / np.linalg.norm(self.vector_area)
+        return self.vector_area / np.sqrt(self.vector_area @ self.vector_area)
 
     @property
     def spread(self) -> np.ndarray:

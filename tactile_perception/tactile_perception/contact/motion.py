@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadArgument, BadFrame, DegenerateFit
-from .grid_surface import to_grid
 from .region import ContactDots
 from .rigid import RigidFit, fit_rigid_robust
 
@@ -52,7 +51,8 @@ class ObjectMotion:
             raise BadFrame(f'object motion: stamp {stamp_s} s is not later than the last; frame skipped')
         states = np.zeros(self.rows * self.columns, np.uint8)
         states[dots.ids] = dots.state
-        places = to_grid(dots.ids, dots.xyz, self.rows, self.columns).reshape(-1, 3)
+        places = np.full((self.rows * self.columns, 3), np.nan)
+        places[dots.ids] = dots.xyz
         self._past.append((stamp_s, places, states))
         while len(self._past) > 2 and self._past[1][0] <= stamp_s - self.interval_s * (1 - 1e-6):
             self._past.popleft()

@@ -30,7 +30,8 @@ class ContactDots:
 
     rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
     above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
-    deviation of a coordinate of xyz, m. Raises BadArgument for shapes that differ or numbers that are not finite.
+    deviation of a coordinate of xyz, m; whole: places (K, 3), m, and scores (K,) of all dots of the grid, of those not seen as the membrane
+    has them, where that is known. Raises BadArgument for shapes that differ or numbers that are not finite.
     """
 
     rows: int
@@ -42,6 +43,7 @@ class ContactDots:
     state: np.ndarray
     force: np.ndarray | None = None
     sigma: float = 30e-6
+    whole: tuple[np.ndarray, np.ndarray] | None = None
 
     def __post_init__(self):
         count = len(self.ids)
@@ -53,9 +55,11 @@ class ContactDots:
         if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
             raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
 
-    def grid(self, values: np.ndarray) -> np.ndarray:
-        """values (N, ...) laid out (rows, columns, ...), NaN where no dot was seen."""
-        return to_grid(self.ids, values, self.rows, self.columns)
+    def grids(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places (rows, columns, 3), m, and scores (rows, columns) of all dots; NaN where a dot was not seen and nothing is known of it."""
+        if self.whole is None:
+            return to_grid(self.ids, self.xyz, self.rows, self.columns), to_grid(self.ids, self.score, self.rows, self.columns)
+        return self.whole[0].reshape(self.rows, self.columns, 3), self.whole[1].reshape(self.rows, self.columns)
 
 
 @dataclass(frozen=True)
@@ -104,8 +108,9 @@ def find_regions(dots: ContactDots) -> list[Region]:
     """The separate regions of one frame, largest first."""
     if not len(dots.ids) or not (dots.score > 0.5).any():
         return []
-    surface = DotSurface(dots.grid(dots.xyz))
-    outlines = region_outlines(dots.grid(dots.score), surface)
+    xyz, score = dots.grids()
+    surface = DotSurface(xyz)
+    outlines = region_outlines(score, surface)
     if not outlines:
         return []
     moments = MomentField(surface, outlines)

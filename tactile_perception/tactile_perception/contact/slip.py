@@ -3,6 +3,7 @@
 """Slip of the object over the sensor, from the states and movements of the dots."""
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -58,7 +59,7 @@ class SlipEstimator:
     def reset(self) -> None:
         """Forget all frames."""
         self._state = NONE
-        self._past: deque[tuple[float, dict[int, tuple[np.ndarray, np.ndarray]]]] = deque()
+        self._past: deque[tuple[float, dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]] = deque()
 
     def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float) -> SlipEstimate:
         """Slip in one frame. Raises BadFrame for a stamp that is not later than the last, BadArgument where motion is of another frame."""
@@ -71,20 +72,20 @@ class SlipEstimator:
         if not (state > 0).any():
             self._state = NONE
             return SlipEstimate()
-        slipping = state == 2
-        fraction = float(slipping.sum() / (state > 0).sum())
+        slipping = np.flatnonzero(state == 2)
+        fraction = len(slipping) / np.count_nonzero(state)
         self._state = next_state(self._state, fraction)
-        estimate = SlipEstimate(self._state, fraction, x=dots.xyz[slipping, 0], y=dots.xyz[slipping, 1])
-        centre = None if dots.force is None else friction_centre(dots.xyz[slipping, :2], dots.force[slipping, :2])
+        place = dots.xyz[slipping]
+        estimate = SlipEstimate(self._state, fraction, x=place[:, 0], y=place[:, 1])
+        centre = None if dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
         turns = self._state == GROSS and (centre is None or np.isfinite(centre).all())
-        velocity = self._gross(dots, contacts, turns) if self._state == GROSS else _measured(motion)
-        estimate.vx, estimate.vy = velocity[slipping].T
-        self._whole(estimate, dots.xyz[slipping], velocity[slipping], centre)
+        velocity = (self._gross(dots, contacts, turns) if self._state == GROSS else _measured(motion))[slipping]
+        estimate.vx, estimate.vy = velocity.T
+        self._whole(estimate, place, velocity, centre)
         return estimate
 
     def _remember(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
-        places = {contact.id: (contact.position[:2], dict(zip(dots.ids[contact.members].tolist(), dots.xyz[contact.members, :2])))
-                  for contact in contacts}
+        places = {contact.id: (contact.position[:2], dots.ids[contact.members], dots.xyz[contact.members, :2]) for contact in contacts}
         self._past.append((stamp_s, places))
         while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6) or (self._state != GROSS and len(self._past) > 1):
             self._past.popleft()
@@ -104,15 +105,15 @@ class SlipEstimator:
         seen = [(stamp, *places[number]) for stamp, places in self._past if number in places]
         if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
             return np.full(2, np.nan)
-        stamps, places = np.array([stamp for stamp, _, _ in seen]), np.array([place for _, place, _ in seen])
+        stamps, places = np.array([stamp for stamp, *_ in seen]), np.array([place for _, place, *_ in seen])
         first, last = np.triu_indices(len(seen), 1)
         # The median over pairs of frames (Theil, Sen) does not mind that the position jumps once when the object's shape becomes known.
         speed = np.median((places[last] - places[first]) / (stamps[last] - stamps[first])[:, None], axis=0)
-        common = seen[0][2].keys() & seen[-1][2].keys()
-        if not common:
+        (_, _, before_id, before), (_, _, now_id, now) = seen[0], seen[-1]
+        _, at, then = np.intersect1d(now_id, before_id, assume_unique=True, return_indices=True)
+        if not len(at):
             return speed
-        carried = np.mean([seen[-1][2][dot] - seen[0][2][dot] for dot in common], axis=0) / (stamps[-1] - stamps[0])
-        return speed - carried
+        return speed - np.mean(now[at] - before[then], axis=0) / (stamps[-1] - stamps[0])
 
     def _whole(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, centre: np.ndarray | None) -> None:
         """The twist that the slipping dots at place (S, 3) share, in the x-y plane, and its centre: from velocities, else from friction."""
@@ -146,15 +147,15 @@ def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, f
     NaN for places that coincide, or are no numbers."""
     if not len(place):
         return np.full(2, np.nan), np.nan, np.full(2, np.nan)
-    middle, mean = place.mean(axis=0), velocity.mean(axis=0)
-    arm, rest = place - middle, velocity - mean
-    spread = np.sum(arm**2)
+    middle, mean = place.sum(axis=0) / len(place), velocity.sum(axis=0) / len(place)
+    arm = place - middle
+    spread = float(np.einsum('ij,ij', arm, arm))
     if not _COINCIDENT < spread < np.inf:
         return np.full(2, np.nan), np.nan, np.full(2, np.nan)
-    turn = float(np.sum(arm[:, 0] * rest[:, 1] - arm[:, 1] * rest[:, 0]) / spread)
+    product = arm.T @ (velocity - mean)
+    turn = float(product[0, 1] - product[1, 0]) / spread
     linear = mean - turn * np.array([-middle[1], middle[0]])
-    reach = _FAR * np.sqrt(np.mean(np.sum(arm**2, axis=1)))
-    if np.linalg.norm(mean) >= abs(turn) * reach:
+    if math.hypot(*mean) >= abs(turn) * _FAR * math.sqrt(spread / len(place)):
         return linear, turn, np.full(2, np.nan)
     return linear, turn, middle + np.array([-mean[1], mean[0]]) / turn
 
@@ -164,6 +165,6 @@ def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
 
     Friction on the surface points the way the object slides over it, so that its field has the centre of the field of velocities.
     """
-    if len(place) < _FEWEST or not np.any(force) or not np.ptp(place, axis=0).any():
+    if len(place) < _FEWEST or not force.any() or (place == place[0]).all():
         return None
     return planar_twist(place, force)[2]

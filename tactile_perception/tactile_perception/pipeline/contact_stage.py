@@ -67,7 +67,7 @@ class ContactStage:
             self._examine_rest()
         ids, xyz, rest_xyz = self._usable(tracks)
         judged = self._method.judge(ids, xyz, stamp_s)
-        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force)
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force, whole=judged.whole)
         return self._describe(dots, judged.wrench, stamp_s)
 
     def _examine_rest(self) -> None:

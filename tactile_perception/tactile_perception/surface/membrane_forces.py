@@ -99,12 +99,16 @@ class MembraneForces:
         vector = cross(edge[:, 0], edge[:, 1]) / 2
         return edge, vector, np.sqrt(dot(vector, vector))
 
+    def elastic(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force of the membrane alone on each dot (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K)."""
+        return self._cells.evaluate(x)
+
     def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
         """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
 
         What is left over is carried by an object; the coarse mesh's own misfit at rest, which grows with the pressure, is taken off.
         """
-        elastic, share = self._cells.evaluate(x)
+        elastic, share = self.elastic(x)
         pushed = share - self.rest_residual
         pushed *= pressure
         elastic += pushed
