@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Simulated sheets and cushion, calibrated as they ship, and what reads them."""
-import dataclasses
-
 import numpy as np
 import pytest
 from tactile_bringup.sensor_launch import share
@@ -10,7 +8,6 @@ from tactile_driver.simulation import scenes
 from tactile_driver.stitchers import make_stitcher
 from tactile_driver.stitching import stitching_from_dict
 from tactile_perception.calibration.touch_file import read_touch
-from tactile_perception.dots.dots import DotTracks
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
 from tactile_perception.pipeline.marker_views import view_maker
@@ -49,23 +46,23 @@ class Sheet:
         left, right, truth = self.scene.render(t)
         return self._stitcher.stitch(left, right), truth.contacts
 
-    def chain(self):
-        return Chain(self)
+    def chain(self, rest=None):
+        return Chain(self, self.rest if rest is None else rest)
 
 
 class Chain:
     """Tracker and touch stage; each call is a tenth of a second later, unless a stamp is given."""
 
-    def __init__(self, sheet):
+    def __init__(self, sheet, rest):
         self.sheet, self.stamp = sheet, 1.0
-        self.tracker = make_tracker(Touchpad.from_parameters(sheet.dot_values), sheet.dot_values)
+        self.tracker = make_tracker(Touchpad.from_parameters(sheet.dot_values), sheet.dot_values, rest=sheet.calibration.rest)
         self.stage = TouchStage(sheet.sensor, sheet.make_view, sheet.values, sheet.calibration)
-        for image in sheet.rest:
+        for image in rest:
             self(image)
 
     def __call__(self, image, keep=None, stamp=None):
         tracks = self.tracker.process(image, self._next(stamp))
-        return self.touch(tracks if keep is None else part_of(tracks, keep(tracks)), self.stamp)
+        return self.touch(tracks if keep is None else tracks.take(keep(tracks)), self.stamp)
 
     def _next(self, stamp=None):
         self.stamp = self.stamp + 1 / RATE if stamp is None else stamp
@@ -77,13 +74,6 @@ class Chain:
             assert np.isfinite(contact.position).all() and np.isfinite(contact.depth) and contact.depth >= 0
             assert np.linalg.eigvalsh(contact.position_covariance).min() >= 0
         return result
-
-
-def part_of(tracks, keep):
-    """The tracks of the dots where keep (N,) bool."""
-    fields = {field.name: getattr(tracks, field.name) for field in dataclasses.fields(tracks)}
-    return DotTracks(**{name: value[keep] if isinstance(value, np.ndarray) and len(value) == len(keep) else value
-                        for name, value in fields.items()})
 
 
 def nothing(result):

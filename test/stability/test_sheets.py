@@ -42,6 +42,29 @@ def test_a_press_is_told_right_and_nothing_before_it(any_sheet):
                                                              'air_cushion': (6e-3, 3e-3)}[any_sheet.kind])
 
 
+def test_a_press_that_is_there_from_the_start_is_told_and_ends(any_sheet):
+    """Against the calibrated untouched places, as told in words; afterwards against those that are seen."""
+    chain = any_sheet.chain([])
+    for _ in range(3):
+        check_right(chain(any_sheet.pressed), any_sheet.truth, *{'areal_single': (1e-3, 4e-4), 'areal_dual': (1.5e-3, 2e-4),
+                                                                 'air_cushion': (6e-3, 3e-3)}[any_sheet.kind])
+        assert 'was touched' in chain.tracker.reference.suspicious
+    for image in any_sheet.rest:
+        assert nothing(chain(image))
+    assert chain.tracker.reference.suspicious == ''
+    check_right(chain(any_sheet.pressed), any_sheet.truth, *{'areal_single': (1e-3, 4e-4), 'areal_dual': (1.5e-3, 2e-4),
+                                                             'air_cushion': (6e-3, 3e-3)}[any_sheet.kind])
+
+
+def test_a_reference_that_is_wrong_and_cannot_be_mended_tells_nothing(any_sheet):
+    """The camera has moved by half a pitch, and something presses from the start; all is well once it does not."""
+    moved, chain = [np.roll(image, 15, axis=1) for image in (any_sheet.pressed, any_sheet.rest[0])], any_sheet.chain([])
+    for _ in range(3):
+        with pytest.raises(BadFrame, match='calibrate again'):
+            chain(moved[0])
+    assert nothing(chain(moved[1])) and len(chain(moved[0]).contacts) == 1
+
+
 @pytest.mark.parametrize('count', [0, 1, 5])
 def test_hardly_a_marker_tells_nothing(any_sheet, count):
     chain = any_sheet.chain()

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from tactile_perception.dots.known_rest import KnownRest
 from tactile_perception.dots.release import Release
 from tactile_perception.dots.rest_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
@@ -21,13 +22,15 @@ class Reference:
     """Untouched places of numbered dots, px.
 
     time_constant_s: how fast slow drift is followed. frames: the first so many untouched frames are averaged evenly. A dot seen
-    first later on gets its place when it is seen in an untouched frame.
+    first later on gets its place when it is seen in an untouched frame. known: calibrated places, which take the place of the first ones
+    where those are of a touched sensor; once it is released, places are taken as at first. suspicious: why the places may not be
+    untouched ones, in words.
     """
 
-    def __init__(self, time_constant_s: float = 30.0, frames: int = 10):
+    def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: KnownRest | None = None):
         if not (time_constant_s > 0 and frames >= 1):
             raise BadArgument(f'time_constant_s > 0 and frames >= 1 are needed, not {time_constant_s} and {frames}')
-        self._time_constant_s, self._frames = time_constant_s, frames
+        self._time_constant_s, self._frames, self._known = time_constant_s, frames, known
         self.restart()
 
     def restart(self) -> None:
@@ -38,7 +41,7 @@ class Reference:
         self._stamp_s = None
         self._release = Release()
         self.touched = False
-        self.suspicious = ''
+        self.suspicious, self._doubted = '', False
 
     def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
                touched: bool | None = None) -> np.ndarray:
@@ -55,7 +58,8 @@ class Reference:
         return duv
 
     def _update(self, id, uv, sigma, stamp_s, columns, touched) -> np.ndarray:
-        if not len(self.id):
+        if not len(self.id) or self._doubted and not self._known.judge(id, uv).pressed:
+            self.restart()
             self._begin(id, uv, columns)
         rest = self.places(id)
         self.touched = self._is_touched(id, uv, uv - rest, sigma, stamp_s) if touched is None else bool(touched)
@@ -77,8 +81,16 @@ class Reference:
         return at, self.id[at] == id
 
     def _begin(self, id: np.ndarray, uv: np.ndarray, columns: int) -> None:
+        if self._known is None:
+            self._insert(id, uv)
+            self.suspicious = rest_suspicion(id, uv, columns) if columns else ''
+            return
+        judgement = self._known.judge(id, uv)
+        self.suspicious, self._doubted = judgement.reason, judgement.pressed
+        if judgement.pressed and judgement.known:
+            id = np.flatnonzero(np.isfinite(self._known.uv).all(axis=1))
+            uv = self._known.uv[id]
         self._insert(id, uv)
-        self.suspicious = rest_suspicion(id, uv, columns) if columns else ''
 
     def _insert(self, id: np.ndarray, uv: np.ndarray) -> None:
         order = np.argsort(np.r_[self.id, id], kind='stable')

@@ -27,7 +27,12 @@ class DotTrackerNode(StageNode):
 
     def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The dots of one image."""
-        return {'dots': self.stage.on_image(message)}
+        dots = self.stage.on_image(message)
+        if self.stage.suspicion:
+            self.say.warning('reference', self.stage.suspicion)
+        else:
+            self.say.forget('reference')
+        return {'dots': dots}
 
     def remarks(self) -> tuple[str, dict]:
         """Whether the reference can be trusted."""

@@ -11,6 +11,7 @@ import numpy as np
 from ..camera import CameraModel
 from ..dots.detect import DotDetector
 from ..dots.dots import DotTracks
+from ..dots.known_rest import KnownRest
 from ..dots.numbering import REGISTER
 from ..dots.reference import Reference
 from ..dots.tracker import DotTracker
@@ -19,10 +20,11 @@ from .dot_places import DotPlaces
 from .sensor import Touchpad
 
 
-def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None) -> DotTracker:
+def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
     """The tracker that values (of DOT_PARAMETERS) describe; pattern: (K, 2) px, untouched places by which dots are numbered that are in
-    no grid."""
-    reference = Reference(values['reference.time_constant'], values['reference.frames'])
+    no grid; rest: (K, 2) px, untouched places as calibrated, which tell whether the first frame is of a touched sensor."""
+    known = None if rest is None else KnownRest(rest)
+    reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
     numbering = values['numbering'] if pattern is None else REGISTER
     return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)
 
@@ -45,11 +47,11 @@ class Places(Protocol):
 
 class DotStage:
     """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that a touchpad's dots have no places
-    in 3D; places: what places the dots of another sensor; pattern: see make_tracker."""
+    in 3D; places: what places the dots of another sensor; pattern, rest: see make_tracker."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
-                 places: Places | None = None, pattern: np.ndarray | None = None):
-        self._tracker, self._places = make_tracker(sensor, values, pattern), places
+                 places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None):
+        self._tracker, self._places = make_tracker(sensor, values, pattern, rest), places
         if sensor.cap is not None and camera is not None:
             self._places = DotPlaces(sensor, camera, values['pace'], water)
 

@@ -12,6 +12,7 @@ from ..calibration.touch_file import TouchCalibration
 from ..contact.contacts import ContactEstimate
 from ..contact.region import ContactRegionEstimate
 from ..dots.dots import DotTracks
+from ..dots.known_rest import KnownRest
 from ..errors import BadFrame
 from ..touch.estimate import TouchEstimate
 from ..touch.field import MarkerField
@@ -50,7 +51,7 @@ class TouchStage:
         self._method = make_method(name, calibration.fitted(name), sensor)
         self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
         count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
-        self._rest = RestMarkers(count, make_view)
+        self._rest = RestMarkers(count, make_view if calibration.rest is None else _checked(make_view, KnownRest(calibration.rest)))
         self._tracker = TouchTracker(values['filter'])
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
@@ -76,3 +77,13 @@ class TouchStage:
         found = touch.estimate
         return ContactEstimate(touch.id, found.position, self._sensor.normal(found.position[:2]), found.depth, force, found.covariance,
                                found.flags, _NO_DOTS)
+
+
+def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest) -> Callable[[np.ndarray], MarkerView]:
+    """The same, but it raises BadFrame for markers that are no untouched ones: touches that they tell would be wrong."""
+    def view(uv: np.ndarray) -> MarkerView:
+        reason = known.judge(np.arange(len(uv)), uv).reason
+        if reason:
+            raise BadFrame(reason)
+        return make_view(uv)
+    return view

@@ -88,7 +88,8 @@ def _products(weights: np.ndarray, count: int) -> np.ndarray:
 
 def _by_marker(products: np.ndarray) -> np.ndarray:
     """(K, count, 9) of (count, 9, K), as matrix products have it."""
-    return np.ascontiguousarray(products.reshape(-1, products.shape[2]).T).reshape(-1, *products.shape[:2])
+    orders, functions, markers = products.shape
+    return np.ascontiguousarray(products.reshape(orders * functions, markers).T).reshape(markers, orders, functions)
 
 
 def _weights(plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -84,3 +84,15 @@ def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
     write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': [1.0, 2.0]}, {}, {}, SPAN, [])
     with pytest.raises(BadCalibration, match='pairs of numbers'):
         read_touch(path, 'air_cushion')
+
+
+def test_untouched_places_are_those_of_the_markers_or_of_the_pattern(path):
+    assert read_touch(path, 'areal_single').rest is None, 'files of before do not say'
+    rest = [[10.0, 20.0], [NAN, NAN], [30.0, 40.0]]
+    write_touch(path, 'areal_single', {'methods': {'one': {}}, 'rest': rest}, {}, {}, SPAN, [])
+    np.testing.assert_array_equal(read_touch(path, 'areal_single').rest, rest)
+    write_touch(path, 'areal_single', {'methods': {'one': {}}, 'pattern': rest[:1]}, {}, {}, SPAN, [])
+    np.testing.assert_array_equal(read_touch(path, 'areal_single').rest, rest[:1])
+    write_touch(path, 'areal_single', {'methods': {'one': {}}, 'rest': [1.0]}, {}, {}, SPAN, [])
+    with pytest.raises(BadCalibration, match='rest must be a list of pairs'):
+        read_touch(path, 'areal_single')

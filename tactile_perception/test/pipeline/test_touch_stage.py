@@ -46,10 +46,10 @@ class Pushes:
 
 @pytest.fixture
 def make_stage(monkeypatch):
-    def make(wrench=None, best='tells', **changes):
+    def make(wrench=None, best='tells', rest=None, **changes):
         monkeypatch.setitem(TOUCH_METHODS, 'tells', Tells)
         monkeypatch.setattr(touch_stage, 'WrenchMap', Pushes)
-        calibration = TouchCalibration({'tells': {}}, wrench, None, best, CalibrationFile('areal_single', {}, {}, {}, {}))
+        calibration = TouchCalibration({'tells': {}}, wrench, None, best, CalibrationFile('areal_single', {}, {}, {}, {}), rest=rest)
         return TouchStage(SENSOR, lambda uv: VIEW, {**defaults(POINT_PARAMETERS), 'filter': False, **changes}, calibration)
     return make
 
@@ -97,3 +97,13 @@ def test_markers_of_another_grid_and_time_that_goes_back_are_refused(make_stage)
     stage.process(tracks(1), 2.0)
     with pytest.raises(BadFrame, match='not later'):
         stage.process(tracks(1), 1.5)
+
+
+def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(make_stage):
+    bell = 6 * np.exp(-np.sum((REST - [400, 200])**2, axis=1) / (2 * 60**2))[:, None] * [1, 0.5]
+    stage = make_stage(rest=REST - bell)
+    for k in range(2):
+        with pytest.raises(BadFrame, match='touched when the reference was taken'):
+            stage.process(tracks(1), 1.0 + k)
+    good = make_stage(rest=REST + [2.0, 1.0])
+    assert good.process(tracks(1), 1.0).contacts
