@@ -46,16 +46,18 @@ class Press:
 
 @dataclass
 class OnSphere:
-    """Dots of one press that lie on the sphere: colours (at their rings' mean places), ring points that count (M,), and where it was."""
+    """Dots of one press that lie on the sphere: colours (at their rings' mean places), ring points that count (M,), where it was, and how
+    messages name it."""
 
     colours: Colours
     count: np.ndarray
     tip: np.ndarray
     depth: float
+    label: str = ''
 
     def select(self, keep: np.ndarray) -> 'OnSphere':
         """The same press with only the dots where keep (M,) bool."""
-        return OnSphere(self.colours.select(keep), self.count[keep], self.tip, self.depth)
+        return OnSphere(self.colours.select(keep), self.count[keep], self.tip, self.depth, self.label)
 
 
 def sphere_ranges(origin: np.ndarray, rays: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
@@ -83,4 +85,4 @@ def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: Camer
     normals = centre - places
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     colours = Colours(rings.ratios[on], ring_covariances(model.noise, rings.count[on]), places, normals)
-    return OnSphere(colours, rings.count[on], np.asarray(press.tip, float), float(press.depth))
+    return OnSphere(colours, rings.count[on], np.asarray(press.tip, float), float(press.depth), press.label)

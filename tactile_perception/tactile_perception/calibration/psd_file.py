@@ -3,6 +3,7 @@
 """The calibration of a PSD finger as a file, and back."""
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..psd.fit import FingerFit
 from ..psd.model import FingerModel
 from ..psd.paper import PaperMap
 from ..psd.smooth_map import SmoothMap
-from .files import AGAIN, CalibrationFile, read_calibration, write_calibration
+from .files import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 
 SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'light, level': 'V', 'force': 'logarithm of N',
@@ -22,8 +23,8 @@ _NUMBERS = ('deviation', 'reach', 'cross_sigma', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise')
 
 
-def write_psd(path: str | Path, fit: FingerFit, left_out: list[str]) -> None:
-    """Write a fit; left_out: a line each. Raises BadCalibration or OSError as write_calibration does."""
+def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
+    """Write a fit of a specimen; left_out, outliers: a line each. Raises BadCalibration or OSError as write_calibration does."""
     model = fit.model
     fitted = {'paper': {'offset': model.paper.offset.tolist(), 'beta': model.paper.beta}}
     if model.smooth is not None:
@@ -33,12 +34,14 @@ def write_psd(path: str | Path, fit: FingerFit, left_out: list[str]) -> None:
     fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
     if model.level is not None:
         fitted['level_limits'] = [float(v) for v in model.level_limits]
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.said, *left_out]))
+    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.said, *left_out], serial=specimen.serial,
+                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
 
 
-def read_psd(path: str | Path) -> FingerModel:
-    """The model in a file. Raises BadCalibration where the file is bad (read_calibration) or numbers are missing or of a wrong shape."""
-    fitted = read_calibration(path, SENSOR).fitted
+def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
+    """The model in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or numbers are
+    missing or of a wrong shape."""
+    fitted = read_calibration(path, SENSOR, values).fitted
     try:
         paper = PaperMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
         smooth = _smooth(fitted['map']) if 'map' in fitted else None

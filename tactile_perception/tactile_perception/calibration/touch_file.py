@@ -3,6 +3,7 @@
 """The calibration of a sheet or a dome: what each touch method was fitted to, how well it predicted held-out presses, and the wrench."""
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,11 @@ import numpy as np
 
 from ..errors import BadCalibration
 from ..touch.judge import Score
-from .files import CalibrationFile, read_calibration, write_calibration
+from .files import CalibrationFile, Specimen, read_calibration, write_calibration
 
 UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
-         'residuals': 'm; normalised squared error and errors of the wrench 1'}
-WRENCH, STITCHING, METHODS, PATTERN = 'wrench', 'stitching', 'methods', 'pattern'
+         'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
+WRENCH, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stitching', 'methods', 'pattern', 'rest'
 _PLACE, _DEPTH = 'place_median', 'depth_median'
 _EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
 _ABSENT, _VALUES = 'never_seen', 'values'
@@ -25,7 +26,8 @@ _AHEAD = {'model': 2.0}  # how many times larger a method's errors may be for it
 class TouchCalibration:
     """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
     held-out presses best, '' where the file holds the stitching alone; file: the whole; pattern: (K, 2) px, untouched places of
-    markers that are printed in no grid, by which they are numbered, None for a grid."""
+    markers that are printed in no grid, by which they are numbered, None for a grid; rest: (K, 2) px, untouched places of all markers, NaN
+    where never seen, None in a file that does not say."""
 
     methods: dict
     wrench: dict | None
@@ -33,6 +35,7 @@ class TouchCalibration:
     best: str
     file: CalibrationFile
     pattern: np.ndarray | None = None
+    rest: np.ndarray | None = None
 
     def fitted(self, method: str) -> dict:
         """The numbers of a method. Raises BadCalibration where it was not fitted."""
@@ -44,21 +47,23 @@ class TouchCalibration:
 
 
 def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
-                left_out: list[str]) -> None:
-    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ...}) and how the methods did on presses held
-    out.
+                left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
+    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and how the methods did on
+    presses held out.
 
-    wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m.
+    wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m;
+    specimen: whose it is; outliers: a line each.
     Raises BadCalibration or OSError as write_calibration does.
     """
     residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
-    write_calibration(path, CalibrationFile(sensor, UNITS, _packed(fitted), residuals, span, left_out))
+    write_calibration(path, CalibrationFile(sensor, UNITS, _packed(fitted), residuals, span, left_out, serial=specimen.serial,
+                                            parameters=specimen.parameters(sensor), outliers=list(outliers)))
 
 
-def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
-    """The calibration in a file. Raises BadCalibration where the file is bad (read_calibration) or holds neither a method nor a
-    stitching."""
-    file = read_calibration(path, sensor)
+def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> TouchCalibration:
+    """The calibration in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or holds
+    neither a method nor a stitching."""
+    file = read_calibration(path, sensor, values)
     try:
         file.fitted = _unpacked(file.fitted)
     except (IndexError, TypeError, ValueError) as error:
@@ -67,16 +72,18 @@ def read_touch(path: str | Path, sensor: str) -> TouchCalibration:
     if not isinstance(methods, dict) or not (methods or stitching):
         raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
     best = best_method(file.residuals, methods) if methods else ''
-    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, _pattern(file.fitted, path))
+    pattern = _places(file.fitted, PATTERN, path)
+    rest = _places(file.fitted, REST, path) if REST in file.fitted else pattern
+    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, pattern, rest)
 
 
-def _pattern(fitted: dict, path: str | Path) -> np.ndarray | None:
-    if PATTERN not in fitted:
+def _places(fitted: dict, name: str, path: str | Path) -> np.ndarray | None:
+    if name not in fitted:
         return None
-    pattern = np.array(fitted[PATTERN], float)
-    if pattern.ndim != 2 or pattern.shape[1] != 2:
-        raise BadCalibration(f'{path}: the pattern must be a list of pairs of numbers; calibrate again')
-    return pattern
+    places = np.array(fitted[name], float)
+    if places.ndim != 2 or places.shape[1] != 2:
+        raise BadCalibration(f'{path}: {name} must be a list of pairs of numbers; calibrate again')
+    return places
 
 
 def _packed(numbers):

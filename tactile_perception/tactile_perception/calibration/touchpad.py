@@ -3,7 +3,7 @@
 """Calibration of the touchpad's surface model with presses of a known sphere at known places."""
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..surface.optics import WaterModel
 from ..surface.optics_colour import RING_PIXELS, RingColours
 from ..surface.optics_fit import Colours, OpticsPrior, as_rings, fit, fit_rest, model_from, rest_colours
 from .press import OnSphere, Press, dots_on_sphere
+from .residuals import Residuals
 
 MINIMUM_DEPTH = 3e-4  # m: a shallower press holds too few dots on the sphere
 MINIMUM_SPAN = 1e-3   # m, between the shallowest and the deepest press
@@ -31,7 +32,8 @@ class TouchpadCalibration:
 
     model: calibrated; sphere_radius: m, as given; presses, dots: used; residual_rms, residual_bias: m, of ranges of dots on the sphere;
     held_out_rms: m, the same for places that the fit did not see (each left out in turn; NaN with two places); depth_range: m; place_range:
-    (2, 2) smallest and largest x, y, m; left_out: a line for each press not used.
+    (2, 2) smallest and largest x, y, m; left_out: a line for each press not used; held_out: of each press, at a place that the fit did not
+    see.
     """
 
     model: WaterModel
@@ -44,6 +46,7 @@ class TouchpadCalibration:
     depth_range: tuple[float, float]
     place_range: np.ndarray
     left_out: list[str]
+    held_out: list[Residuals] = field(default_factory=list)
 
 
 def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap(),
@@ -176,18 +179,24 @@ def _trim(groups: list[OnSphere], model: WaterModel) -> tuple[list[OnSphere], li
     return [group for group in kept if len(group.count)], line
 
 
-def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> float:
-    """Root mean square range error, m, at places left out of the fit in turn; NaN with fewer than three places."""
+def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> list[np.ndarray]:
+    """Range errors (M,), m, of each press, its place and those near it left out of the fit; none with fewer than three places."""
     places = np.array([np.round(group.tip[:2] / MINIMUM_SPREAD) for group in groups])
     keys = np.unique(places, axis=0)
-    if len(keys) < 3:
-        return np.nan
-    errors = []
-    for key in keys:
+    errors = [np.full(1, np.nan)] * len(groups)
+    for key in keys if len(keys) >= 3 else ():
         out = (places == key).all(1)
         model = _fit(ground, [g for g, leave in zip(groups, out) if not leave], first, camera, prior)
-        errors += [range_errors(model, g) for g, leave in zip(groups, out) if leave]
-    return _rms(np.concatenate(errors))
+        for k in np.flatnonzero(out):
+            errors[k] = range_errors(model, groups[k])
+    return errors
+
+
+def _residuals(groups: list[OnSphere], errors: list[np.ndarray]) -> list[Residuals]:
+    """Mean and scatter of each press's range errors, over the pad."""
+    tips, labels = 1e3 * np.array([group.tip[:2] for group in groups]), [group.label for group in groups]
+    return [Residuals(name, 'mm', 1e3 * np.array([measure(error) for error in errors]), tips, ('x (mm)', 'y (mm)'), labels)
+            for name, measure in (('range, mean of a press', np.mean), ('range, RMS of a press', _rms))]
 
 
 def _rms(values: np.ndarray) -> float:
@@ -196,8 +205,9 @@ def _rms(values: np.ndarray) -> float:
 
 def _report(model, ground, groups, camera, radius, prior, left_out) -> TouchpadCalibration:
     errors = np.concatenate([range_errors(model, group) for group in groups])
+    held_out = _held_out(ground, groups, model, camera, prior)
     tips = np.array([group.tip for group in groups])
     depths = [group.depth for group in groups]
-    return TouchpadCalibration(model, radius, len(groups), len(errors), _rms(errors), float(errors.mean()),
-                               _held_out(ground, groups, model, camera, prior), (min(depths), max(depths)),
-                               np.array([tips[:, :2].min(0), tips[:, :2].max(0)]), left_out)
+    return TouchpadCalibration(model, radius, len(groups), len(errors), _rms(errors), float(errors.mean()), _rms(np.concatenate(held_out)),
+                               (min(depths), max(depths)), np.array([tips[:, :2].min(0), tips[:, :2].max(0)]), left_out,
+                               _residuals(groups, held_out))

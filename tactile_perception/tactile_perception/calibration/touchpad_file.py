@@ -12,7 +12,8 @@ from ..errors import BadArgument, BadCalibration
 from ..surface.cap import Cap
 from ..surface.optics import WaterModel
 from ..surface.optics_path import LightPath
-from .files import CalibrationFile, read_calibration, write_calibration
+from .files import CalibrationFile, Specimen, read_calibration, write_calibration
+from .residuals import outliers
 from .touchpad import TouchpadCalibration
 
 SENSOR = 'touchpad'
@@ -25,8 +26,10 @@ POSITIVE = ('ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 
 POSE_TOLERANCE = 2e-4  # m: a camera that stands elsewhere than when calibrated
 
 
-def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_size: tuple[int, int]) -> None:
-    """Write a calibration for images of image_size (width, height) px. Raises BadCalibration or OSError as write_calibration does."""
+def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_size: tuple[int, int],
+                   specimen: Specimen = Specimen()) -> None:
+    """Write a calibration for images of image_size (width, height) px of a specimen. Raises BadCalibration or OSError as
+    write_calibration does."""
     model = calibration.model
     light = model.path
     values = {'window_z': light.window_z, 'lamp_z': light.lamp_z, 'lamp_radius': light.lamp_radius, 'ambient': light.ambient,
@@ -41,7 +44,9 @@ def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_siz
                  'presses': calibration.presses, 'dots': calibration.dots, 'sphere_radius': calibration.sphere_radius}
     low, high = np.asarray(calibration.place_range, float).tolist()
     span = {'depth': [float(v) for v in calibration.depth_range], 'x': [low[0], high[0]], 'y': [low[1], high[1]]}
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, residuals, span, calibration.left_out))
+    write_calibration(path, CalibrationFile(
+        SENSOR, UNITS, fitted, residuals, span, calibration.left_out, serial=specimen.serial, parameters=specimen.parameters(SENSOR),
+        outliers=outliers(calibration.held_out)))
 
 
 def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, int] | None = None) -> WaterModel:

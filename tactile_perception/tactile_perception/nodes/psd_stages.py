@@ -26,7 +26,7 @@ class PsdMessages:
 
     def __init__(self, values: Mapping):
         self._values = values
-        self._model = read_psd(values['calibration']) if values['calibration'] else FingerModel()
+        self._model = read_psd(values['calibration'], values) if values['calibration'] else FingerModel()
         self._clock = StampClock()
         self.stage = PsdStage(self._model, values)
 

@@ -29,7 +29,7 @@ class TouchMessages(CameraSide):
         if not values['calibration']:
             raise BadArgument(f'parameter calibration is empty: a {self.sensor.type} tells touches once it is calibrated; record presses '
                               'at known places and run `ros2 run tactile_perception calibrate`')
-        self.calibration = read_touch(values['calibration'], self.sensor.type)
+        self.calibration = read_touch(values['calibration'], self.sensor.type, values)
 
     @property
     def needs_places(self) -> bool:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.touch_file import METHODS, PATTERN, STITCHING, WRENCH, best_method, write_touch
+from ..calibration.files import Specimen
+from ..calibration.residuals import outliers
+from ..calibration.touch_file import METHODS, PATTERN, REST, STITCHING, WRENCH, best_method, write_touch
 from ..dots.tracker import DotTracker
 from ..errors import BadCalibration, BadFrame
 from ..nodes import conversions as convert
@@ -20,7 +22,7 @@ from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS
 from ..pipeline.sensor import Touchpad, camera_pose
 from ..touch.estimate import TouchMethod
-from ..touch.judge import Score, held_out_score
+from ..touch.judge import HeldOut, Score, held_out
 from ..touch.methods import make_method, methods_for
 from ..touch.presses import SAME_PLACE, Presses
 from ..touch.rest_markers import RestMarkers
@@ -28,9 +30,11 @@ from ..touch.sheet_model import SheetMaterial
 from ..touch.wrench_map import AXES, fit_wrench_map
 from ..touch.wrench_sheet import SheetWrench
 from .calibrate_stitching import find_stitching, tell_truth, write_stitching
+from .marker_residuals import marker_residuals, require_coverage
 from .progress import log_told
 from .stamped import TRUE_WRENCH, TRUTH, pairs_of
 from .stitched_bag import bag_opener, stitching_in
+from .tell_residuals import tell_residuals
 
 _TOUCHES = 1e-4  # m: depth from which a frame counts as a press
 
@@ -39,17 +43,19 @@ class PressReader:
     """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp.
 
     stitching: how pictures are made of two views: that of the calibration file that the parameters name until another is set; None: of one.
-    pattern: (K, 2) px, untouched places of markers that are in no grid, from the first image; None of a grid.
+    pattern: (K, 2) px, untouched places of markers that are in no grid, from the first image; None of a grid. names: id of a press's field
+    -> recording and time. values: the parameters.
     """
 
     def __init__(self, params: Path, namespace: str):
-        self._values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
+        self.values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
         self._dot_values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
-        self.sensor = marker_sensor(self._values)
+        self.sensor = marker_sensor(self.values)
         self.left_out: list[str] = []
         self._namespace, self._rows, self._matrices = namespace, [], None
+        self.names: dict[int, str] = {}
         self.pattern: np.ndarray | None = None
-        self._params, self.stitching = params, stitching_in(self._values['calibration'], self.sensor.type)
+        self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
 
     def read(self, bag: Path) -> None:
         """Take every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
@@ -60,7 +66,9 @@ class PressReader:
             try:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))
-                self._rows.append((rest.field(tracker.process(image, stamp_s)), *_truth(found)))
+                field = rest.field(tracker.process(image, stamp_s))
+                self._rows.append((field, *_truth(found)))
+                self.names[id(field)] = name
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')
 
@@ -82,7 +90,7 @@ class PressReader:
         return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench), np.full(len(depth), np.nan))
 
     def _view_maker(self, bag: Path):
-        make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self._values))
+        make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self.values))
         if make_view is None:
             raise BadCalibration(f'{bag}: no camera_info before the first image; record it beside image_raw')
         return make_view
@@ -110,21 +118,21 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force
 
 
-def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, Score]]:
-    """Numbers and held-out score of each method that fits the presses. Raises BadCalibration where none does."""
-    fitted, scores = {}, {}
+def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
+    """Numbers of each method that fits the presses, and what it tells of those held out. Raises BadCalibration where none does."""
+    fitted, told = {}, {}
     for name, method in methods_for(reader.sensor).items():
         print(f'fitting {name} to {presses.touching.sum()} presses, and again without a third of the places', file=sys.stderr, flush=True)
         try:
             with log_told():
                 fitted[name] = method.fit(presses, reader.sensor)
-                scores[name] = held_out_score(method, presses, reader.sensor, fitted[name])
+                told[name] = held_out(method, presses, reader.sensor, fitted[name])
         except BadCalibration as error:
             fitted.pop(name, None)
             reader.left_out.append(f'method {name}: {error}')
     if not fitted:
         raise BadCalibration('no touch method can be fitted: ' + '; '.join(reader.left_out))
-    return fitted, scores
+    return fitted, told
 
 
 def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:
@@ -170,28 +178,44 @@ def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> She
         return None
 
 
-def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '') -> str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine any method."""
+def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
+    cannot determine any method."""
     reader = PressReader(params, namespace)
     stitched = find_stitching(bags, params, reader.sensor, namespace)
     if stitched is not None and not tell_truth(bags, namespace):
-        return write_stitching(output, reader.sensor.type, stitched)
+        return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
     reader.stitching = reader.stitching if stitched is None else stitched.stitching
     for bag in bags:
         reader.read(bag)
     presses = reader.presses()
-    methods, scores = fit_methods(presses, reader)
+    require_coverage(presses)
+    methods, held = fit_methods(presses, reader)
+    scores = {name: found.score() for name, found in held.items()}
     best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
     wrench = fit_wrench(presses, reader, methods, best)
     errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
     fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
     fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
     fitted |= {PATTERN: reader.pattern.tolist()} if reader.pattern is not None else {}
+    fitted |= {REST: untouched_places(presses).tolist()}
     touching = presses.select(presses.touching)
     span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
-    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out)
+    residuals = marker_residuals(held[best], reader.names)
+    standing_out = outliers(residuals)
+    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
     told = report(presses, scores, methods, wrench and wrench | errors, reader.left_out, output)
-    return '\n'.join([*(stitched.lines() if stitched else []), told])
+    drawn = tell_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
+    return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
+
+
+def untouched_places(presses: Presses) -> np.ndarray:
+    """(K, 2) px, median untouched place of each marker over the frames, NaN for one that was never seen."""
+    places = np.array([field.uv - field.duv for field in presses.fields])
+    seen = np.isfinite(places).all(axis=2).any(axis=0)
+    rest = np.full(places.shape[1:], np.nan)
+    rest[seen] = np.nanmedian(places[:, seen], axis=0)
+    return rest
 
 
 def _span(values: np.ndarray) -> list[float]:

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..calibration.files import Specimen
 from ..calibration.psd_file import write_psd
+from ..calibration.residuals import Residuals, outliers
 from ..errors import BadCalibration
 from ..nodes import conversions as convert
 from ..nodes.serialization import MessageCodec
@@ -15,9 +17,11 @@ from ..pipeline.parameter_file import read_parameters
 from ..pipeline.psd_parameters import PSD_PARAMETERS
 from ..psd.fit import FingerFit, fit_finger
 from ..psd.presses import Recording, find_presses
+from ..psd.sphere import flat
 from .bags import BagReader
 from .progress import Progress
 from .stamped import TRUTH, VOLTAGES, find_prefix
+from .tell_residuals import tell_residuals
 
 _LONGEST_S = 0.25  # for which the last word of the ground truth holds
 _EARLY_S = 1e-6  # a sample that comes by so little before what is said of it
@@ -36,7 +40,7 @@ def read_recording(bag: Path, namespace: str) -> Recording:
     volts, times, period = _samples(blocks, bag)
     if not truths:
         raise BadCalibration(f'{bag}: nothing on {prefix}{TRUTH}: calibration needs to know where the finger was pressed')
-    return _with_truth(volts, times, period, sorted(truths, key=lambda pair: pair[0]))
+    return _with_truth(volts, times, period, sorted(truths, key=lambda pair: pair[0]), bag.name)
 
 
 def _samples(blocks: list, bag: Path) -> tuple[np.ndarray, np.ndarray, float]:
@@ -52,14 +56,14 @@ def _samples(blocks: list, bag: Path) -> tuple[np.ndarray, np.ndarray, float]:
     return np.concatenate(volts).astype(float)[order], np.concatenate(times)[order], period
 
 
-def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: list) -> Recording:
+def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: list, name: str) -> Recording:
     """The samples for which it is known whether and where something touches; several touches at once are left without a place."""
     rows = np.array([_told(message.contacts) for _, message in truths])
     stamps = np.array([stamp for stamp, _ in truths])
     last = np.searchsorted(stamps, times + _EARLY_S, side='right') - 1
     known = (last >= 0) & (times - stamps[np.maximum(last, 0)] <= _LONGEST_S)
     told = rows[last[known]]
-    return Recording(volts[known], period, told[:, 0] > 0, told[:, 1:4], told[:, 4], told[:, 5])
+    return Recording(volts[known], period, told[:, 0] > 0, told[:, 1:4], told[:, 4], told[:, 5], times[known], name)
 
 
 def _told(contacts: list) -> tuple[float, ...]:
@@ -71,13 +75,22 @@ def _told(contacts: list) -> tuple[float, ...]:
     return 1, *known, contacts[0].force, contacts[0].depth
 
 
-def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '') -> str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the model."""
+def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
+    cannot determine the model."""
     values = read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)
     presses = find_presses([read_recording(bag, namespace) for bag in bags], values['saturation'])
     fit = fit_finger(presses)
-    write_psd(output, fit, presses.left_out)
-    return report(fit, presses.left_out, output)
+    residuals = held_out_residuals(fit)
+    standing_out = outliers(residuals)
+    write_psd(output, fit, presses.left_out, Specimen(serial, values), standing_out)
+    return '\n'.join([report(fit, presses.left_out, output), *tell_residuals(residuals, standing_out, output, 'PSD finger')])
+
+
+def held_out_residuals(fit: FingerFit) -> list[Residuals]:
+    """The map's error at each place left out of its fit, over the tilt of the normal."""
+    tilt = np.degrees(flat(fit.normal))
+    return [Residuals('normal', 'degrees', np.degrees(fit.errors), tilt, ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)]
 
 
 def report(fit: FingerFit, left_out: list[str], output: Path) -> str:

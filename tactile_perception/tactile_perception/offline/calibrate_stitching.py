@@ -11,7 +11,7 @@ from tactile_driver.frame import PairFrame
 from tactile_driver.nodes.dual_camera_parameters import DUAL_CAMERA_PARAMETERS
 from tactile_driver.sources.pairing import Pairer
 
-from ..calibration.files import CalibrationFile, write_calibration
+from ..calibration.files import CalibrationFile, Specimen, write_calibration
 from ..calibration.stitching import SIDES, StitchingFit, fit_stitching
 from ..errors import BadCalibration, BadFrame, BadRecording
 from ..nodes import conversions as convert
@@ -94,9 +94,10 @@ def tell_truth(bags: list[Path], namespace: str) -> bool:
     return False
 
 
-def write_stitching(output: Path, sensor_type: str, found: StitchingFit) -> str:
-    """Write a calibration that holds the stitching alone, as dual_camera_node takes it, and tell how good it is."""
+def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specimen: Specimen) -> str:
+    """Write a calibration of a specimen that holds the stitching alone, as dual_camera_node takes it, and tell how good it is."""
     residuals = {'markers_off_grid': found.residual, 'views_apart': found.overlap}
     units = {'lengths': 'm', 'scale': 'px/m', 'size, origin, seam, cut, matrix': 'px', 'residuals': 'm'}
-    write_calibration(output, CalibrationFile(sensor_type, units, {'stitching': found.stitching.to_dict()}, residuals, {}))
+    write_calibration(output, CalibrationFile(sensor_type, units, {'stitching': found.stitching.to_dict()}, residuals, {},
+                                              serial=specimen.serial, parameters=specimen.parameters(sensor_type)))
     return '\n'.join([*found.lines(), f'written: {output}, the stitching alone: no ground_truth/contacts in the recordings'])

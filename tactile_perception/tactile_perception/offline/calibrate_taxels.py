@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..calibration.files import Specimen
+from ..calibration.residuals import Residuals, outliers
 from ..calibration.taxel_file import write_taxels
 from ..errors import BadCalibration, BadFrame
 from ..nodes import conversions as convert
@@ -21,6 +23,7 @@ from ..taxel.response import Response, fit_gains, fit_response
 from .bags import BagReader
 from .progress import Progress
 from .stamped import TRUE_WRENCH, find_prefix
+from .tell_residuals import tell_residuals
 
 _SAME = 0.02  # by which loads differ that count as one
 _PARTS = 3  # of the loads: each is predicted from the others
@@ -30,12 +33,13 @@ _ZERO = 1e-3  # N
 @dataclass
 class Loads:
     """Mean pictures under one load each. changes: (N, rows, columns), from the untouched one; forces: (N,) N; zero: (rows, columns) or
-    None; left_out: a line for what could not be used."""
+    None; left_out: a line for what could not be used; when: N names by recording and time."""
 
     changes: np.ndarray
     forces: np.ndarray
     zero: np.ndarray | None
     left_out: list[str]
+    when: list[str]
 
 
 def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace: str) -> Loads:
@@ -43,7 +47,7 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
     stretches, untouched, left_out = [], [], []
     for bag in bags:
         last = None
-        for values, force in _frames(bag, array, namespace, left_out):
+        for stamp, values, force in _frames(bag, array, namespace, left_out):
             if not np.isfinite(force):
                 last = None
             elif force < _ZERO:
@@ -52,18 +56,18 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
             elif last is not None and abs(force - last) < _SAME * last:
                 stretches[-1][0].append(values)
             else:
-                stretches.append(([values], force))
+                stretches.append(([values], force, f'{bag.name} at {stamp:.3f} s'))
                 last = force
     if not stretches:
         raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must tell it (force.z below 0)')
     zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
-    pictures = np.array([np.mean(values, axis=0, dtype=float) for values, _ in stretches]) - (0 if zero is None else zero)
+    pictures = np.array([np.mean(values, axis=0, dtype=float) for values, _, _ in stretches]) - (0 if zero is None else zero)
     pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
-    return Loads(pictures, np.array([force for _, force in stretches]), zero, left_out)
+    return Loads(pictures, np.array([force for _, force, _ in stretches]), zero, left_out, [when for _, _, when in stretches])
 
 
 def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
-    """(values, normal force N) of each frame, NaN where it is not known."""
+    """(stamp s, values, normal force N) of each frame, NaN where it is not known."""
     codec, waiting = MessageCodec(), None
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace)
@@ -74,14 +78,14 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
             stamp = convert.stamp_seconds(message.header)
             if raw.topic == prefix + 'image_raw':
                 if waiting is not None:
-                    yield waiting[1], np.nan
+                    yield *waiting, np.nan
                 try:
                     waiting = stamp, array.frame(taxel_values(message))
                 except BadFrame as error:
                     left_out.append(f'{bag.name} at {stamp:.3f} s: {error}')
                     waiting = None
             elif waiting is not None and waiting[0] == stamp:
-                yield waiting[1], -float(message.wrench.force.z)
+                yield *waiting, -float(message.wrench.force.z)
                 waiting = None
 
 
@@ -99,8 +103,9 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None) ->
     return errors
 
 
-def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '') -> str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the response."""
+def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
+    cannot determine the response."""
     values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
     array = taxel_array(values)
     loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
@@ -110,8 +115,31 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
     span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
-    write_taxels(output, replace(response, zero=loads.zero), residuals, span, loads.left_out)
-    return report(loads, response, residuals, output)
+    known = replace(response, zero=loads.zero)
+    held_out = held_out_residuals(loads, array, errors)
+    standing_out = outliers(held_out[1:])
+    write_taxels(output, known, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
+    shown = [*held_out, *_gains(response, array)]
+    return '\n'.join([report(loads, response, residuals, output), *tell_residuals(shown, standing_out, output, 'taxel array')])
+
+
+def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
+    """The error of each load's force, predicted from others, where the load's middle is on the pad; errors: (N,) relative."""
+    weight = np.maximum(loads.changes, 0).reshape(len(loads.forces), -1)
+    x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
+    middle = np.stack([weight @ x, weight @ y], axis=1) / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
+    axes = ('x (mm)', 'y (mm)')
+    return [Residuals('force at its place', 'N', errors * loads.forces, middle, axes, loads.when),
+            Residuals('force by load', '%', 100 * errors, np.stack([loads.forces, np.arange(len(loads.forces))], axis=1),
+                      ('force (N)', 'load (number)'), loads.when)]
+
+
+def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
+    """By how much each taxel differs from the others, to be drawn beside the errors."""
+    if response.gain is None:
+        return []
+    x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
+    return [Residuals('gain, off from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
 
 
 def report(loads: Loads, response: Response, residuals: dict, output: Path) -> str:

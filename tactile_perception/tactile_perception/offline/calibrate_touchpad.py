@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..calibration.files import Specimen
 from ..calibration.press import Press
+from ..calibration.residuals import outliers
 from ..calibration.sphere_radius import find_sphere_radius
 from ..calibration.touchpad import TouchpadCalibration, fit_touchpad, sphere_misfit
 from ..calibration.touchpad_file import write_touchpad
@@ -20,6 +22,7 @@ from ..pipeline.parameter_file import read_parameters
 from ..pipeline.parameters import DOT_PARAMETERS
 from ..pipeline.sensor import Touchpad
 from .stamped import TRUTH, pairs_of
+from .tell_residuals import tell_residuals
 
 _MOST_PRESSES, _MOST_REST = 80, 10  # frames that are fitted: more of them cost time and tell no more
 _RADIUS_PRESSES = 12  # of them, while the sphere's radius is looked for
@@ -95,9 +98,12 @@ def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str
     return '\n'.join([*lines, f'written: {output}'])
 
 
-def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', sphere_radius: float | None = None) -> str:
-    """Fit, write output, and tell how it went. Raises TactileError for recordings that cannot determine the model."""
-    reader = PressReader(read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS), namespace)
+def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
+                       sphere_radius: float | None = None) -> str:
+    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
+    cannot determine the model."""
+    values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+    reader = PressReader(values, namespace)
     presses = chosen([press for bag in bags for press in reader.read(bag)])
     if reader.camera is None:
         raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
@@ -108,5 +114,6 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]
-    write_touchpad(output, found, (width, height))
-    return report(found, reader.left_out, output)
+    write_touchpad(output, found, (width, height), Specimen(serial, values))
+    told = tell_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
+    return '\n'.join([report(found, reader.left_out, output), *told])

@@ -25,8 +25,9 @@ _CROSS_FEWEST = 12
 
 @dataclass(frozen=True)
 class FingerFit:
-    """model; places: how many it was fitted to; errors: rad, (N,) that each place would have had, left out of the fit; paper_errors: rad,
-    of the paper's map; residuals: name -> number for the file; span: name -> [lowest, highest]; said: a line each."""
+    """model; places: how many it was fitted to; errors: rad, (N,) that each place had, left out of the fit, NaN where the others tell
+    nothing; paper_errors: rad, of the paper's map; residuals: name -> number for the file; span: name -> [lowest, highest]; said: a line
+    each; normal: (N, 3) of the places; when: (N,) names by recording and time."""
 
     model: FingerModel
     places: int
@@ -35,15 +36,19 @@ class FingerFit:
     residuals: dict
     span: dict
     said: list[str]
+    normal: np.ndarray
+    when: np.ndarray
 
 
 def fit_finger(presses: Presses) -> FingerFit:
     """The model. Raises BadCalibration without a usable press."""
     stretches = presses.stretches
-    place, normal, noise = _places(stretches, presses.noise)
+    place, normal, noise, when = _places(stretches, presses.noise)
     paper, said = fit_paper(place, normal)
     paper_errors = error_angle(paper.normals(place), normal)
     smooth, errors, more = _smooth(place, normal, noise * paper.beta, paper_errors)
+    if smooth is None:
+        errors = _left_out_of_paper(place, normal)
     shot = _shot(stretches, presses.noise)
     level, level_limits, level_said = _level(presses)
     cross, cross_sigma = _cross(stretches)
@@ -57,11 +62,13 @@ def fit_finger(presses: Presses) -> FingerFit:
                  'force_relative': force_error, 'depth_relative': depth_error}
     span = {'theta': [float(theta.min()), float(theta.max())],
             'light': [float(stretches.sums[:, TOTAL].min()), float(stretches.sums[:, TOTAL].max())]}
-    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*said, *more, *level_said, *force_said, *depth_said])
+    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*said, *more, *level_said, *force_said, *depth_said],
+                     normal, when)
 
 
-def _places(stretches: Stretches, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Detector places (N, 2), normals (N, 3) and standard deviations (N,), half widths, of what was pressed, near ones taken together."""
+def _places(stretches: Stretches, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Detector places (N, 2), normals (N, 3), standard deviations (N,), half widths, and times (N,) of what was pressed, near ones taken
+    together."""
     free = np.ones(len(stretches.normal), bool)
     found = []
     while free.any():
@@ -72,7 +79,7 @@ def _places(stretches: Stretches, noise: np.ndarray) -> tuple[np.ndarray, np.nda
         place = position(sums)
         normal = np.average(stretches.normal[same], axis=0, weights=weight)
         covariance = position_covariance(place[0], float(sums[0, TOTAL]), noise, 0.0) / weight.sum()
-        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance))))
+        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)), stretches.when[first]))
         free &= ~same
     chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int))
     return tuple(np.array(part) for part in zip(*(found[k] for k in chosen)))
@@ -90,6 +97,19 @@ def _smooth(place, normal, noise, paper_errors):
         return None, paper_errors, [f'{count} places: a map of the distortion would predict no better than the paper\'s offset and factor']
     said = [] if terms == 5 else [f'{count} places: a straight map and what bends it near them; {_BENT} allow more']
     return smooth, errors, said
+
+
+def _left_out_of_paper(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """rad, (N,): the error that the paper's map fitted to all other places has at each; NaN where those do not determine one."""
+    errors = np.full(len(place), np.nan)
+    for k in range(len(place)):
+        others = np.arange(len(place)) != k
+        try:
+            paper, _ = fit_paper(place[others], normal[others])
+        except BadCalibration:
+            continue
+        errors[k] = error_angle(paper.normals(place[k:k + 1]), normal[k:k + 1])[0]
+    return errors
 
 
 def _reach(place: np.ndarray) -> float:

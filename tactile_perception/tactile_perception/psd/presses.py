@@ -20,7 +20,7 @@ _BRIGHT = 5.0  # standard deviations of the total
 @dataclass(frozen=True)
 class Recording:
     """Samples (N,) with what is known of each. volts (N, 4); period_s; touching (N,) bool; normal (N, 3), force (N,) N, depth (N,) m:
-    NaN where not known."""
+    NaN where not known; times: (N,) s, None for even ones from 0 on; name: for messages."""
 
     volts: np.ndarray
     period_s: float
@@ -28,6 +28,12 @@ class Recording:
     normal: np.ndarray
     force: np.ndarray
     depth: np.ndarray
+    times: np.ndarray | None = None
+    name: str = 'recording'
+
+    def when(self, sample: int) -> str:
+        """Where and when, for messages."""
+        return f'{self.name} at {sample * self.period_s if self.times is None else self.times[sample]:.3f} s'
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,7 @@ class Stretches:
     """Short stretches of contact at one place each.
 
     sums: (N, 4) mean net voltages @ MIX; count: (N,) samples; normal: (N, 3); force, depth: (N,) means; scatter: (N,) V^2, variance of an
-    output from sample to sample, and output: (N,) V, its mean.
+    output from sample to sample, and output: (N,) V, its mean; when: (N,) names by recording and time.
     """
 
     sums: np.ndarray
@@ -45,6 +51,7 @@ class Stretches:
     depth: np.ndarray
     scatter: np.ndarray
     output: np.ndarray
+    when: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -78,12 +85,12 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
                 offset = rest.mean(0)
                 rests.append((rest - offset) @ MIX)
             if offset is None:
-                left_out.append(f'press at {begin * recording.period_s:.2f} s: nothing untouched before it')
+                left_out.append(f'press in {recording.when(begin)}: nothing untouched before it')
                 continue
             sums = (recording.volts - offset)[max(begin - 1, 0):end] @ MIX
             stretches = _stretches(recording, sums[-(end - begin):], begin, end, saturation)
             if not stretches:
-                left_out.append(f'press at {begin * recording.period_s:.2f} s: no light, or saturated')
+                left_out.append(f'press in {recording.when(begin)}: no light, or saturated')
                 continue
             rows += stretches
             light = np.mean([row[0] for row in stretches], axis=0)
@@ -140,4 +147,4 @@ def _row(recording: Recording, sums: np.ndarray, volts: np.ndarray, chosen: np.n
     mean = recording.normal[begin + chosen].mean(0)
     scatter = np.var(np.diff(volts[chosen], n=2, axis=0)) / 6 if len(chosen) > 8 else np.nan
     return (sums[chosen].mean(0), len(chosen), mean / np.linalg.norm(mean), recording.force[begin + chosen].mean(),
-            recording.depth[begin + chosen].mean(), scatter, sums[chosen, TOTAL].mean() / 4)
+            recording.depth[begin + chosen].mean(), scatter, sums[chosen, TOTAL].mean() / 4, recording.when(begin + int(chosen[0])))

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from ..errors import BadCalibration
 from .estimate import TouchEstimate, TouchMethod
 from .presses import Presses
 from .sensor import MarkerSensor
@@ -65,9 +66,24 @@ def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarr
                  false, float(middle[0]), float(middle[1]))
 
 
-def held_out_score(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> Score:
-    """The errors of a method of TOUCH_METHODS on presses at places that it was not fitted to; fitted: what fit gave for all of them, from
-    where methods that have fit_quickly(presses, sensor, fitted) find their way faster, if less exactly."""
+@dataclass(frozen=True)
+class HeldOut:
+    """What a method told of presses at places that it was not fitted to. found: a list of touches for each of the presses; straight: (M,)
+    bool, those that are no drags."""
+
+    found: list[list[TouchEstimate]]
+    presses: Presses
+    straight: np.ndarray
+
+    def score(self) -> Score:
+        """The errors."""
+        return score(self.found, self.presses, self.straight)
+
+
+def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> HeldOut:
+    """What a method of TOUCH_METHODS tells of presses at places that it was not fitted to; fitted: what fit gave for all of them, from
+    where methods that have fit_quickly(presses, sensor, fitted) find their way faster, if less exactly. Raises BadCalibration where no
+    place can be held out."""
     quick = getattr(method, 'fit_quickly', None)
     found, held_all = [], []
     straight = {id(field): down for field, down in zip(presses.fields, presses.straight())}
@@ -76,10 +92,12 @@ def held_out_score(method: type, presses: Presses, sensor: MarkerSensor, fitted:
         fitted_to = method.from_fitted(numbers, sensor)
         found += [fitted_to.estimate(field) for field in held.fields]
         held_all.append(held)
+    if not held_all:
+        raise BadCalibration('all presses are at one place: none can be held out; add presses elsewhere')
     together = Presses(tuple(f for held in held_all for f in held.fields),
                        *(np.concatenate([getattr(held, name) for held in held_all])
                          for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
-    return score(found, together, np.array([straight[id(field)] for field in together.fields]))
+    return HeldOut(found, together, np.array([straight[id(field)] for field in together.fields]))
 
 
 def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 import yaml
+from std_msgs.msg import String
 from tactile_driver.simulation.scenes import open_scene
 from tactile_perception.calibration.press import Press
 from tactile_perception.calibration.touchpad_file import read_touchpad
@@ -33,7 +34,7 @@ def run(bag, target, *more):
 def calibrated(sphere_bag, tmp_path_factory):
     target, said = tmp_path_factory.mktemp('calibration') / 'pad.yaml', io.StringIO()
     with contextlib.redirect_stdout(said):
-        assert run(sphere_bag, target, '--sphere-radius', '0.008') == 0
+        assert run(sphere_bag, target, '--sphere-radius', '0.008', '--serial', 'PAD7') == 0
     return target, said.getvalue()
 
 
@@ -62,7 +63,8 @@ def test_places_are_better_than_from_the_rest_shape_alone(sphere_bag, calibrated
 def test_the_file_says_what_was_done(calibrated):
     page = yaml.safe_load(calibrated[0].read_text())
     assert page['sensor'] == 'touchpad' and page['complete'] is True and page['residuals']['presses'] >= 20
-    assert page['residuals']['range_rms'] < 0.15e-3
+    assert page['residuals']['range_rms'] < 0.15e-3 and page['residuals']['held_out_places_range_rms'] < 0.2e-3
+    assert page['serial'] == 'PAD7' and page['parameters']['values']['rows'] == 23 and page['outliers'] == []
     shallow, deep = page['calibrated_range']['depth']
     assert shallow == pytest.approx(1.5e-3, abs=0.2e-3) and deep == pytest.approx(4.5e-3, abs=0.2e-3)
 
@@ -70,6 +72,8 @@ def test_the_file_says_what_was_done(calibrated):
 def test_the_report_gives_the_numbers_and_where_they_are(calibrated):
     path, said = calibrated
     assert 'presses' in said and 'range residual' in said and f'written: {path}' in said
+    picture = path.with_name('pad_residuals.png')
+    assert f'errors over the sensor: {picture}' in said and picture.stat().st_size > 10_000
 
 
 def only(source, target, topics, keep):
@@ -112,3 +116,14 @@ def test_an_even_choice_of_presses():
     assert len(kept) == 30 and min(depths) == pytest.approx(3e-4) and max(depths) == pytest.approx(399e-4)
     assert np.ptp(np.diff(depths)) < 3e-4
     assert chosen([]) == []
+
+
+def test_the_serial_number_is_what_the_recording_says_of_its_device(tmp_path):
+    codec = MessageCodec()
+    with BagWriter(tmp_path / 'bag', codec.store) as writer:
+        for stamp, text in enumerate(('no: yaml: at all', 'source: sim', 'source: device\nserial: 0042A', 'serial: other')):
+            writer.write('/pad/description', *codec.encode(String(data=text))[:1], stamp, codec.encode(String(data=text))[1])
+    assert module.recorded_serial(tmp_path / 'bag') == '0042A'
+    with BagWriter(tmp_path / 'none', codec.store) as writer:
+        writer.write('/pad/other', *codec.encode(String())[:1], 0, codec.encode(String())[1])
+    assert module.recorded_serial(tmp_path / 'none') == ''

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.touch.estimate import TouchEstimate
-from tactile_perception.touch.judge import held_out_score, score
+from tactile_perception.touch.judge import held_out, score
 from tactile_perception.touch.presses import Presses
 
 
@@ -62,7 +62,7 @@ class Remembers:
 
 def test_each_place_is_judged_by_a_fit_that_has_not_seen_it():
     known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
-    got = held_out_score(Remembers, known, None)
+    got = held_out(Remembers, known, None).score()
     # The mean of the other two places is so far from each.
     expected = [np.hypot(0.015, 0.015), np.hypot(0.015, 0.03), np.hypot(0.015, 0.03)]
     assert got.place_mean == pytest.approx(np.mean(expected))
@@ -75,6 +75,6 @@ def test_a_method_may_be_fitted_again_more_quickly():
         def fit_quickly(cls, presses, sensor, fitted):
             return {'mean': [fitted['mean'][0], 0.0]}
     known = presses([[0.0, 0.0], [0.0, 0.03], [0.03, 0.0]], [1e-3] * 3)
-    got = held_out_score(Quick, known, None, {'mean': [0.01, 0.0]})
+    got = held_out(Quick, known, None, {'mean': [0.01, 0.0]}).score()
     assert got.place_mean == pytest.approx(np.mean([0.01, np.hypot(0.01, 0.03), 0.02]))
-    assert held_out_score(Quick, known, None).place_mean == held_out_score(Remembers, known, None).place_mean
+    assert held_out(Quick, known, None).score().place_mean == held_out(Remembers, known, None).score().place_mean
