@@ -52,10 +52,15 @@ class Row:
     errors: dict[str, float]
 
 
+def _of_pitch(pixels: float, size: tuple[int, int]) -> float:
+    """Thousandths of the dots' pitch, which is 18 px in 640 x 480."""
+    return 1e3 * pixels / (18 * size[0] / 640)
+
+
 class Dots:
     """Detection alone: images of 23 x 23 dots, of three sizes."""
 
-    errors = {'place': 'px', 'missed or false': 'per 1000'}
+    errors = {'place': '1/1000 pitch', 'missed or false': 'per 1000'}
 
     def __init__(self, plan: Plan):
         self._sizes = {name: SIZES[name] for name in list(SIZES)[:2 if plan.quick else 3]}
@@ -74,14 +79,14 @@ class Dots:
                 lost = 1e3 * (sums['true'] - sums['matched'] + sums['false']) / sums['true']
                 place = (sums['error2'] / sums['matched'])**0.5 if sums['matched'] else np.nan
                 rows.append(Row('dots', 'printed dots', method, size, float(np.median([cell['ms'] for cell in cells])),
-                                {'place': place, 'missed or false': lost}))
+                                {'place': _of_pitch(place, pixels), 'missed or false': lost}))
         return rows
 
 
 class Numbers:
     """From an image to numbered dots."""
 
-    errors = {'place': 'px', 'none or wrong': 'per 1000'}
+    errors = {'place': '1/1000 pitch', 'none or wrong': 'per 1000'}
 
     def __init__(self, plan: Plan):
         self._scenes, self._turns = (2, 2) if plan.quick else (len(tracking.NAMES), 4)
@@ -91,11 +96,14 @@ class Numbers:
         by_way: dict[str, list[dict]] = {}
         for row in tracking.measure(self._scenes, self._turns):
             by_way.setdefault(row['way'], []).append(row)
-        return [Row('numbers', 'printed dots', way.removesuffix(', 320 x 240'), '320 x 240' if way.endswith('320 x 240') else VGA,
-                    float(np.median([r['ms'] for r in rows])),
-                    {'place': float(np.median([r['error_px'] for r in rows])),
-                     'none or wrong': float(np.mean([r['none_per_1000'] + r['wrong_per_1000'] for r in rows]))})
-                for way, rows in by_way.items()]
+        return [self._row(*way.partition(', 320 x 240'), rows) for way, rows in by_way.items()]
+
+    @staticmethod
+    def _row(way: str, small: str, _: str, rows: list[dict]) -> Row:
+        size = small.removeprefix(', ') or VGA
+        errors = {'place': _of_pitch(float(np.median([row['error_px'] for row in rows])), SIZES[size]),
+                  'none or wrong': float(np.mean([row['none_per_1000'] + row['wrong_per_1000'] for row in rows]))}
+        return Row('numbers', 'printed dots', way, size, float(np.median([row['ms'] for row in rows])), errors)
 
 
 class Touchpad:

@@ -16,7 +16,7 @@ from ..errors import BadFrame, BadRecording
 from ..evaluation.frames import Instant
 from ..nodes.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
 from ..nodes.serialization import MessageCodec
-from .bags import BagReader
+from .bags import BagReader, RawMessage
 from .progress import Progress
 from .replay import Replay, make_replay
 from .stamped import IMAGE, VOLTAGES, find_prefix
@@ -119,7 +119,9 @@ class JudgedBag:
         topics = {self.prefix + name for name in (*self.told, *(TRUE + name for name in self.true))}
         with BagReader(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
-                name, message = raw.topic.removeprefix(self.prefix), codec.decode(raw.data, raw.type_name)
+                name, message = raw.topic.removeprefix(self.prefix), self._decoded(codec, raw)
+                if message is None:
+                    continue
                 if self._live and not name.startswith(TRUE):
                     stamp = message.header.stamp
                     self.times.latencies[name].append(1e-9 * (raw.stamp_ns - stamp.sec * 10**9 - stamp.nanosec))
@@ -133,7 +135,9 @@ class JudgedBag:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name = raw.topic.removeprefix(self.prefix)
                 begin = time.thread_time()
-                message = codec.decode(raw.data, raw.type_name)
+                message = self._decoded(codec, raw)
+                if message is None:
+                    continue
                 if name == 'camera_info':
                     replay.on_camera_info(message)
                 elif name == replay.raw:
@@ -141,6 +145,14 @@ class JudgedBag:
                 else:
                     yield name, message
         self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+    def _decoded(self, codec: MessageCodec, raw: RawMessage):
+        """The message; None, and counted, where it is damaged."""
+        try:
+            return codec.decode(raw.data, raw.type_name)
+        except BadFrame as error:
+            self.times.refused[f'{raw.topic}: {error}'] += 1
+            return None
 
     def _timed(self, replay: Replay, message, begin: float) -> Iterator[tuple[str, object]]:
         """The estimates of one raw message; begin: of its decoding, s of the thread."""

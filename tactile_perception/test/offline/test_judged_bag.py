@@ -68,6 +68,21 @@ def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
     assert bag.times.summary()['refused'] == {'slip: state 4 is none of 0 to 2': 1}
 
 
+def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
+    codec = MessageCodec()
+    with BagWriter(tmp_path / 'bag', codec.store) as writer:
+        for k in range(3):
+            for topic in ('/pad/contacts', '/pad/ground_truth/contacts'):
+                message = contacts(1.0)
+                message.header = header_of(k, 'pad')
+                type_name, data = codec.encode(message)
+                writer.write(topic, type_name, k, data[:9] if (k, topic) == (1, '/pad/contacts') else data)
+    bag = JudgedBag(tmp_path / 'bag')
+    assert len(list(bag.instants())) == 2 and bag.unmatched == {'without an estimate': 1}
+    (reason, count), = bag.times.summary()['refused'].items()
+    assert '/pad/contacts: 9 bytes' in reason and count == 1
+
+
 def test_computed_anew_each_stage_is_timed(pressed_bag):
     bag = JudgedBag(pressed_bag, params=pressed_bag.with_name('disc.yaml'))
     found = list(bag.instants())
