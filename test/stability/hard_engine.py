@@ -141,11 +141,11 @@ def outcome_of(of: Estimator, inputs: Arrays) -> tuple[str, Arrays | None]:
 
 def off(found: Arrays, wanted: Arrays, known_to_both: bool = False) -> float:
     """Largest difference, relative to the largest number of each output; infinite where one is known and the other not, unless only what
-    is known to both counts (and no spread, which may grow)."""
+    is known to both counts (and neither spread nor flags, which may grow)."""
     worst = 0.0
     for name, value in wanted.items():
         a, b = np.asarray(found[name], float), np.asarray(value, float)
-        if known_to_both and name == 'spread':
+        if known_to_both and name in ('spread', 'flags'):
             continue
         if a.shape != b.shape:
             return np.inf

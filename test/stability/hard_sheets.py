@@ -3,6 +3,7 @@
 """The touch methods of sheets and cushion, their wrench, and the touchpad's methods, as estimators of arrays."""
 from __future__ import annotations
 
+import copy
 import functools
 from dataclasses import replace
 
@@ -11,8 +12,12 @@ import numpy as np
 from hard_engine import Estimator
 from pad_rig import RATE, shared_pad
 from sheet_rig import PRESSED_AT, Sheet
+from tactile_perception.calibration.stitching_fit import SideMarkers, fit_sides
+from tactile_perception.camera import CameraModel
+from tactile_perception.contact.rigid import rotation_matrix
 from tactile_perception.dots.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.pipeline.dot_places import DotPlaces
 from tactile_perception.pipeline.sensor import Touchpad
 from tactile_perception.touch.estimate import TouchEstimate
 from tactile_perception.touch.field import MarkerField
@@ -26,6 +31,7 @@ SHIPPED = {'sheet, model': ('areal_single', 'model'), 'cushion, regression': ('a
 FITTED = {'sheet, regression': 'regression', 'sheet, paper': 'paper', 'cushion, paper': 'paper_cushion'}
 SINGLE = MARKER_SENSORS['areal_single']
 GRID, EYE = SINGLE.grid(), np.array([0.0, 0.0, -0.062])
+DUAL_MATRIX = np.array([[420.0, 0, 320], [0, 420, 240], [0, 0, 1]])
 PLACE, DEPTH = np.array([0.006, -0.004]), 3.5e-3
 
 
@@ -84,7 +90,8 @@ def field_of(name, uv=None, duv=None, area=None, sigma=None, id=None):
 def told(touches):
     """What touches tell, arrays without entries where there is none."""
     return {'position': np.array([t.position for t in touches]).reshape(-1, 3), 'depth': np.array([t.depth for t in touches]),
-            'spread': np.array([np.sqrt(np.diag(t.covariance)) for t in touches]).reshape(-1, 3)}
+            'spread': np.array([np.sqrt(np.diag(t.covariance)) for t in touches]).reshape(-1, 3),
+            'flags': np.array([t.flags for t in touches])}
 
 
 def track_inputs(name):
@@ -152,6 +159,39 @@ def pad_tracks(inputs):
     return DotTracks(23, 23, i['id'].astype(int), i['uv'], i['area'], i['sigma'], i['duv'], i['xyz'])
 
 
+@functools.cache
+def _begun_places():
+    pad, tracks = shared_pad(), _pad_tracks()
+    sensor = Touchpad.from_parameters(pad.values())
+    places = DotPlaces(sensor, sensor.camera(pad.scene.camera.matrix, pad.scene.camera.distortion))
+    for image, one in zip(pad.rest, tracks[:3]):
+        places.locate(image, one)
+    return places
+
+
+def _located(inputs):
+    """Places by colour and membrane of the dots of the pressed image."""
+    return {'xyz': copy.deepcopy(_begun_places()).locate(shared_pad().pressed, pad_tracks(inputs))}
+
+
+def _stitched():
+    """The markers of a dual sheet as two cameras see them, exactly but for a hundredth of a pixel."""
+    rng, found = np.random.default_rng(4), {}
+    for name, turn, x in (('left', 0.02, -0.033), ('right', -0.03, 0.033)):
+        camera = CameraModel(DUAL_MATRIX, np.zeros(5), rotation_matrix(np.array([0.01, -0.02, turn])), np.array([-x, 0.0, 0.050]))
+        grid = MARKER_SENSORS['areal_dual'].grid()
+        uv = camera.project(np.column_stack([grid, np.zeros(len(grid))]))
+        seen = np.flatnonzero((uv[:, 0] > 0) & (uv[:, 0] < 639))
+        found |= {f'{name}_id': seen, name: uv[seen] + rng.normal(0, 0.01, (len(seen), 2))}
+    return found
+
+
+def _fitted_sides(inputs):
+    sides = fit_sides([SideMarkers((640, 480), inputs[f'{name}_id'].astype(int), inputs[name], (DUAL_MATRIX, np.zeros(5)))
+                       for name in ('left', 'right')], MARKER_SENSORS['areal_dual'].grid())
+    return {'eye': np.stack([side.eye for side in sides])}
+
+
 def _pad(contact, spoiled='xyz'):
     def run(inputs):
         found = stage_of_pad(contact).process(pad_tracks(inputs), 1.5)
@@ -168,5 +208,8 @@ SHEETS = {
     'sheet, paper, growth': _field('sheet, paper', 'growth'),
     'cushion, regression': _touch('cushion, regression', 'uv', 'duv'), 'cushion, paper': _field('cushion, paper', 'shift'),
     'sheet, wrench': Estimator(_pressed, _wrench, ('position',)), 'sheet, wrench by depth': Estimator(_pressed, _wrench, ('depth',)),
+    'stitching fit': Estimator(_stitched, _fitted_sides, ('left',), tolerance=1e-6, single=1e-3),
+    'pad, places': Estimator(pad_inputs, _located, ('uv', 'duv'), ('id', 'uv', 'duv', 'area', 'sigma', 'xyz'), ('xyz',), tolerance=1e-6,
+                             single=1e-3),
     'pad, membrane': _pad('membrane'), 'pad, paper': _pad('paper'),
 }

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Noise from none to where an estimator must give up: errors grow no faster than the noise, then nothing is told; never a sure wrong answer.
+"""Noise from none to where an estimator must give up: errors grow no faster than it, then nothing is told; never a sure wrong answer.
 
 Every error has to be within what the noise makes (slope times noise, over a floor that there is without), and within six of its own
 standard deviations, over that floor, where these are stated. The papers' methods for sheets and cushion never give up: theirs only have to

@@ -37,8 +37,8 @@ NOTHING = {
     'stripes': np.tile((np.arange(SIZE[0]) // 10 % 2 * 255).astype(np.uint8), (SIZE[1], 1)),
     'one dot': drawn(UV[58:59], 13.0), 'two dots': drawn(UV[57:59], 13.0), 'one huge dot': drawn(np.array([[240.0, 180.0]]), 300.0),
     'half black': np.where(np.arange(SIZE[0]) < 240, 0, 200).astype(np.uint8) * np.ones((SIZE[1], 1), np.uint8),
-    'one pixel': cv2.circle(np.zeros(SHAPE, np.uint8), (100, 100), 0, 255), 'a gradient': np.tile(np.linspace(0, 255, SIZE[0]).astype(np.uint8),
-                                                                                              (SIZE[1], 1)),
+    'one pixel': cv2.circle(np.zeros(SHAPE, np.uint8), (100, 100), 0, 255),
+    'a gradient': np.tile(np.linspace(0, 255, SIZE[0]).astype(np.uint8), (SIZE[1], 1)),
 }
 QUICK = [name for name in METHODS if name != 'paper_cushion']  # which has one of them with what takes long left out
 

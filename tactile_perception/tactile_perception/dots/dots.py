@@ -50,3 +50,8 @@ class DotTracks:
     def rest_uv(self) -> np.ndarray:
         """(N, 2) places of the same dots in the untouched reference, px."""
         return self.uv - self.duv
+
+    def take(self, some: np.ndarray) -> DotTracks:
+        """Of some of the dots (N,) bool, or by place."""
+        xyz = None if self.xyz is None else self.xyz[some]
+        return DotTracks(self.rows, self.columns, self.id[some], self.uv[some], self.area[some], self.sigma[some], self.duv[some], xyz)

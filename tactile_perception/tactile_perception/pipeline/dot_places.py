@@ -49,8 +49,13 @@ class DotPlaces:
 
         Raises BadFrame where too few dots have a rest place.
         """
-        if image.ndim != 3:
-            return np.full((len(tracks), 3), np.nan)
+        seen = np.isfinite(tracks.uv).all(axis=1)
+        xyz = np.full((len(tracks), 3), np.nan)
+        if image.ndim == 3 and seen.any():
+            xyz[seen] = self._located(image, tracks if seen.all() else tracks.take(seen))
+        return xyz
+
+    def _located(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         moved = self._follow_reference(tracks)
         if not self._begun:
             self._begin(image, tracks)

@@ -40,7 +40,8 @@ class Membrane:
         self.pace = pace
         self.mesh = GridMesh(rows, columns)
         if self.mesh.size > _MOST:
-            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the {_MOST} that it can be solved for; check rows and columns')
+            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the {_MOST} that it can be solved for; '
+                              'check rows and columns')
         self.material = material or MembraneMaterial()
         rest = np.asarray(rest_xyz, float)
         if rest.shape != (self.mesh.size, 3):

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..errors import BadArgument, BadCalibration
-from .estimate import AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from .estimate import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from .field import MarkerField
 from .paper_depth import common_rest
 from .presses import Presses
@@ -33,6 +33,7 @@ UNDER_TIP = 0.17         # of the depth, times the log of the size: by how much 
 RADII = np.arange(0.0, 0.0801, 0.001)  # m, of the calibrated tip
 SEVERAL = 1.5            # mean square left by one dent, in units of what is expected, from where on two are tried
 EVIDENCE = 1.4           # for two: times that they leave less than one, times the depth of the lesser over the other's
+UNEXPLAINED = 15.0       # the same, from where on it may be anything: several touches, or a camera that was pushed
 BEYOND = 1.15            # times the deepest calibrated press: deeper is out of range
 
 
@@ -52,8 +53,9 @@ class DomeRegression:
         if found is None:
             return []
         # What dents do not explain, as a drag, is not trusted.
-        covariance = found.covariance * max(1.0, found.squares / (2 * field.seen.sum()))
-        return [self._told(one, covariance[4 * k:4 * k + 4, 4 * k:4 * k + 4]) for k, one in enumerate(found.parameters)]
+        misfit = found.squares / (2 * field.seen.sum())
+        covariance, flags = found.covariance * max(1.0, misfit), AMBIGUOUS * (misfit > UNEXPLAINED)
+        return [self._told(one, covariance[4 * k:4 * k + 4, 4 * k:4 * k + 4], flags) for k, one in enumerate(found.parameters)]
 
     def dents(self, field: MarkerField) -> DentFound | None:
         """What dents one frame; None where nothing does. Raises BadArgument for another pattern."""
@@ -74,12 +76,12 @@ class DomeRegression:
         evidence = one.squares / max(two.squares, 1e-9) * depth.min() / depth.max()
         return bool(evidence > EVIDENCE and apart > APART * max(self.sensor.pitch))
 
-    def _told(self, parameters, covariance) -> TouchEstimate:
+    def _told(self, parameters, covariance, flags: int) -> TouchEstimate:
         place = parameters[:2] * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*parameters[:2]), 1e-9))
         depth = float(np.exp(parameters[LOG_DEPTH]))
         turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
         full = turned @ covariance[:3, :3] @ turned * self.widen + self._size_error(place, depth)
-        flags = OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.farthest)
+        flags = flags | OUT_OF_RANGE * (depth > BEYOND * self.deepest) | AT_EDGE * bool(np.hypot(*place) > self.farthest)
         height = first_touch_height(place, self.radius, self.sensor)[0] - depth
         return TouchEstimate(np.append(place, height), depth, full, float(np.sqrt(full[2, 2])), flags=int(flags))
 
