@@ -44,7 +44,7 @@ SENSORS = {'touchpad': ((_CAMERA, _TRACKER, 'tactile_perception.nodes.contact_re
            'areal_single': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts),
            'areal_dual': (('tactile_driver.nodes.dual_camera_node', _TRACKER, _POINT), 'contacts', Contacts),
            'air_cushion': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts)}
-DOMAIN = 97
+DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 97))
 PERCENTILES = (50, 95, 99, 100)
 
 
