@@ -6,12 +6,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection
 
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
+from tf2_msgs.msg import TFMessage
 
-from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, grasped_object
+from ..errors import BadFrame
+from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, frames_of, grasped_object
 from .stage_node import StageNode
 from .taxel_stages import RESULTS, TaxelMessages
 
@@ -27,6 +29,10 @@ class TaxelContactNode(StageNode):
         super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS, host)
         self.messages = TaxelMessages(self.settings.values())
         self.offer_reference(lambda: self.messages.estimator.set_reference())
+        if frames_of(self.settings.values()):
+            latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            for topic, qos in (('/tf', QoSProfile(depth=100)), ('/tf_static', latched)):
+                self.create_subscription(TFMessage, topic, self._take_transforms, qos)
 
     def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The contact that one image shows."""
@@ -35,7 +41,7 @@ class TaxelContactNode(StageNode):
     def remarks(self) -> tuple[str, dict]:
         """Whether the reference can be trusted."""
         baseline = self.messages.estimator.baseline
-        return baseline.suspicion, {'reference': baseline.suspicion or 'in order', 'noise (values)': baseline.sigma}
+        return self.messages.suspicion, {'reference': baseline.suspicion or 'in order', 'noise (values)': baseline.sigma}
 
     def check_change(self, changes: dict) -> None:
         """The object must stay one. Raises BadArgument."""
@@ -44,6 +50,13 @@ class TaxelContactNode(StageNode):
     def apply_change(self, changes: dict) -> None:
         """Take what has become known of the object."""
         self.messages.set_object(changes)
+
+    def _take_transforms(self, message: TFMessage) -> None:
+        with self._host.lock:
+            try:
+                self.messages.on_transforms(message)
+            except BadFrame as error:
+                self.say.warning('transform', str(error))
 
 
 def main(args: list[str] | None = None) -> None:

@@ -9,10 +9,12 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
+from tf2_msgs.msg import TFMessage
 
 from ..errors import BadFrame
 from ..pipeline.clock import StampClock
-from ..pipeline.taxel_parameters import grasped_object, taxel_estimator
+from ..pipeline.frame_tree import FrameTree
+from ..pipeline.taxel_parameters import frames_of, grasped_object, taxel_estimator
 from . import conversions as convert
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
@@ -37,7 +39,8 @@ class TaxelMessages:
 
     def __init__(self, values: Mapping):
         self._values = dict(values)
-        self._clock = StampClock()
+        self._clock, self._tree = StampClock(), FrameTree()
+        self._placed: tuple[int, str] = (0, '')  # state of the tree, and sensor frame, by which the object is told
         self.estimator = taxel_estimator(self._values)
 
     def on_image(self, message: Image, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
@@ -46,10 +49,38 @@ class TaxelMessages:
         stamp_s = convert.stamp_seconds(message.header)
         if self._clock.begins_anew(stamp_s):
             self.estimator = taxel_estimator(self._values)
+            self._placed = -1, ''
+        self._place_object(message.header.frame_id)
         return convert.results_to_messages(self.estimator.process(values, stamp_s), message.header, topics)
+
+    def on_transforms(self, message: TFMessage) -> None:
+        """Take where frames are. Raises BadFrame for a transform that is none, after the others of the message are taken."""
+        refused = None
+        for one in message.transforms:
+            place, turn = one.transform.translation, one.transform.rotation
+            try:
+                self._tree.take(one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'), np.array([turn.x, turn.y, turn.z, turn.w]),
+                                np.array([place.x, place.y, place.z]))
+            except BadFrame as error:
+                refused = error
+        if refused is not None:
+            raise refused
 
     def set_object(self, changes: Mapping) -> None:
         """Take what has become known of the object; changes: of OBJECT_PARAMETERS. Raises BadArgument."""
-        known = grasped_object(self._values | dict(changes))
-        self._values.update(changes)
-        self.estimator.grasped = known
+        values = self._values | dict(changes)
+        self.estimator.grasped = grasped_object(values, self._tree, self._placed[1])
+        self._values = values
+
+    @property
+    def suspicion(self) -> str:
+        """Why results cannot be trusted, or are not told, ''."""
+        lost = [frame for frame in sorted(frames_of(self._values)) if self._tree.pose(frame, self._placed[1]) is None]
+        untold = f'no transform leads from {" or ".join(lost)} to {self._placed[1]!r}: friction is not told' if lost else ''
+        return '; '.join(filter(None, (self.estimator.baseline.suspicion, untold)))
+
+    def _place_object(self, sensor_frame: str) -> None:
+        placed = self._tree.changes, sensor_frame.lstrip('/')
+        if placed != self._placed and frames_of(self._values):
+            self._placed = placed
+            self.estimator.grasped = grasped_object(self._values, self._tree, placed[1])

@@ -99,6 +99,10 @@ class TaxelReplay:
         """Every estimate for one image."""
         yield from self._messages.on_image(message).items()
 
+    def on_transforms(self, message) -> None:
+        """Where frames are, by which the grasped object is told. Raises BadFrame where the node would pass one over."""
+        self._messages.on_transforms(message)
+
 
 class DotReplay:
     """The node that tracks dots."""

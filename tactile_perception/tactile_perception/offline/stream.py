@@ -13,11 +13,12 @@ from ..nodes.serialization import MessageCodec
 from .bags import BagReader, RawMessage
 from .definitions import known_as
 from .left_out import LeftOut
-from .replay import Replay, ReplayStage, make_replay
+from .replay import Replay, ReplayStage, TaxelReplay, make_replay
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 from .stored_state import load_state, store_state
 
+TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told; not sensors' own, so that they are not written again
 KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench')
 
 
@@ -84,7 +85,8 @@ def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
             if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
                 raise BadRecording(f'bag {task.source}: {reason}')
         yield Head(prefix, reader.count({prefix + replay.raw}), definitions)
-        items = _messages(reader, kept, prefix + replay.raw, begin.read, task.every)
+        told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
+        items = _messages(reader, told, prefix + replay.raw, begin.read, task.every)
         for number in range(stages):
             items = computed(items, replay, number, begin, prefix, codec)
         yield from items
@@ -111,10 +113,20 @@ def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoi
     for item in items:
         if isinstance(item, Checkpoint):
             yield item._replace(states=(*item.states, store_state(stage)))
+        elif isinstance(item, RawMessage) and item.topic in TRANSFORMS:
+            yield from _transformed(item, stage, codec)
         elif isinstance(item, RawMessage) and item.topic in (raw, camera):
             yield from _taken(item, stage, item.topic == camera, number == 0, prefix, codec)
         else:
             yield item
+
+
+def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> Iterator[Item]:
+    """What becomes of transforms: the stage takes them."""
+    try:
+        stage.on_transforms(codec.decode(item.data, item.type_name))
+    except BadFrame as error:
+        yield Skipped(item.topic, str(error), item.stamp_ns)
 
 
 def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:

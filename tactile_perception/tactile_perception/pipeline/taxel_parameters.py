@@ -16,8 +16,10 @@ from ..taxel.array import LARGEST, SoftPad, TaxelArray
 from ..taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from ..taxel.response import Response
 from ..taxel.wrench import GraspedObject
+from .frame_tree import FrameTree
 
 _fixed = partial(Parameter, read_only=True)
+_HERE = np.eye(3), np.zeros(3)
 
 TAXEL_SENSOR_PARAMETERS = (
     _fixed('sensor_type', str, SENSOR, '', 'kind of sensor; a calibration file has to be for the same', choices=(SENSOR,)),
@@ -36,8 +38,10 @@ TAXEL_SENSOR_PARAMETERS = (
 OBJECT_PARAMETERS = (
     Parameter('object.depth', float, -1.0, 'm', 'by which the object stands in the pad; negative: not known, force by pressure', -1.0, 0.1),
     Parameter('object.weight', float, 0.0, 'N', 'of the object between two fingers; 0: not known, no friction is told', 0.0, 1e4),
-    Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity in the sensor frame', -1.0, 1.0),
-    Parameter('object.centre_of_mass', list[float], [0.0, 0.0, 0.0], 'm', 'of the object, in the sensor frame', -10.0, 10.0),
+    Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),
+    _fixed('object.gravity_frame', str, '', '', 'frame of tf in which gravity is given; empty: the sensor frame'),
+    Parameter('object.centre_of_mass', list[float], [0.0, 0.0, 0.0], 'm', 'of the object', -10.0, 10.0),
+    _fixed('object.centre_of_mass_frame', str, '', '', 'frame of tf in which the centre of mass is given; empty: the sensor frame'),
 )
 
 TAXEL_PARAMETERS = TAXEL_SENSOR_PARAMETERS + (
@@ -59,7 +63,7 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
     """The estimator that values (of TAXEL_PARAMETERS) describe. Raises BadArgument, BadCalibration for what does not fit together."""
     array = taxel_array(values)
     pad = SoftPad(*(values[f'pad.{name}'] for name in ('thickness', 'stiffness', 'shear_modulus', 'friction')))
-    response = read_taxels(values['calibration'], array) if values['calibration'] else Response()
+    response = read_taxels(values['calibration'], array, values) if values['calibration'] else Response()
     if response.zero is None and values['reference.start'] == 'zero':
         response = replace(response, zero=np.zeros(array.shape, np.float32))
     dead = tuple(number for number in values['dead_taxels'] if number >= 0)
@@ -69,11 +73,26 @@ def taxel_estimator(values: Mapping) -> TaxelEstimator:
     return estimator
 
 
-def grasped_object(values: Mapping) -> GraspedObject:
-    """What values (of OBJECT_PARAMETERS) tell of the object. Raises BadArgument for a direction or place that is none."""
+def frames_of(values: Mapping) -> set[str]:
+    """The frames of tf by which values (of OBJECT_PARAMETERS) tell of the object."""
+    return {values[name] for name in ('object.gravity_frame', 'object.centre_of_mass_frame')} - {''}
+
+
+def grasped_object(values: Mapping, tree: FrameTree = FrameTree(), sensor_frame: str = '') -> GraspedObject:
+    """What values (of OBJECT_PARAMETERS) tell of the object in the sensor frame; what is given in a frame whose place tree does not tell
+    is not known. Raises BadArgument for a direction or place that is none."""
     gravity, mass = (np.array(values[f'object.{name}'], float) for name in ('gravity', 'centre_of_mass'))
     if gravity.shape != (3,) or mass.shape != (3,) or not np.linalg.norm(gravity) > 0:
         raise BadArgument('parameters object.gravity and object.centre_of_mass must have three numbers each, and gravity a direction')
-    depth, weight = values['object.depth'], values['object.weight']
-    held = weight * gravity / np.linalg.norm(gravity) if weight > 0 else np.full(3, np.nan)
-    return GraspedObject(depth if depth >= 0 else np.nan, held, mass)
+    poses = {name: tree.pose(name, sensor_frame) for name in frames_of(values)} | {'': _HERE}
+    if None in poses.values():
+        return GraspedObject(_depth(values))
+    rotation, _ = poses[values['object.gravity_frame']]
+    turn, place = poses[values['object.centre_of_mass_frame']]
+    weight = values['object.weight']
+    held = rotation @ gravity * (weight / np.linalg.norm(gravity)) if weight > 0 else np.full(3, np.nan)
+    return GraspedObject(_depth(values), held, turn @ mass + place)
+
+
+def _depth(values: Mapping) -> float:
+    return values['object.depth'] if values['object.depth'] >= 0 else np.nan

@@ -9,32 +9,40 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+from geometry_msgs.msg import TransformStamped, WrenchStamped  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.host import Host  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
 
 @pytest.fixture
-def bench():
+def make_bench():
     rclpy.init(domain_id=100 + os.getpid() % 100)
-    node, helper = TaxelContactNode(), rclpy.create_node('helper')
-    executor = SingleThreadedExecutor()
-    executor.add_node(node), executor.add_node(helper)
+    executor, nodes = SingleThreadedExecutor(), []
+
+    def make(parameters=()):
+        nodes.extend([TaxelContactNode(Host(parameters={p.name: p.value for p in parameters})), rclpy.create_node('helper')])
+        for node in nodes:
+            executor.add_node(node)
+        return *nodes, until
 
     def until(condition, seconds=10.0):
         end = time.monotonic() + seconds
         while not condition() and time.monotonic() < end:
             executor.spin_once(timeout_sec=0.02)
         assert condition()
-    yield node, helper, until
-    node.destroy_node(), helper.destroy_node()
+    yield make
+    for node in nodes:
+        node.destroy_node()
     rclpy.try_shutdown()
 
 
@@ -44,8 +52,8 @@ def image(level, number):
     return image_to_message(Frame(values, 0, 'mono8'), '', header_of(10**9 + number * 10**7, 'pad'))
 
 
-def test_contacts_reference_and_object(bench):
-    node, helper, until = bench
+def test_contacts_reference_and_object(make_bench):
+    node, helper, until = make_bench()
     publisher = helper.create_publisher(Image, 'image_raw', 100)
     assert publisher.get_subscription_count() == 0 and not node.wanted
     heard = []
@@ -69,3 +77,23 @@ def test_contacts_reference_and_object(bench):
     publisher.publish(image(100, 20))
     until(lambda: len(heard) == 11)
     assert not heard[-1].contacts
+
+
+def test_transforms_of_the_robot_turn_the_weight_into_the_sensor_frame(make_bench):
+    node, helper, until = make_bench([Parameter('object.weight', value=4.0), Parameter('object.gravity_frame', value='world'),
+                                      Parameter('object.gravity', value=[0.0, 0.0, -1.0])])
+    publisher, heard = helper.create_publisher(Image, 'image_raw', 100), []
+    helper.create_subscription(WrenchStamped, 'wrench', heard.append, 100)
+    moving = helper.create_publisher(TFMessage, '/tf', 10)
+    until(lambda: publisher.get_subscription_count() == 1 and moving.get_subscription_count() == 1)
+    publisher.publish(image(0, 0))
+    until(lambda: len(heard) == 1)
+    assert 'no transform leads from world' in node.remarks()[0]
+    link = TransformStamped(child_frame_id='pad')
+    link.header.frame_id = 'world'
+    link.transform.rotation.x, link.transform.rotation.w = np.sqrt(0.5), np.sqrt(0.5)  # the pad's y is up
+    moving.publish(TFMessage(transforms=[link]))
+    until(lambda: node.remarks()[0] == '')
+    publisher.publish(image(100, 1))
+    until(lambda: len(heard) == 2)
+    assert [heard[1].wrench.force.x, heard[1].wrench.force.y] == pytest.approx([0.0, -2.0], abs=1e-9)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+from geometry_msgs.msg import TransformStamped  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
@@ -11,6 +12,7 @@ from tactile_driver.nodes.parameters import defaults  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame, ClockSetBack  # noqa: E402
 from tactile_perception.nodes.taxel_stages import TaxelMessages, taxel_values  # noqa: E402
 from tactile_perception.pipeline.taxel_parameters import TAXEL_PARAMETERS  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros
 VALUES = defaults(TAXEL_PARAMETERS)
@@ -66,6 +68,44 @@ def test_the_object_can_be_told_while_it_runs():
     assert area['wrench'].wrench.force.z == pytest.approx(-3e5 / 0.002 * 4e-4 * area['contact_region'].area)
     with pytest.raises(BadArgument):
         stage.set_object({'object.gravity': [0.0, 0.0, 0.0]})
+
+
+def transforms(*links):
+    message = TFMessage()
+    for parent, child, turn, place in links:
+        one = TransformStamped(child_frame_id=child)
+        one.header.frame_id = parent
+        one.transform.rotation.z, one.transform.rotation.w = np.sin(turn / 2), np.cos(turn / 2)
+        one.transform.translation.x, one.transform.translation.y, one.transform.translation.z = place
+        message.transforms.append(one)
+    return message
+
+
+def test_friction_follows_the_attitude_that_transforms_tell():
+    """Equations 6 and 7: half of the weight, turned into the sensor frame; the moment by the centre of mass of the object's own frame."""
+    known = {'object.weight': 4.0, 'object.depth': 4e-4, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world',
+             'object.centre_of_mass': [0.0, 0.02, 0.0], 'object.centre_of_mass_frame': 'object'}
+    stage = TaxelMessages(VALUES | known)
+    stage.on_image(image(np.full((44, 44), 3, np.uint8), 1.0))
+    force = stage.on_image(image(pressed(), 1.1))['wrench'].wrench.force
+    assert np.isnan(force.x) and np.isfinite(force.z) and "'pad'" in stage.suspicion and 'object or world' in stage.suspicion
+    stage.on_transforms(transforms(('/world', 'wrist', np.pi / 2, (0.3, 0, 1)), ('wrist', '/pad', 0.0, (0, 0, 0.1)),
+                                   ('pad', 'object', 0.0, (0.01, 0, 0))))
+    assert stage.suspicion == ''
+    found = stage.on_image(image(pressed(), 1.2))['wrench'].wrench
+    # Gravity, along the world's -y, is along -x of a pad turned left; the centre of mass is at (0.01, 0.02).
+    assert [found.force.x, found.force.y] == pytest.approx([-2.0, 0.0], abs=1e-9) and found.torque.z == pytest.approx(0.02 * 2.0)
+    stage.on_transforms(transforms(('world', 'wrist', 0.0, (0.3, 0, 1))))
+    found = stage.on_image(image(pressed(), 1.3))['wrench'].wrench
+    assert [found.force.x, found.force.y] == pytest.approx([0.0, -2.0], abs=1e-9) and found.torque.z == pytest.approx(-0.01 * 2.0)
+
+
+def test_a_transform_that_is_none_is_refused_and_its_neighbours_are_taken():
+    stage = TaxelMessages(VALUES | {'object.weight': 4.0, 'object.gravity_frame': 'world'})
+    stage.on_image(image(np.full((44, 44), 3, np.uint8), 1.0))
+    with pytest.raises(BadFrame, match='elbow'):
+        stage.on_transforms(transforms(('world', 'elbow', np.nan, (0, 0, 0)), ('world', 'pad', 0.0, (0, 0, 0))))
+    assert np.isfinite(stage.on_image(image(pressed(), 1.1))['wrench'].wrench.force.y)
 
 
 def test_a_recording_that_begins_again():

@@ -1,15 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The stream tells all that comes of a bag in order, and goes on from each checkpoint as if it had never stopped."""
+import math
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from geometry_msgs.msg import TransformStamped
 from psd_bags import write_psd
 from taxel_bags import write_taxels
 from tactile_perception.offline.bags import RawMessage
 from tactile_perception.offline.left_out import LeftOut
 from tactile_perception.offline.stream import Checkpoint, FrameDone, Head, Skipped, Task, stream
+from tf2_msgs.msg import TFMessage
 
 
 def plain(items):
@@ -53,3 +56,16 @@ def test_items_come_frame_by_frame(tmp_path):
     assert kinds == each * 2 + ['image_raw', 'FrameDone'] + each * 2
     assert Counter(type(item) for item in items) == {RawMessage: 16, Skipped: 1, FrameDone: 5}
     assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
+
+
+def test_transforms_tell_of_the_grasped_object_and_are_not_written_again(tmp_path):
+    link = TransformStamped(child_frame_id='pad')
+    link.header.frame_id = 'world'
+    link.transform.rotation.z, link.transform.rotation.w = math.sqrt(0.5), math.sqrt(0.5)
+    object_known = {'object.weight': 2.0, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world'}
+    bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
+    _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'), Checkpoint(0), 1)
+    assert {item.topic for item in items if isinstance(item, RawMessage)} == {
+        f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench')}
+    force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
+    assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)

@@ -1,0 +1,58 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""How frames lie to each other, by the newest transforms that have been told: what /tf and /tf_static carry."""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import BadFrame
+
+Pose = tuple[np.ndarray, np.ndarray]
+
+
+class FrameTree:
+    """Each frame's place in its parent. changes: how often something new was taken.
+
+    Objects are held, not thrown: the newest transform stands for the present, and none is interpolated.
+    """
+
+    def __init__(self):
+        self._links: dict[str, tuple[str, np.ndarray, np.ndarray]] = {}
+        self.changes = 0
+
+    def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray) -> None:
+        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for what is no transform."""
+        quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
+        length = float(np.linalg.norm(quaternion))
+        if not (np.isfinite([*quaternion, *translation]).all() and length > 1e-6 and parent != child):
+            raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
+                           f'{translation.tolist()}; it is passed over')
+        self._links[child] = parent, _rotation(quaternion / length), translation
+        self.changes += 1
+
+    def pose(self, frame: str, reference: str) -> Pose | None:
+        """(rotation (3, 3), translation (3,) m) that take a point of frame to reference; None where they do not hang together."""
+        here, there = self._above(frame), self._above(reference)
+        common = next((name for name in here if name in there), None)
+        if common is None:
+            return None
+        (rotation, translation), (back, offset) = here[common], there[common]
+        return back.T @ rotation, back.T @ (translation - offset)
+
+    def _above(self, frame: str) -> dict[str, Pose]:
+        """The frame's pose in itself and in each frame above it, nearest first."""
+        poses, pose = {}, (np.eye(3), np.zeros(3))
+        while frame not in poses:
+            poses[frame] = pose
+            if frame in self._links:
+                frame, rotation, translation = self._links[frame]
+                pose = rotation @ pose[0], rotation @ pose[1] + translation
+        return poses
+
+
+def _rotation(quaternion: np.ndarray) -> np.ndarray:
+    """(3, 3) of a unit quaternion x, y, z, w."""
+    x, y, z, w = quaternion
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
