@@ -20,6 +20,7 @@ RING = 0.45  # of the pitch: as far out as the gap's middle allows without the r
 WIDE = 0.55  # the same where colour has been stored more coarsely than brightness (4:2:0, 4:2:2, JPEG) and dots have bled into the ground
 BLED = 2e-3  # by which log blue/red of the two rings may differ; the dented pad's own slopes make a quarter of that
 HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
+_ONES = np.ones((1, POINTS), np.float32)
 NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
 
 
@@ -96,22 +97,30 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     """
     if len(uv) == 0:
         return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
-    sums = ring_sums(check_image(image), uv, radius)
-    blue, green, red = (np.float32(sums[..., channel]) for channel in range(3))
-    level = np.partition(np.ascontiguousarray(blue.T), 3 * POINTS // 4, axis=1)[:, 3 * POINTS // 4]
-    keep = (blue > np.float32(INK) * level) & (blue < np.float32(GLARE) * level) & (red < np.float32(SATURATED))
-    count = keep.sum(0)
+    sums = np.ascontiguousarray(ring_sums(check_image(image), uv, radius).transpose(2, 0, 1), np.float32)
+    blue, _, red = sums
+    level = np.sort(np.ascontiguousarray(blue.T), axis=1)[:, 3 * POINTS // 4]
+    keep = blue > np.float32(INK) * level
+    keep &= blue < np.float32(GLARE) * level
+    keep &= red < np.float32(SATURATED)
+    keep = keep.astype(np.float32)
+    count = _around(keep)
     most = np.maximum(count, 1)
-    mean = np.stack([(channel * keep).sum(0) for channel in (blue, green, red)]) / most
+    mean = _around(sums * keep) / most
     good = (count >= POINTS // 4) & (mean.min(0) > NOISE_FLOOR * 9)
-    logs = np.log(np.where(good, mean, np.nan))
-    return RingColours((logs[:2] - logs[2]).T, count, _patchiness(blue / np.maximum(red, 1), keep, most))
+    logs = np.log(np.where(good, mean, np.nan).astype(float))
+    return RingColours((logs[:2] - logs[2]).T, count.astype(int), _patchiness(blue / np.maximum(red, 1), keep, most))
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Sums (..., N) over the rings' points of values (..., POINTS, N): whole numbers stay exact, and products are quicker than sums."""
+    return (_ONES @ values)[..., 0, :]
 
 
 def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Relative variance (N,) of blue/red (POINTS, N) around the ring without mean and first harmonic; points not kept count as even."""
     uneven = ratio * keep
-    uneven /= np.maximum(uneven.sum(0) / count, np.float32(1e-6))
+    uneven /= np.maximum(_around(uneven) / count, np.float32(1e-6))
     uneven -= keep
     first = HARMONIC @ uneven
     return np.einsum('pn,pn->n', uneven, uneven) / POINTS - np.einsum('pn,pn->n', first, first) * (2 / POINTS**2)
