@@ -3,6 +3,7 @@
 """Runs nodes as a process: started by its entry point, ended cleanly by SIGINT or SIGTERM."""
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -23,6 +24,7 @@ from .start import INTERRUPT
 WRONG = 2
 #: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
 _SWITCH_S = 5e-4
+_SHUTDOWN_S = 1.0
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -69,6 +71,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
             node.destroy_node()
         rclpy.try_shutdown()
         _be_deaf()  # rclpy has put back what was there before it
+        gc.freeze()  # or the interpreter would look through all objects again and again before it ends
     return 0
 
 
@@ -82,12 +85,21 @@ def _spin(nodes: list[Node]) -> None:
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
-    while True:
-        try:
-            executor.spin()
-            return
-        except RCLError as error:
-            # rclpy lets this out when somebody asks for a transition that the state does not allow: no reason to end.
-            if not nodes[0].context.ok():
-                return
-            nodes[0].get_logger().warning(f'a request was refused: {error}')
+    try:
+        while not _spun(executor, nodes[0]):
+            pass
+    finally:
+        executor.shutdown(timeout_sec=_SHUTDOWN_S)
+
+
+def _spun(executor: SingleThreadedExecutor, node: Node) -> bool:
+    """Spin until rclpy has ended; False where it has not."""
+    try:
+        executor.spin()
+        return True
+    except RCLError as error:
+        # rclpy lets this out when somebody asks for a transition that the state does not allow: no reason to end.
+        if node.context.ok():
+            node.get_logger().warning(f'a request was refused: {error}')
+            return False
+        return True
