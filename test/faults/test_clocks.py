@@ -1,0 +1,64 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The wall clock or simulated time is set forward and back: stamps follow it, nothing stands still, nothing is lost."""
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from emulated import CountingFinger, samples  # noqa: E402
+from fault_rig import OK  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
+from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
+from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+HOUR = 3600 * 10**9
+
+
+def stamps(heard):
+    return np.array([h.message.header.stamp.sec * 10**9 + h.message.header.stamp.nanosec for h in list(heard)])
+
+
+@pytest.mark.parametrize('step', [HOUR, -HOUR, -10**7], ids=['an hour forward', 'an hour back', '10 ms back'])
+def test_the_wall_clock_is_set(bench, beside, bus, nodes, monkeypatch, step):
+    offset, true = [0], DriverNode.now_ns
+    monkeypatch.setattr(DriverNode, 'now_ns', lambda self: true(self) + offset[0])
+    space = bench.fresh('clock')
+    volts, contacts = bench.ear.hear(PsdVoltages, f'{space}/voltages'), bench.ear.hear(Contacts, f'{space}/contacts')
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
+    nodes(PsdContactNode, space)
+    bench.until(lambda: len(volts) > 10 and len(contacts) > 10)
+    offset[0], begin = step, time.monotonic()
+    bench.until(lambda: len(volts) > 10 and abs(stamps(volts)[-1] - stamps(volts)[0] - step) < 10**10 and volts[-1].at > begin + 0.5)
+    bench.until(lambda: contacts[-1].at > begin + 0.5)
+    numbers, steps = samples([h.message for h in volts])[:, 0], np.diff(stamps(volts))
+    assert (np.diff(numbers) == 1).all(), 'no sample is lost'
+    assert (steps <= 0).sum() == (step < -10**8), 'stamps go back with the clock, by a small step not at all'
+    assert bench.told(f'{space}/psd_node', OK, 'Hz', begin).at - begin < 3.0
+    back = max(next(h.at for h in heard if h.at > begin) for heard in (volts, contacts))
+    bench.report(f'the wall clock is set by {step / 1e9:g} s', 'nothing: stamps follow the clock', back - begin)
+
+
+def test_simulated_time_stands_still_runs_and_is_set(bench, beside, bus, nodes):
+    space = bench.fresh('clock')
+    volts = bench.ear.hear(PsdVoltages, f'{space}/voltages')
+    clock = bench.ear.node.create_publisher(Clock, '/clock', 10)
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    nodes(PsdNode, space, source='device', device='A1', batch_period=0.02, use_sim_time=True)
+    bench.told(f'{space}/psd_node', OK, 'Hz')
+    assert not stamps(volts).any(), 'before its first message simulated time is 0'
+    for second in (1000, 5000, 10):
+        message = Clock()
+        message.clock.sec = second
+        begin = time.monotonic()
+        bench.until(lambda: clock.publish(message) or abs(stamps(volts)[-1] - second * 10**9) < 2 * 10**9)
+        bench.told(f'{space}/psd_node', OK, 'Hz', begin)
+        bench.report(f'simulated time is set to {second} s', 'nothing: stamps follow the clock', time.monotonic() - begin)
+    assert (np.diff(samples([h.message for h in volts])[:, 0]) == 1).all(), 'no sample is lost'

@@ -1,0 +1,109 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes that are killed: perception alone, and a sensor of a hand whose launch file starts it again."""
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+import psutil  # noqa: E402
+import yaml  # noqa: E402
+from emulated import CountingFinger, samples  # noqa: E402
+from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+from tactile_perception.offline.bags import BagReader  # noqa: E402
+
+pytestmark = pytest.mark.ros
+PERCEPTION = 'tactile_perception.nodes.psd_contact_node'
+STARTED = 30.0  # s: a process imports what it needs, and the middleware joins it to the others
+
+
+def test_perception_is_killed_and_started_again_beside_a_driver_that_goes_on(bench, beside, bus, nodes):
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    space = bench.fresh('finger')
+    volts, contacts = bench.ear.hear(PsdVoltages, f'{space}/voltages'), bench.ear.hear(Contacts, f'{space}/contacts')
+    nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
+    first = bench.zygote.start(PERCEPTION, space)
+    bench.until(lambda: len(contacts) > 10, STARTED)
+    first.send(signal.SIGKILL)
+    assert first.wait() == -9
+    seen, begin = len(contacts), time.monotonic()
+    bench.zygote.start(PERCEPTION, space)
+    bench.until(lambda: len(contacts) > seen + 10, STARTED)
+    numbers = samples([h.message for h in volts])[:, 0]
+    assert (numbers[1:] == numbers[:-1] + 1).all(), 'the driver misses nothing'
+    bench.report('perception killed, started again', 'its launch file says so', contacts[seen].at - begin, STARTED)
+
+
+class Hand:
+    """hand.launch.py with two fingers on ports, as a user starts it."""
+
+    def __init__(self, folder, ports, domain, *words):
+        page = {'sensors': [{'name': name, 'type': 'psd_finger', 'device': str(port)} for name, port in ports.items()]}
+        (folder / 'hand.yaml').write_text(yaml.safe_dump(page))
+        self._log = folder / 'hand.log'
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
+        with open(self._log, 'w') as log:
+            self.process = subprocess.Popen(['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device', *words],
+                                            cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
+
+    @property
+    def log(self):
+        return self._log.read_text()
+
+    def child(self, *parts):
+        """The process whose command has all the parts."""
+        found = [p for p in psutil.Process(self.process.pid).children(recursive=True) if all(part in ' '.join(p.cmdline()) for part in parts)]
+        return found[0]
+
+    def end(self):
+        """Ctrl-C; launch's own exit code tells of the process that was killed."""
+        if self.process.poll() is None:
+            os.killpg(self.process.pid, signal.SIGINT)
+        self.process.wait(timeout=30)
+
+
+def recorded(bag, topic):
+    codec = MessageCodec()
+    with BagReader(bag) as reader:
+        return samples([codec.decode(m.data, m.type_name) for m in reader.messages({topic})])[:, 0]
+
+
+@pytest.mark.parametrize('composed', ['sensor', pytest.param('false', marks=pytest.mark.slow)])
+def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench, beside, tmp_path, composed):
+    fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0) for mark, name in enumerate(('index', 'thumb'))}
+    heard = {name: bench.ear.hear(PsdVoltages, f'/{name}/voltages') for name in fingers}
+    hand = Hand(tmp_path, {name: tmp_path / name for name in fingers}, bench.domain, 'record:=rec', f'composed:={composed}')
+    try:
+        bench.until(lambda: all(len(each) > 20 for each in heard.values()), 60.0)
+        bench.until(lambda: all(bench.recorded(f'/{name}') > 20 for name in fingers), 60.0)
+        begun = time.monotonic()
+        time.sleep(1.0)
+        victim = hand.child('composed_node', '"namespace": "/index"') if composed == 'sensor' else hand.child('psd_node', '__ns:=/index')
+        before, killed = len(heard['index']), time.monotonic()
+        victim.kill()
+        bench.until(lambda: 'has ended with -9; it is started again' in hand.log)
+        bench.until(lambda: len(heard['index']) > before + 20, STARTED)
+        back = next(h.at for h in heard['index'][before:] if h.at > killed + 0.2)
+        count = bench.recorded('/index')
+        joined = bench.until(lambda: bench.recorded('/index') > count + 5, STARTED)  # the recorder hears the new driver too
+        bench.until(lambda: heard['index'][-1].at > joined + 0.5)
+        thumb = samples([h.message for h in heard['thumb']])[:, 0]
+        assert (thumb[1:] == thumb[:-1] + 1).all(), 'the other sensor misses nothing'
+    finally:
+        hand.end()
+        for finger in fingers.values():
+            finger.pull()
+    assert hand.log.count('process has finished cleanly') == {'sensor': 5, 'false': 9}[composed] and 'Traceback' not in hand.log, hand.log
+    for name, messages in heard.items():
+        kept = set(recorded(tmp_path / 'rec' / name, f'/{name}/voltages'))
+        sure = [h.message for h in messages if begun < h.at < killed - 0.2 or h.at > joined]
+        assert len(sure) > 10 and set(samples(sure)[:, 0]) <= kept, f'{name}: what was published is recorded'
+    bench.report(f'{"a sensor" if composed == "sensor" else "a driver"} of a hand killed',
+                 'index has ended with -9; it is started again', back - killed, STARTED)

@@ -1,0 +1,119 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The disk of a recording is full, its process is killed: what is said, that raw data go on, that what was written can be read."""
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from emulated import CountingFinger, samples  # noqa: E402
+from fault_rig import ERROR, OK  # noqa: E402
+from rosbags.rosbag2 import Reader  # noqa: E402
+from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_msgs.msg import PsdVoltages  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+from tactile_perception.offline.bags import BagReader  # noqa: E402
+
+pytestmark = pytest.mark.ros
+RECORDER = 'tactile_bringup.nodes.record_node'
+ROOM = 12 << 20  # bytes
+STARTED = 30.0  # s
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A small file system of its own, where this user may make one."""
+    folder = tmp_path / 'disk'
+    folder.mkdir()
+    made = subprocess.run(['mount', '-t', 'tmpfs', '-o', f'size={ROOM}', 'tmpfs', str(folder)], capture_output=True, check=False)
+    if made.returncode:
+        pytest.skip(f'no small file system can be made here: {made.stderr.decode().strip()}')
+    yield folder
+    subprocess.run(['umount', '-l', str(folder)], check=True)
+
+
+@pytest.fixture
+def finger(bench, bus, nodes):
+    """(namespace, voltages as they come) of a finger that runs."""
+    space = bench.fresh('finger')
+    heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
+    return space, heard
+
+
+def numbers_in(bag, topic):
+    codec = MessageCodec()
+    with BagReader(bag) as reader:
+        return samples([codec.decode(m.data, m.type_name) for m in reader.messages({topic})])[:, 0].tolist()
+
+
+def fill(disk):
+    """Take all the room that there is; the file that has it."""
+    path = disk / 'others'
+    with open(path, 'wb', buffering=0) as file:
+        try:
+            while True:
+                file.write(b'x' * 4096)
+        except OSError:
+            return path
+
+
+def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
+    space, heard = finger
+    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
+    bench.until(lambda: bench.recorded(space) > 50, STARTED)
+    others, begin = fill(disk), time.monotonic()
+    told = bench.told(f'{space}/record_node', ERROR, 'No space left on device', begin)
+    assert 'make room on the disk' in told.values['what to do'] and len(heard) > 50
+    others.unlink()
+    free = time.monotonic()
+    bench.told(f'{space}/record_node', OK, 'messages recorded', free)
+    line = bench.logged('recording goes on', free)
+    sure = time.monotonic()
+    bench.until(lambda: heard[-1].at > sure + 1.0)
+    recorder.send(signal.SIGINT)
+    assert recorder.wait() == 0, recorder.log
+    got, kept = samples([h.message for h in heard])[:, 0].tolist(), numbers_in(disk / 'bag', f'{space}/voltages')
+    assert got == list(range(got[0], got[-1] + 1)), 'raw data go on'
+    early = set(samples([h.message for h in heard if h.at < begin - 0.3])[-100:, 0])
+    late = set(samples([h.message for h in heard if sure < h.at < sure + 0.8])[:, 0])
+    assert early | late <= set(kept) and kept == sorted(set(kept)) and len(kept) < len(got)
+    with Reader(disk / 'bag') as reader:
+        assert reader.message_count > 50, 'it has its index, as any bag'
+    lost = int(line.split(';')[1].split()[0])
+    first = next(number for number in kept if number > samples([h.message for h in heard if h.at < free])[-1, 0])
+    back = next(h.at for h in heard if samples([h.message])[-1, 0] >= first)
+    assert lost > 0
+    bench.report('disk full', told.text, back - free)
+
+
+def test_the_disk_stays_full_and_the_index_finds_its_room_all_the_same(bench, beside, finger, disk):
+    space, _ = finger
+    recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
+    bench.until(lambda: bench.recorded(space) > 20, STARTED)
+    fill(disk)
+    bench.told(f'{space}/record_node', ERROR, 'No space left on device')
+    recorder.send(signal.SIGTERM)
+    assert recorder.wait() == 0 and 'lost' in recorder.log
+    with Reader(disk / 'bag') as reader:
+        assert reader.message_count > 20
+
+
+def test_the_recorder_is_killed(bench, beside, finger, tmp_path):
+    space, heard = finger
+    recorder = bench.zygote.start(RECORDER, space, bag=tmp_path / 'bag', patience=0.0)
+    bench.until(lambda: bench.recorded(space) > 60, STARTED)
+    time.sleep(1.5)
+    recorder.send(signal.SIGKILL)
+    assert recorder.wait() == -9
+    killed = time.monotonic()
+    kept = numbers_in(tmp_path / 'bag', f'{space}/voltages')
+    earlier = samples([h.message for h in heard if h.at < killed - 1.5])[:, 0]
+    assert kept == list(range(kept[0], kept[-1] + 1)) and kept[-1] >= earlier[-1]
+    assert sorted(os.listdir(tmp_path / 'bag')) == ['bag.mcap', 'reserve']
