@@ -9,13 +9,13 @@ from the edge's own width and taken off: light that slopes over the marker, blur
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
-from .blob_regions import Regions
+from .blob_regions import Regions, median
 
 LOW, HIGH = 0.2, 0.8  # of the way from ground to plateau: where a pixel begins to count, and counts whole
 _TURN = 0.8416  # standard deviations of the blur at which an edge is HIGH
@@ -109,13 +109,13 @@ class _Moments:
         constant = a * x * x + 2 * b * x * y + c * y * y - 4 * scale**2
         return np.stack([constant, -2 * (a * x + b * y), -2 * (b * x + c * y), a, 2 * b, c], axis=1).astype(np.float32)
 
-    @property
+    @cached_property
     def perimeter(self) -> np.ndarray:
         """(N,) px of the ellipse with these moments, by Ramanujan's first formula."""
         a, b = self.axes
         return np.pi * (3 * (a + b) - np.sqrt((3 * a + b) * (a + 3 * b)))
 
-    @property
+    @cached_property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """(N,) px: half of the larger and of the smaller axis of that ellipse."""
         half, off = (self.xx + self.yy) / 2, np.hypot((self.xx - self.yy) / 2, self.xy)
@@ -176,7 +176,7 @@ def _blur(weight, moments) -> float:
     """Standard deviation of the edges' blur, px, median of some thirty markers."""
     some = slice(None, None, 1 + len(weight) // 32)
     partly = moments.area[some] - np.einsum('ij,ij->i', weight[some], weight[some])
-    return float(np.median(partly / moments.perimeter[some])) / _WIDTH
+    return median(partly / moments.perimeter[some]) / _WIDTH
 
 
 def _plateau_slope(values, moments, blur, noise):
@@ -201,7 +201,7 @@ def _noise(squares) -> float:
     side = squares.shape[1]
     row = squares[:, side // 2, max(side // 2 - 3, 0): side // 2 + 4]
     bend = row[:, 2:] - 2 * row[:, 1:-1] + row[:, :-2]
-    return float(np.median(np.abs(bend))) / (0.6745 * np.sqrt(6))
+    return median(np.abs(bend).ravel()) / (0.6745 * np.sqrt(6))
 
 
 def _noise_of_place(moments, blur, noise, slope_noise):

@@ -69,4 +69,9 @@ def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
 
 def _typical(area: np.ndarray) -> float:
     some = area[area > _SPECK]
-    return float(np.median(some)) if len(some) else 0.0
+    return median(some) if len(some) else 0.0
+
+
+def median(values: np.ndarray) -> float:
+    """The middle of values (N,), N > 0, the upper of two: np.median takes several times as long for a few hundred."""
+    return float(np.partition(values, len(values) // 2)[len(values) // 2])

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import BadFrame
 from .blob_fit import fit_blobs
-from .blob_regions import cut_necks, find_regions
+from .blob_regions import cut_necks, find_regions, median
 from .dots import Dots
 
 _ALIKE = 0.6  # channels whose contrasts differ less are averaged: their noise is their own
@@ -68,10 +68,10 @@ class BlobDetector:
             if not len(regions):
                 return None
             blobs = fit_blobs(grey, small, look.step, regions)
-            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * np.median(blobs.area)))
+            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * median(blobs.area)))
             if last or not sum(cut_necks(mask, box) for box in regions.box[several]):
                 break
-        good = (blobs.solidity > least) & (blobs.solidity < most) & (blobs.amplitude > _FAINT * np.median(blobs.amplitude))
+        good = (blobs.solidity > least) & (blobs.solidity < most) & (blobs.amplitude > _FAINT * median(blobs.amplitude))
         return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
 
 

@@ -35,12 +35,17 @@ class DotDetector:
         check_frame(image)
         return self._method.detect(image)
 
+    @property
+    def can_refind(self) -> bool:
+        """Whether the method looks for dots where they are expected."""
+        return hasattr(self._method, 'refind')
+
     def refind(self, image: np.ndarray, uv: np.ndarray, area: np.ndarray) -> tuple[Dots, np.ndarray] | None:
         """The dots that are within about a pixel and a half of expected places uv (N, 2) px, of about these areas (N,) px^2, and which of
         the places each is at, (M,) int64; the same as detect() finds there, but sooner. None where the method cannot, or has not yet seen
         what dots look like. Raises BadFrame."""
         check_frame(image)
-        return self._method.refind(image, uv, area) if hasattr(self._method, 'refind') else None
+        return self._method.refind(image, uv, area) if self.can_refind else None
 
 
 def check_frame(image: np.ndarray):

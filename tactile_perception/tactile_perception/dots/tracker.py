@@ -32,7 +32,7 @@ class DotTracker:
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
         self._number_grid, self._linker = self._numbering(numbering, pattern)
-        warm = rows and numbering == 'lattice' and hasattr(self._detector, 'refind')
+        warm = rows and numbering == 'lattice' and getattr(self._detector, 'can_refind', False)
         self._warm = WarmStart(self._detector, (rows, columns)) if warm else None
         self._previous: Numbered | None = None
         self._stamp_s = -np.inf

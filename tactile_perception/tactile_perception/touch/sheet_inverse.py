@@ -26,7 +26,7 @@ FARTHEST = 1.0         # of the largest depth, how far at most
 DOUBT = 3.0            # sigmas: what is farther off counts less
 NEAR = 2.5             # marker pitches from a press within which markers count as discs, farther away as points
 STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # largest step
-ROUNDS = 5
+ROUNDS, FOLLOWED = 5, 3  # of Gauss-Newton, from a start somewhere near, and from one of a frame before
 MOVED = 4e-4           # m: when a press has moved or sunk by more, what discs show is worked out anew
 NEARLY = 4.0           # sigmas: after a step below, derivatives stay as they are
 SETTLED = 0.5          # sigmas: a step below is the last; what it leaves is a small part of it
@@ -89,22 +89,22 @@ class SheetInverse:
         self._most = np.array([*library.plan.reach, library.plan.depth, SPREAD, farthest, farthest]) * (1 - 1e-6)
         self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD, -farthest, -farthest])
 
-    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False, rounds: int = ROUNDS) -> Inverse:
+    def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False, near: bool = False) -> Inverse:
         """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other; dragged:
-        whether they may have dragged the sheet along; rounds: of Gauss-Newton, at the most."""
+        whether they may have dragged the sheet along; near: whether start is near enough for few rounds."""
         count = len(start)
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
         free = np.tile([True, True, True, True, dragged, dragged], count)
         free = np.flatnonzero(np.append(free, np.ones(len(state) - len(free), bool)))
-        corrected, length, way, pull = np.full_like(state, np.inf), np.inf, np.zeros(len(free)), 1.0
-        for _ in range(rounds):
+        correction, corrected, length, way, pull = 0.0, np.full_like(state, np.inf), np.inf, np.zeros(len(free)), 1.0
+        for turn in range(FOLLOWED if near else ROUNDS):
             presses = _presses(state, count)
             fields = [fields_of(self._library, press) for press in presses]
             if length > NEARLY**2:
                 shown, slopes, weight = self._slopes(presses, fields, state, seen, free)
             else:
                 shown = self._appears(presses, fields, state, seen)
-            if (np.abs(state - corrected)[:SIZE * count].reshape(-1, SIZE)[:, :3] > MOVED).any():
+            if (near or turn) and (np.abs(state - corrected)[:SIZE * count].reshape(-1, SIZE)[:, :3] > MOVED).any():
                 correction, corrected = self._disc_correction(presses, fields, seen), state
             residual = (weight * (seen.value - shown - correction)).ravel()
             pulled = slopes * np.minimum(1, DOUBT / np.maximum(np.abs(residual), DOUBT))
@@ -118,7 +118,7 @@ class SheetInverse:
             before, state = state, self._within(state, free, step, count)
             way, length = (state - before)[free], step @ gradient
             pull = way @ gradient
-            if length < SETTLED**2:
+            if (near or turn) and length < SETTLED**2:
                 break
         misfit = float(np.sum(np.minimum(residual**2, DOUBT * np.abs(residual))) / max(seen.known.sum(), 1))
         whole = np.zeros((len(state), len(state)))

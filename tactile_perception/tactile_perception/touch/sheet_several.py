@@ -26,7 +26,6 @@ APART = 2.2         # marker pitches between two tips, below which they are one
 SLIGHT = 0.12       # of the deeper press's depth: a slighter one beside it is not believed
 AGAIN = 2           # times that two presses are solved for anew, from where they were
 ALIKE = 0.3         # of the displacements: what has changed by less since the last frame may be what that frame showed
-FOLLOWED = 3        # rounds from where the last frame's drag, or its two presses, were
 SEARCHED = 15       # frames after which two presses that explain too little are sought anew
 UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # of what other tips move a place, and sink the sheet, by which that may be wrong
 
@@ -89,7 +88,7 @@ class SheetPresses:
 
     def _continued(self, seen: Seen, last: Inverse, dragged: bool = False) -> Inverse:
         """Presses from where the last were."""
-        return self._inverse.solve(seen, last.presses, last.mixed, dragged, FOLLOWED)
+        return self._inverse.solve(seen, last.presses, last.mixed, dragged, near=True)
 
     def _dragged(self, seen: Seen, straight: Inverse, last: Inverse | None) -> Inverse:
         """One press that has dragged the sheet along, from where the last was, or from one straight down."""

@@ -3,6 +3,8 @@
 """The contact region of touches by round tips, from depth and tip size."""
 from __future__ import annotations
 
+from math import log
+
 import numpy as np
 
 from ..contact.region import ContactRegionEstimate
@@ -23,10 +25,10 @@ def contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
     In the patch the skin follows the tip; from its edge a, where the slope is a / tip_radius, it falls off as a membrane without load
     does, with the logarithm of the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
     """
-    low, high = 0.0, min(_STEEPEST * tip_radius, clearance)
+    low, high = 0.0, float(min(_STEEPEST * tip_radius, clearance))
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        deeper = middle**2 / tip_radius * (0.5 + np.log(clearance / middle))
+        deeper = middle**2 / tip_radius * (0.5 + log(clearance / middle))
         low, high = (middle, high) if deeper < depth else (low, middle)
     return 0.5 * (low + high)
 

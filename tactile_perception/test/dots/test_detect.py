@@ -164,3 +164,8 @@ def test_a_look_measured_in_a_frame_without_dots_is_not_kept(draw_dots, lattice)
     with pytest.raises(BadFrame):
         detector.detect(cv2.GaussianBlur(image, (0, 0), 12))
     assert detector.refind(image, dots.uv, dots.area) is None
+
+
+@pytest.mark.parametrize('method, can', [('likelihood', True), ('blobs', False), ('paper', False)])
+def test_whether_dots_are_looked_for_where_they_are_expected(method, can):
+    assert DotDetector('dark', method).can_refind == can
