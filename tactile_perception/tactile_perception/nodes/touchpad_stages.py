@@ -36,7 +36,7 @@ class _TouchpadSide(CameraSide):
         super().__init__(values)
         self.sensor = Touchpad.from_parameters(values)
         places = self.sensor.cap is not None and values['calibration']
-        self.calibration = read_calibration(values['calibration'], 'touchpad') if places else None
+        self.calibration = read_calibration(values['calibration'], 'touchpad', values) if places else None
 
     @property
     def needs_places(self) -> bool:
@@ -63,13 +63,13 @@ class DotMessages(_TouchpadSide):
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
         """See CameraSide; without a camera dots have no places in 3D."""
-        pattern = self._markers and self._markers.pattern
+        known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, pattern=pattern)
+            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, **known)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
-        return DotStage(self.sensor, camera, self.values, water, pattern=pattern)
+        return DotStage(self.sensor, camera, self.values, water, **known)
 
     def _places(self, make_view) -> SheetPlaces | DomePlaces | None:
         """What places markers; none for a pattern without a grid that is not calibrated."""
