@@ -16,8 +16,9 @@ _WEAK_HOLD = 1e-3
 _STRAY_SIGMA, _STRAY_SHARE = 5.0, 0.7
 # m: slopes serve until this share of the dots has gone that far from where they were found (glare sends single ones astray).
 _NEAR, _MANY = 5e-4, 0.02
-# How much the weights of a first step may have changed for its factor to be kept: of all dots, and of all but some of them.
-_LARGEST_RISE, _RISE, _FALL, _SOME = 4.0, 1.6, 0.6, 12
+# How much the weights of a step may have changed since its factor was found: of any dot, and of all but some of them (the ranges' weights
+# vary by themselves, and hardly matter beside the loads').
+_LARGEST_RISE, _RISE, _FALL, _SOME_LOADS, _SOME_RANGES = 8.0, 1.6, 0.6, 16, 60
 
 
 class Slopes:
@@ -28,7 +29,7 @@ class Slopes:
         self._forces = forces
         self._places: np.ndarray | None = None
         self._slopes: np.ndarray | None = None
-        self._factor: np.ndarray | None = None
+        self._kept: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def at(self, places: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
         """(9, K) N/m as MembraneForces.slopes, for these or for close places (3, K)."""
@@ -37,33 +38,34 @@ class Slopes:
             if np.count_nonzero(dot(gone, gone) > _NEAR**2) <= _MANY * gone.shape[1]:
                 return self._slopes
         self._places, self._slopes = places, self._forces.slopes(places, normal, rays, pressure)
-        self._factor = None
+        self._kept = {}
         return self._slopes
 
-    def factor(self, slopes: np.ndarray, weight: np.ndarray, trust: np.ndarray, keep: bool) -> np.ndarray | None:
+    def factor(self, slopes: np.ndarray, weight: np.ndarray, trust: np.ndarray, keep: float | None) -> np.ndarray | None:
         """Cholesky factor, a lower band, of the equations with slopes (9, K) of loads of weights weight (K,), and ranges of weights trust
         (K,); None where there is none.
 
-        keep: of the first of some steps. The factor says where a step goes, not where steps end, so that it serves from frame to frame
-        while the equations are about the same.
+        keep: under which it is kept, if at all. The factor says where a step goes, not where steps end, so that it serves from frame to
+        frame while the equations are about the same.
         """
-        if keep and self._factor is not None and self._alike(weight, self._kept[0]) and self._alike(trust, self._kept[1]):
-            return self._factor
+        kept = self._kept.get(keep)
+        if kept and _alike(weight, kept[1], _SOME_LOADS) and _alike(trust, kept[2], _SOME_RANGES):
+            return kept[0]
         band = self._forces.mesh.normal_band(slopes, weight)
         band[0] += trust
         factor, failed = lapack.dpbtrf(band, lower=1)
         if failed:
             return None
-        if keep:
-            self._factor, self._kept = factor, (weight, trust)
+        if keep is not None:
+            self._kept[keep] = factor, weight, trust
         return factor
 
-    @staticmethod
-    def _alike(now, then) -> bool:
-        """Whether weights now (K,) are about those of then (K,), so that no step by their factor goes far beyond its end."""
-        if (now > _LARGEST_RISE * then).any():
-            return False
-        return np.count_nonzero(now > _RISE * then) + np.count_nonzero(now < _FALL * then) <= _SOME
+
+def _alike(now: np.ndarray, then: np.ndarray, some: int) -> bool:
+    """Whether weights now (K,) are about those of then (K,) but for some, so that no step by their factor goes far beyond its end."""
+    if (now > _LARGEST_RISE * then).any():
+        return False
+    return np.count_nonzero(now > _RISE * then) + np.count_nonzero(now < _FALL * then) <= some
 
 
 class MembraneFrame:
@@ -166,7 +168,7 @@ class MembraneFrame:
         hold = 1 / _WEAK_HOLD**2
         gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
         border = self.mesh.transpose(slopes, weight * by_pressure)
-        factor = self._slopes.factor(slopes, weight, trust + hold, keep=not doubt and not self.cold)
+        factor = self._slopes.factor(slopes, weight, trust + hold, None if self.cold else self.misfit)
         if factor is None:
             return
         solved = lapack.dpbtrs(factor, np.array([gradient, border]).T, lower=1)[0]

@@ -81,13 +81,15 @@ def test_a_factor_is_kept_while_weights_are_about_the_same(pad):
     slopes, x, along = Slopes(forces), np.ascontiguousarray(rest.T), np.ascontiguousarray(rays.T)
     rows = slopes.at(x, forces.balance(x, 2000.0)[2], along, 2000.0)
     weight, trust = forces.mesh.inner * 1e3, np.full(SIDE**2, 2e9)
-    first = slopes.factor(rows, weight, trust, keep=True)
+    first = slopes.factor(rows, weight, trust, keep=0.4)
     some, one, all_ = trust.copy(), trust.copy(), 1.7 * trust
     some[:10] *= 3
-    one[0] *= 5
-    assert slopes.factor(rows, weight, some, keep=True) is first
-    assert slopes.factor(rows, weight, trust, keep=False) is not first
+    one[0] *= 9
+    assert slopes.factor(rows, weight, some, keep=0.4) is first
+    assert slopes.factor(rows, weight, trust, keep=0.2) is not first and slopes.factor(rows, weight, trust, keep=None) is not first
     for other in (one, all_):
-        slopes.factor(rows, weight, trust, keep=True)
-        found = slopes.factor(rows, weight, other, keep=True)
-        np.testing.assert_array_equal(found, Slopes(forces).factor(rows, weight, other, keep=False))
+        slopes.factor(rows, weight, trust, keep=0.4)
+        found = slopes.factor(rows, weight, other, keep=0.4)
+        np.testing.assert_array_equal(found, Slopes(forces).factor(rows, weight, other, keep=None))
+    slopes.at(x - 6e-4 * along, forces.balance(x, 2000.0)[2], along, 2000.0)
+    assert slopes.factor(rows, weight, trust, keep=0.2) is not first
