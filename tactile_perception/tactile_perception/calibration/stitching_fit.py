@@ -17,6 +17,7 @@ FEWEST = 12  # markers of one view
 MARKER_NOISE = 0.04  # px: how well a marker's place in an image is known, per axis
 FINEST_PRINT = 2e-6  # m: no print is more regular
 LARGEST_RESIDUAL = 0.1  # of the pitch, root mean square in one view: beyond it markers were mistaken for each other, or pitch is wrong
+SLENDER = 0.02  # least width of the markers of a view over their length
 FARTHEST = 1e5  # px: no image is that large
 HIDDEN = 1.0  # m: where markers are put that a camera with such distortion could not have seen
 ROUNDS = 2  # of fitting and of measuring how irregular the print is
@@ -83,6 +84,9 @@ def _model(markers: SideMarkers, grid: np.ndarray) -> tuple[Parameters, Callable
         raise BadCalibration(f'{len(markers.id)} markers in a view are too few to tell where the camera stands; {FEWEST} are needed')
     if not (np.abs(markers.uv) < FARTHEST).all():
         raise BadCalibration('the place of a marker in a view is no number, or far out of the image')
+    spread = np.linalg.svd(markers.uv - markers.uv.mean(axis=0), compute_uv=False)
+    if not spread[1] > SLENDER * spread[0]:
+        raise BadCalibration('the markers of a view lie on a line, which tells of no camera; several rows must be seen')
     return _free_model(markers, grid) if markers.camera is None else _posed_model(markers, grid)
 
 

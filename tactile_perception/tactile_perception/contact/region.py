@@ -116,7 +116,8 @@ def find_regions(dots: ContactDots) -> list[Region]:
     moments = MomentField(surface, outlines)
     members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
     regions = [Region(outline, moments.of(outline), inside, moments.pitch, surface) for outline, inside in zip(outlines, members)]
-    return [region for region in regions if region.moments.area > 0]
+    # Two dots that nearly touch may make the smooth score between them one that does: no dot in it, no contact.
+    return [region for region in regions if region.moments.area > 0 and region.members.any()]
 
 
 def _within(outline: Outline, dots: ContactDots) -> np.ndarray:

@@ -17,6 +17,7 @@ from .field import MarkerField
 from .sensor import MarkerSensor
 
 FEWEST = 12  # markers that a pose is taken from
+FARTHEST, FARTHEST_PX = 10.0, 1e5  # m, px: what appears farther out is no marker
 
 
 class MarkerView(Protocol):
@@ -43,6 +44,7 @@ class CameraView:
         flat = undistorted(uv, camera.matrix, camera.distortion)
         rays = flat @ camera.rotation[:2] + camera.rotation[2]
         xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
+        xy[~(np.abs(xy) < FARTHEST).all(axis=1)] = np.nan
         # From the image to the plane without distortion, and from there to the viewing plane, which is a homography of this determinant.
         area = self._away**2 / np.abs(rays[:, 2])**3 / (camera.matrix[0, 0] * camera.matrix[1, 1] * _swelling(flat, camera.distortion))
         return xy, np.tile(camera.centre, (len(xy), 1)), area
@@ -89,7 +91,7 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
     grid, rest_uv = sensor.grid(), np.asarray(rest_uv, float)
     if not sensor.is_sheet or rest_uv.shape != grid.shape:
         raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
-    seen = np.isfinite(rest_uv).all(1)
+    seen = (np.abs(rest_uv) < FARTHEST_PX).all(1)
     if seen.sum() < FEWEST:
         raise BadFrame(f'{seen.sum()} untouched markers are too few for the pose of the camera; {FEWEST} are needed')
     flat = CameraModel(matrix, distortion)

@@ -102,3 +102,10 @@ def test_refuses_what_is_not_finite(pad):
             ContactDots(23, 23, dots.ids, values['xyz'], values['rest_xyz'], values['score'], dots.state)
     with pytest.raises(BadArgument):
         find_regions(ContactDots(5, 5, dots.ids, dots.xyz, dots.rest_xyz, dots.score, dots.state))
+
+
+def test_two_dots_that_nearly_touch_are_no_region_between_them(pad):
+    """Two neighbours brought down to half a score: the cubic between them is over it, beside a region there is."""
+    dots = pad.disc(radius=3e-3)
+    dots.score[[15 * 23 + 14, 15 * 23 + 15]] = 0.5
+    assert len(find_regions(dots)) == 1
