@@ -16,8 +16,8 @@ import time
 from importlib import import_module
 from pathlib import Path
 
-MODULES = ('tactile_driver.nodes.psd_node', 'tactile_driver.nodes.taxel_array_node', 'tactile_perception.nodes.psd_contact_node',
-           'tactile_bringup.nodes.record_node')
+MODULES = ('tactile_driver.nodes.psd_node', 'tactile_driver.nodes.camera_node', 'tactile_driver.nodes.taxel_array_node',
+           'tactile_perception.nodes.psd_contact_node', 'tactile_bringup.nodes.record_node')
 _PERIOD_S = 0.02
 _PDEATHSIG = 1  # of linux/prctl.h
 

@@ -1,0 +1,57 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration files that are missing, cut off or of another sensor: the node ends with one line and a code of its own."""
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from sensor_nodes import made, plans  # noqa: E402
+from tactile_bringup.sensor_launch import share  # noqa: E402
+from tactile_driver.errors import TactileError as DriverError  # noqa: E402
+from tactile_driver.nodes.run import WRONG  # noqa: E402
+from tactile_perception.errors import TactileError  # noqa: E402
+
+pytestmark = pytest.mark.ros
+READERS = {'areal_single': ('dot_tracker_node', 'contact_point_node'), 'areal_dual': ('contact_point_node',),
+           'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
+           'taxel_array': ('taxel_contact_node',)}
+OTHERS = {'psd_finger': 'taxel_array'}
+FAULTS = {'missing': 'nowhere.yaml', 'cut off': 'cut.yaml', 'of another sensor': 'other.yaml', 'no file of ours': 'strange.yaml'}
+
+
+@pytest.fixture
+def files(tmp_path):
+    """files(sensor type): the folder with a bad file for each fault but the missing one."""
+    def write(sensor_type):
+        good = open(share('calibration', f'{sensor_type}_sim.yaml')).read()
+        (tmp_path / 'cut.yaml').write_text(good[:2 * len(good) // 3])
+        (tmp_path / 'other.yaml').write_text(open(share('calibration', f'{OTHERS.get(sensor_type, "psd_finger")}_sim.yaml')).read())
+        (tmp_path / 'strange.yaml').write_text('!!python/object/apply:os.mkdir [executed]\n')
+        return tmp_path
+    return write
+
+
+@pytest.mark.parametrize('fault', FAULTS)
+@pytest.mark.parametrize(('sensor_type', 'executable'), [(kind, name) for kind, names in READERS.items() for name in names])
+def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type, executable, fault):
+    folder = files(sensor_type)
+    monkeypatch.chdir(folder)
+    plan = next(plan for plan in plans(sensor_type, bench.fresh('file')) if plan.executable == executable)
+    bad = replace(plan, own={**plan.own, 'calibration': str(folder / FAULTS[fault])})
+    with pytest.raises((TactileError, DriverError), match=FAULTS[fault]) as caught:
+        made(bad)
+    assert len(str(caught.value)) < 600
+    assert not (folder / 'executed').exists(), 'what a file says is never executed'
+
+
+@pytest.mark.parametrize('fault', FAULTS)
+def test_a_node_with_a_bad_calibration_file_ends_with_one_line_and_its_own_code(bench, files, fault):
+    path = files('psd_finger') / FAULTS[fault]
+    process = bench.zygote.start('tactile_perception.nodes.psd_contact_node', bench.fresh('file'), calibration=path)
+    assert process.wait() == WRONG
+    lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # the middleware's, of processes that were killed
+    assert len(lines) == 1 and FAULTS[fault] in lines[0], process.log
+    bench.rows.append((f'calibration file {fault}', f'{lines[0].split("]: ")[-1]} (exit code {WRONG})', float('nan')))

@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters set to nonsense while nodes run: refused with a reason, and the node goes on as before."""
+import math
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from emulated import CountingFinger, samples  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from sensor_nodes import made, plans  # noqa: E402
+from tactile_driver.nodes.parameter_server import NodeParameters  # noqa: E402
+from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_msgs.msg import PsdVoltages  # noqa: E402
+
+pytestmark = pytest.mark.ros
+TYPES = ('touchpad', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
+
+
+def nonsense(parameter):
+    """Values that a parameter of the table cannot have."""
+    found = {bool: ['text', 7], int: ['text', 2.5, True], float: ['text', True, math.inf], str: [2.5, True, [1, 2]]}.get(parameter.type, ['text', 3])
+    if parameter.type is float and not math.isnan(parameter.default):
+        found = [*found, math.nan]
+    if parameter.type in (int, float):
+        found += [parameter.highest + 1] if parameter.highest is not None else []
+        found += [parameter.lowest - 1] if parameter.lowest is not None else []
+    return found + (['nonsense'] if parameter.choices else [])
+
+
+def settings_of(node):
+    return next(value for value in vars(node).values() if isinstance(value, NodeParameters))
+
+
+@pytest.mark.parametrize('sensor_type', TYPES)
+def test_nonsense_is_refused_by_every_node(bench, sensor_type):
+    count = 0
+    for plan in plans(sensor_type, bench.fresh('set')):
+        node = made(plan)
+        settings = settings_of(node)
+        before, table = settings.values(), settings._table
+        for parameter in table.values():
+            for value in nonsense(parameter):
+                result, = node.set_parameters([Parameter(parameter.name, value=value)])
+                assert not result.successful, (plan.executable, parameter.name, value)
+                assert result.reason and (parameter.name in result.reason or 'read-only' in result.reason), (parameter.name, value, result.reason)
+                count += 1
+        assert repr(settings.values()) == repr(before), 'NaN is none other than itself'
+        node.destroy_node()
+    assert count > 50
+
+
+def test_a_running_driver_refuses_and_goes_on(bench, beside, bus, nodes):
+    space = bench.fresh('finger')
+    heard = bench.ear.hear(PsdVoltages, f'{space}/voltages')
+    bus.plug('A1', CountingFinger, 'ttyUSB0', mark=1)
+    node = nodes(PsdNode, space, source='device', device='A1', batch_period=0.02)
+    bench.until(lambda: len(heard) > 5)
+    reasons = []
+    for name, value in (('device', 'B2'), ('baud', 9600), ('source', 'sim'), ('batch_period', 1e9), ('frame_id', ''), ('autostart', False)):
+        result, = node.set_parameters([Parameter(name, value=value)])
+        assert not result.successful and result.reason
+        reasons.append(result.reason)
+    assert 'deactivate and clean up first' in reasons[0]
+    begin = time.monotonic()
+    bench.until(lambda: heard[-1].at > begin + 0.3)
+    numbers = samples([h.message for h in heard])[:, 0]
+    assert (numbers[1:] == numbers[:-1] + 1).all() and set(samples([h.message for h in heard])[:, 1]) == {1}
+    bench.report('a parameter is set to nonsense while running', reasons[3], next(h.at for h in heard if h.at > begin) - begin)
