@@ -121,12 +121,12 @@ def find_regions(dots: ContactDots) -> list[Region]:
 
 
 def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
-    """(N,) bool: the dots that lie in the outline and in none of its holes."""
+    """(N,) bool: the dots that touch, in the outline and in none of its holes."""
     mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
     loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
     cv2.fillPoly(mask, loops, 1)
     place = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * _MASK_SCALE + _MASK_SCALE // 2
-    return mask[place[0], place[1]] > 0
+    return (mask[place[0], place[1]] > 0) & (dots.score > 0.5)
 
 
 def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None = None, interval: float = np.nan) -> ContactRegionEstimate:
