@@ -16,17 +16,17 @@ INTERRUPTED = 130  # the exit code of a tool that was told to end before its wor
 
 
 class Interrupt:
-    """What SIGINT and SIGTERM do: before `begin_making` they end the process, before `begin_running` they are kept, after it SIGINT raises
-    KeyboardInterrupt, and what rclpy does with them stays."""
+    """What SIGINT and SIGTERM do: before `begin_making` they end the process, before `begin_running` they are kept; after it rclpy ends on
+    either, and so does what spins. No exception is raised wherever the program happens to be: in a callback of the interpreter it would be
+    lost, and leave its trace in the log."""
 
     def __init__(self):
         self.asked = False
         self._code: int | None = None
-        self._running = True
 
     def end_at_once(self, code: int) -> None:
         """From now on they end the process with this exit code; only the main thread can ask for it."""
-        self._code, self._running = code, False
+        self._code = code
         if threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 signal.signal(number, self._on_signal)
@@ -37,17 +37,14 @@ class Interrupt:
 
     def begin_running(self) -> None:
         """Raise KeyboardInterrupt for what was kept."""
-        self._running = True
         if self.asked:
             raise KeyboardInterrupt
 
-    def _on_signal(self, number: int, _frame: object) -> None:
+    def _on_signal(self, _number: int, _frame: object) -> None:
         if self._code is not None:
             # An exception would come out of whatever is being imported, which may take it for something else.
             os._exit(self._code)
         self.asked = True
-        if self._running and number == signal.SIGINT:
-            raise KeyboardInterrupt
 
 
 INTERRUPT = Interrupt()
