@@ -117,21 +117,23 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
     known = replace(response, zero=loads.zero)
     held_out = held_out_residuals(loads, array, errors)
-    standing_out = outliers(held_out[1:])
+    standing_out = outliers(held_out[:1])
     write_taxels(output, known, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
     shown = [*held_out, *_gains(response, array)]
     return '\n'.join([report(loads, response, residuals, output), *tell_residuals(shown, standing_out, output, 'taxel array')])
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
-    """The error of each load's force, predicted from others, where the load's middle is on the pad; errors: (N,) relative."""
+    """The error of each load's force, predicted from others, over the force; and over the pad, where loads are at several places. errors:
+    (N,) relative."""
+    percent = 100 * errors
+    found = [Residuals('force', '%', percent, np.stack([loads.forces, percent], axis=1), ('force (N)', 'error (% of it)'), loads.when)]
     weight = np.maximum(loads.changes, 0).reshape(len(loads.forces), -1)
     x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))
     middle = np.stack([weight @ x, weight @ y], axis=1) / np.maximum(weight.sum(axis=1), 1e-12)[:, None]
-    axes = ('x (mm)', 'y (mm)')
-    return [Residuals('force at its place', 'N', errors * loads.forces, middle, axes, loads.when),
-            Residuals('force by load', '%', 100 * errors, np.stack([loads.forces, np.arange(len(loads.forces))], axis=1),
-                      ('force (N)', 'load (number)'), loads.when)]
+    if np.ptp(middle, axis=0).max() > 1e3 * array.pitch:
+        found.append(Residuals('force at its place', '%', percent, middle, ('x (mm)', 'y (mm)'), loads.when))
+    return found
 
 
 def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
