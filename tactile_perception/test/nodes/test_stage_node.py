@@ -4,22 +4,27 @@
 request.
 """
 import os
+import threading
 import time
 
+import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.diagnostics import WARN  # noqa: E402
 from tactile_driver.simulation.scenes import open_scene  # noqa: E402
-from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
 from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+from tactile_perception.nodes.stage_node import StageNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -112,3 +117,47 @@ def test_without_images_there_is_no_reference_to_take(bench):
     assert bench.until(client.service_is_ready)
     answer = client.call_async(Trigger.Request())
     assert bench.until(answer.done) and not answer.result().success and 'see that image_raw is published' in answer.result().message
+
+
+class SlowNode(StageNode):
+    """Takes 25 ms for a message, and notes how old each is then."""
+
+    with_camera = False
+
+    def __init__(self):
+        super().__init__('slow_node', (), ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
+        self.late = []
+
+    def on_message(self, message, topics):
+        self.late.append(time.time() - message.header.stamp.sec - 1e-9 * message.header.stamp.nanosec)
+        time.sleep(0.025)
+        return {'contacts': Contacts(header=message.header)}
+
+
+def test_a_node_that_is_too_slow_leaves_out_messages_says_so_and_stays_up_to_date():
+    rclpy.init(domain_id=61)
+    node, sender, executor = SlowNode(), rclpy.create_node('sender'), SingleThreadedExecutor()
+    voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)
+    heard = []
+    sender.create_subscription(Contacts, 'contacts', lambda m: heard.append(m.header.stamp.sec * 10**9 + m.header.stamp.nanosec), 200)
+    executor.add_node(node), executor.add_node(sender)
+    ended, sent = threading.Event(), []
+
+    def send():
+        while not ended.wait(1 / 60):
+            sent.append(time.time_ns())
+            voltages.publish(PsdVoltages(header=header_of(sent[-1], 'tip')))
+    threading.Thread(target=send, daemon=True).start()
+    try:
+        end = time.monotonic() + 6
+        while time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.05)
+        health = node._examine()
+    finally:
+        ended.set()
+        executor.shutdown(), node.destroy_node(), sender.destroy_node()
+        rclpy.try_shutdown()
+    assert node.log.shed > 20 and np.median(node.late[10:]) < 0.12, 'twelve messages would wait in the middleware by now'
+    assert health.level == WARN and 'of voltages is left out' in health.message and health.values['dropped'] == node.log.shed
+    steps = np.diff([sent.index(stamp) for stamp in heard[10:]])
+    assert np.median(steps) <= 3 and np.mean(steps) > 1.2
