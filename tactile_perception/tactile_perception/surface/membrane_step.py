@@ -3,6 +3,8 @@
 """One frame of the membrane: measured ranges, the present estimate, and a step from it towards the answer."""
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.linalg import lapack
 
@@ -16,8 +18,8 @@ _WEAK_HOLD = 1e-3
 _STRAY_SIGMA, _STRAY_SHARE = 5.0, 0.7
 # m: slopes serve until this share of the dots has gone that far from where they were found (glare sends single ones astray).
 _NEAR, _MANY = 5e-4, 0.02
-# How much the weights of a step may have changed since its factor was found: of any dot, and of all but some of them (the ranges' weights
-# vary by themselves, and hardly matter beside the loads').
+# How much the weights of a step's equations may have changed for these to be kept: of any dot, and of all but some of them (the ranges'
+# weights vary by themselves, and hardly matter beside the loads').
 _LARGEST_RISE, _RISE, _FALL, _SOME_LOADS, _SOME_RANGES = 8.0, 1.6, 0.6, 16, 60
 
 
@@ -29,7 +31,7 @@ class Slopes:
         self._forces = forces
         self._places: np.ndarray | None = None
         self._slopes: np.ndarray | None = None
-        self._kept: dict[float, tuple[np.ndarray, np.ndarray, np.ndarray]] = {}
+        self._kept: dict[float, tuple[Equations, np.ndarray, np.ndarray]] = {}
 
     def at(self, places: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
         """(9, K) N/m as MembraneForces.slopes, for these or for close places (3, K)."""
@@ -41,24 +43,46 @@ class Slopes:
         self._kept = {}
         return self._slopes
 
-    def factor(self, slopes: np.ndarray, weight: np.ndarray, trust: np.ndarray, keep: float | None) -> np.ndarray | None:
-        """Cholesky factor, a lower band, of the equations with slopes (9, K) of loads of weights weight (K,), and ranges of weights trust
-        (K,); None where there is none.
+    def equations(self, slopes: np.ndarray, weight: np.ndarray, by_pressure: np.ndarray, trust: np.ndarray,
+                  keep: float | None) -> Equations | None:
+        """Equations of loads with slopes (9, K), weights weight (K,) and derivatives by_pressure (K,), and of ranges with weights trust (K,);
+        None where they have no solution.
 
-        keep: under which it is kept, if at all. The factor says where a step goes, not where steps end, so that it serves from frame to
-        frame while the equations are about the same.
+        keep: under which they are kept, if at all. They say where a step goes, not where steps end, so that they serve from frame to frame
+        while they are about the same.
         """
         kept = self._kept.get(keep)
         if kept and _alike(weight, kept[1], _SOME_LOADS) and _alike(trust, kept[2], _SOME_RANGES):
             return kept[0]
-        band = self._forces.mesh.normal_band(slopes, weight)
+        mesh = self._forces.mesh
+        band = mesh.normal_band(slopes, weight)
         band[0] += trust
         factor, failed = lapack.dpbtrf(band, lower=1)
         if failed:
             return None
+        border = mesh.transpose(slopes, weight * by_pressure)
+        by_border = lapack.dpbtrs(factor, border, lower=1)[0]
+        found = Equations(factor, border, by_border, max(float(weight @ by_pressure**2 - border @ by_border), 1e-12))
         if keep is not None:
-            self._kept[keep] = factor, weight, trust
-        return factor
+            self._kept[keep] = found, weight, trust
+        return found
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Of all ranges and the fluid's pressure: Cholesky factor of the ranges' part, a lower band; border (K,), the pressure's column;
+    by_border (K,), the factor's answer to it; stiffness: of the pressure with the ranges free."""
+
+    factor: np.ndarray
+    border: np.ndarray
+    by_border: np.ndarray
+    stiffness: float
+
+    def solve(self, by_ranges: np.ndarray, by_pressure: float) -> tuple[np.ndarray, float]:
+        """How ranges (K,) and pressure answer a gradient (K,) by the ranges and one by the pressure: moves down along it; the pressure's
+        part is not yet in the ranges'."""
+        moved = lapack.dpbtrs(self.factor, by_ranges, lower=1)[0]
+        return moved, -(by_pressure - float(self.border @ moved)) / self.stiffness
 
 
 def _alike(now: np.ndarray, then: np.ndarray, some: int) -> bool:
@@ -167,23 +191,19 @@ class MembraneFrame:
         trust = self.weight / (1 + misfit**2 * self.weight / 16) if doubt else self.weight
         hold = 1 / _WEAK_HOLD**2
         gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
-        border = self.mesh.transpose(slopes, weight * by_pressure)
-        factor = self._slopes.factor(slopes, weight, trust + hold, None if self.cold else self.misfit)
-        if factor is None:
+        equations = self._slopes.equations(slopes, weight, by_pressure, trust + hold, None if self.cold else self.misfit)
+        if equations is None:
             return
-        solved = lapack.dpbtrs(factor, np.array([gradient, border]).T, lower=1)[0]
-        stiffness = max(float(weight @ by_pressure**2 - border @ solved[:, 1]), 1e-12)
-        change = -float(weighted_load @ by_pressure - border @ solved[:, 0]) / stiffness
+        moved, change = equations.solve(gradient, float(weighted_load @ by_pressure))
         change = min(max(change, -_LARGEST_PRESSURE_STEP), _LARGEST_PRESSURE_STEP)
-        self.ranges = self.ranges - np.minimum(np.maximum(solved[:, 0] + change * solved[:, 1], -_LARGEST_STEP), _LARGEST_STEP)
+        self.ranges = self.ranges - np.minimum(np.maximum(moved + change * equations.by_border, -_LARGEST_STEP), _LARGEST_STEP)
         self.pressure += change
-        self._system = factor, trust, border, solved[:, 1], stiffness
+        self._system = equations, trust
 
     def answer(self, change: np.ndarray) -> tuple[np.ndarray, float]:
         """How ranges (K,) m and pressure (Pa) would answer a change (K,), m, of all measured ranges, to first order."""
         if self._system is None:
             return np.zeros_like(change), 0.0
-        factor, trust, border, by_border, stiffness = self._system
-        moved = lapack.dpbtrs(factor, trust * change, lower=1)[0]
-        lifted = -(border @ moved) / stiffness
-        return moved - lifted * by_border, lifted
+        equations, trust = self._system
+        moved, lifted = equations.solve(trust * change, 0.0)
+        return moved + lifted * equations.by_border, -lifted

@@ -76,20 +76,39 @@ def test_slopes_are_kept_until_many_dots_have_gone_far(pad):
     assert slopes.at(x - 6e-4 * along, normal, along, 2000.0) is not first
 
 
-def test_a_factor_is_kept_while_weights_are_about_the_same(pad):
+def test_equations_are_kept_while_their_weights_are_about_the_same(pad):
     rest, rays, forces = pad
     slopes, x, along = Slopes(forces), np.ascontiguousarray(rest.T), np.ascontiguousarray(rays.T)
-    rows = slopes.at(x, forces.balance(x, 2000.0)[2], along, 2000.0)
+    normal, area = forces.balance(x, 2000.0)[2:]
+    rows = slopes.at(x, normal, along, 2000.0)
     weight, trust = forces.mesh.inner * 1e3, np.full(SIDE**2, 2e9)
-    first = slopes.factor(rows, weight, trust, keep=0.4)
+    first = slopes.equations(rows, weight, area, trust, keep=0.4)
     some, one, all_ = trust.copy(), trust.copy(), 1.7 * trust
     some[:10] *= 3
     one[0] *= 9
-    assert slopes.factor(rows, weight, some, keep=0.4) is first
-    assert slopes.factor(rows, weight, trust, keep=0.2) is not first and slopes.factor(rows, weight, trust, keep=None) is not first
+    assert slopes.equations(rows, weight, area, some, keep=0.4) is first
+    assert slopes.equations(rows, weight, area, trust, keep=0.2) is not first
+    assert slopes.equations(rows, weight, area, trust, keep=None) is not first
     for other in (one, all_):
-        slopes.factor(rows, weight, trust, keep=0.4)
-        found = slopes.factor(rows, weight, other, keep=0.4)
-        np.testing.assert_array_equal(found, Slopes(forces).factor(rows, weight, other, keep=None))
-    slopes.at(x - 6e-4 * along, forces.balance(x, 2000.0)[2], along, 2000.0)
-    assert slopes.factor(rows, weight, trust, keep=0.2) is not first
+        slopes.equations(rows, weight, area, trust, keep=0.4)
+        found = slopes.equations(rows, weight, area, other, keep=0.4)
+        np.testing.assert_array_equal(found.factor, Slopes(forces).equations(rows, weight, area, other, keep=None).factor)
+    slopes.at(x - 6e-4 * along, normal, along, 2000.0)
+    assert slopes.equations(rows, weight, area, all_, keep=0.4) is not found
+
+
+def test_equations_are_solved_for_ranges_and_pressure_together(pad):
+    rest, rays, forces = pad
+    slopes, x, along = Slopes(forces), np.ascontiguousarray(rest.T), np.ascontiguousarray(rays.T)
+    normal, area = forces.balance(x, 2000.0)[2:]
+    weight, trust = forces.mesh.inner * 1e3, np.full(SIDE**2, 1e3)
+    rows = slopes.at(x, normal, along, 2000.0)
+    dense = np.zeros((SIDE**2, SIDE**2 + 1))
+    dense[np.arange(SIDE**2)[None], forces.mesh.stencil] = np.where(forces.mesh.inner, rows, 0)
+    dense[:, -1] = np.where(forces.mesh.inner, area, 0)
+    gradient = np.random.default_rng(0).normal(size=SIDE**2 + 1)
+    expected = np.linalg.solve(dense.T @ (1e3 * dense) + np.diag(np.r_[trust, 0]), gradient)
+    equations = slopes.equations(rows, weight, area, trust, keep=None)
+    moved, change = equations.solve(gradient[:-1], gradient[-1])
+    np.testing.assert_allclose(moved + change * equations.by_border, expected[:-1], rtol=1e-4, atol=1e-6 * np.abs(expected[:-1]).max())
+    assert -change == pytest.approx(expected[-1], rel=1e-4)
