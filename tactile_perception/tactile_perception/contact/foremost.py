@@ -125,11 +125,18 @@ def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
     residual = local[:, 2] - terms @ found
     noise = max(sigma, math.sqrt(residual @ residual / (len(local) - kind.shape[1])))
     covariance = spread @ square @ spread.T * noise**2
-    curvature, along = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]))
+    curvature, along = _principal(*found[3:].tolist())
     weights = np.array([along[0]**2, 2 * along[0] * along[1], along[1]**2])
     curvature_sd = np.sqrt((weights * (covariance[3:, 3:] @ weights)).sum(axis=0))
     slope_sd = np.sqrt((along * (covariance[1:3, 1:3] @ along)).sum(axis=0))
     return _Bend(along, curvature, curvature_sd, found[1:3] @ along, slope_sd)
+
+
+def _principal(xx: float, xy: float, yy: float) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (2,), smaller first, and eigenvectors (2, 2), columns, of [[xx, xy], [xy, yy]]."""
+    middle, radius, angle = (xx + yy) / 2, math.hypot((xx - yy) / 2, xy), math.atan2(xy, (xx - yy) / 2) / 2
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([middle - radius, middle + radius]), np.array([[-sine, cosine], [cosine, sine]])
 
 
 def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
