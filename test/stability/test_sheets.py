@@ -8,12 +8,15 @@ import sys
 import numpy as np
 import pytest
 from tactile_bringup.sensor_launch import share
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.simulation import scenes
 from tactile_driver.simulation.areal_single import areal_single
 from tactile_driver.simulation.specimen import Script, one_after_the_other, press
 from tactile_perception.calibration.touch_file import read_touch
 from tactile_perception.dots.dots import DotTracks
 from tactile_perception.errors import BadCalibration, BadFrame
+from tactile_perception.nodes.touchpad_stages import DotMessages
 from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
 from tactile_perception.touch.methods import make_method
 from tactile_perception.touch.rest_markers import RestMarkers
@@ -63,6 +66,17 @@ def test_a_reference_that_is_wrong_and_cannot_be_mended_tells_nothing(any_sheet)
         with pytest.raises(BadFrame, match='calibrate again'):
             chain(moved[0])
     assert nothing(chain(moved[1])) and len(chain(moved[0]).contacts) == 1
+
+
+def test_the_tracker_node_reads_the_untouched_places_from_the_calibration(single):
+    camera, header = single.scene.camera, header_of(10**9, 'areal_single')
+    dots = DotMessages(single.dot_values | {'calibration': share('calibration', 'areal_single_sim.yaml')})
+    info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
+    info.header = header
+    dots.on_camera_info(info)
+    message = dots.on_image(image_to_message(Frame(single.pressed, 10**9, 'bgr8'), '', header))
+    assert 'was touched' in dots.suspicion and np.abs(np.array([message.du, message.dv])).max() > 5
+    assert min(message.z) == pytest.approx(-single.truth[0].depth, abs=1e-3)
 
 
 @pytest.mark.parametrize('count', [0, 1, 5])
