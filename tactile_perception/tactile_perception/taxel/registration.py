@@ -16,7 +16,7 @@ from scipy.linalg.lapack import dposv
 from scipy.ndimage import map_coordinates
 
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
-_FEWEST, _MOST = 6, 250  # edge taxels
+_FEWEST, _MOST = 6, 250  # edge taxels; of more, some are followed
 _ROUNDS = 4
 _SETTLED = 0.04  # taxels: a step of so much is right to a tenth
 _TUKEY = 4.685
@@ -24,6 +24,7 @@ _SPREAD = 0.015  # least standard deviation of a score that is expected
 # Information on a direction, of that on the best one, under which it is open, and on a turn: a face of 3 : 2 has 0.06, a ring none but what
 # its roughness tells, which is more where edges are few.
 _OPEN, _OPEN_TURN, _FEW = 0.02, 0.035, 3.0
+_REACHED = 0.9  # part of the edges that is within reach: a few beside the contact must not count
 _LARGE = 20  # taxels, from which an array can do without two at its rim
 _CENTRE_DOUBT = 0.3  # taxels: pressure shifts within a contact of a few, though nothing moves
 _FAR = 5.0  # taxels: what has moved farther is not found from the last place
@@ -39,7 +40,7 @@ class PictureMotion:
     """Motion since the key: a point of the contact at p (column, row, taxels) comes to middle + R(turn) (p - middle) + shift.
 
     fit: (4,) taxels, shift along columns and rows, turn times reach, growth along the edges' normals; turn: rad, NaN where the picture does
-    not tell; spread: standard deviation of what is left of the score; reach: largest distance of an edge from the middle, taxels; sigma:
+    not tell; spread: standard deviation of what is left of the score; reach: distance of far edges from the middle, taxels; sigma:
     standard deviation of an edge's place by all of it, taxels.
     """
 
@@ -82,21 +83,25 @@ class KeyPicture:
         rim = 2 if min(score.shape) >= _LARGE else 1
         steep[:rim], steep[-rim:], steep[:, :rim], steep[:, -rim:] = 0, 0, 0, 0
         rows, columns = np.nonzero(steep > _EDGE)
-        thin = slice(None, None, -(-len(rows) // _MOST) or 1)
-        rows, columns = rows[thin], columns[thin]
         self._used, self.middle, self.reach = None, np.zeros(2), 1.0
         if len(rows) < _FEWEST:
             return
-        self._place = np.stack([rows, columns]).astype(float)
-        self.middle = self._place.mean(axis=1)[::-1]
-        self._arm = self._place - self.middle[::-1, None]
+        place = np.stack([rows, columns]).astype(float)
+        self.middle = place.mean(axis=1)[::-1]
+        arm = place - self.middle[::-1, None]
         gx, gy, steep = gx[rows, columns], gy[rows, columns], steep[rows, columns]
-        self.reach = math.sqrt(float(np.sum(self._arm**2, axis=0).max()))
+        far = round(_REACHED * (len(rows) - 1))
+        self.reach = math.sqrt(float(np.partition(np.sum(arm * arm, axis=0), far)[far]))
         # Columns: shift along columns and rows, turn (times the reach), growth.
-        slopes = np.stack([gx, gy, (self._arm[1] * gy - self._arm[0] * gx) / self.reach, -steep], axis=1).astype(float)
-        self._value = cv2.sepFilter2D(score, -1, _SPLINE, _SPLINE, borderType=cv2.BORDER_REPLICATE)[rows, columns].astype(float)
-        self._growth, self._used = slopes[:, 3], self._determined(slopes)
-        self._slopes = slopes[:, self._used] if self._used else slopes
+        slopes = np.stack([gx, gy, (arm[1] * gy - arm[0] * gx) / self.reach, -steep], axis=1).astype(float)
+        self._used = self._determined(slopes)
+        if self._used is None:
+            return
+        step = -(-len(rows) // _MOST)
+        thin = np.flatnonzero((rows + columns) % step == 0)  # evenly over all edges, along whichever axis they run
+        value = cv2.sepFilter2D(score, -1, _SPLINE, _SPLINE, borderType=cv2.BORDER_REPLICATE)[rows[thin], columns[thin]].astype(float)
+        self._place, self._arm, self._value = place[:, thin], arm[:, thin], value
+        self._growth, self._slopes = slopes[thin, 3], slopes[thin][:, self._used]
 
     def motion(self, score: np.ndarray, start: np.ndarray | None = None) -> PictureMotion | None:
         """The motion from the key to score (rows, columns) float32; start: fit (4,) that is expected. None where the pictures do not
