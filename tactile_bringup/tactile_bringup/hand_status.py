@@ -52,6 +52,11 @@ class HandStatus:
         return [name for name in self._expected if not any(sensor == name for sensor, _ in self._reports)]
 
     @property
+    def nodes(self) -> set[str]:
+        """Full names of those that have reported."""
+        return {f'/{sensor}/{node}' if sensor else f'/{node}' for sensor, node in self._reports}
+
+    @property
     def empty(self) -> bool:
         """Whether nothing has been reported at all."""
         return not self._reports

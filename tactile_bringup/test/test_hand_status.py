@@ -16,7 +16,8 @@ def test_a_line_for_each_node_with_its_numbers():
     text = status.text(10.5)
     assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', 'ok']
     assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', 'ok']
-    assert status.faulty(10.5) == 0
+    status.add('/hand_frames_node: frames', OK, '', {}, 10.0)
+    assert status.nodes == {'/left/thumb/camera_node', '/left/thumb/dot_tracker_node', '/hand_frames_node'} and status.faulty(10.5) == 0
 
 
 def test_a_fault_is_told_and_remembered_when_it_is_over():

@@ -45,13 +45,20 @@ def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_pat
     places = []
     ear.node.create_subscription(TFMessage, '/tf_static', places.append, LATCHED)
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 60 for topic in TOPICS), 60), launched.log
-    mounted = {t.child_frame_id: t.header.frame_id for message in places for t in message.transforms}
-    assert mounted['left_pad'] == 'hand' and mounted['tip'] == 'left_pad' and mounted['tip_tip'] == 'tip'
-    said = {status.name: {v.key for v in status.values} for message in list(ear.heard['/diagnostics']) for status in message.status}
-    assert {name.split(':')[0] for name in said} == {
+
+    def mounted():
+        return {t.child_frame_id: t.header.frame_id for message in list(places) for t in message.transforms}
+    assert ear.wait_for(lambda: mounted().keys() >= {'left_pad', 'tip', 'tip_tip'}, 20), launched.log
+    assert mounted()['left_pad'] == 'hand' and mounted()['tip'] == 'left_pad' and mounted()['tip_tip'] == 'tip'
+
+    def said():
+        return {status.name.split(':')[0]: {v.key for v in status.values} for message in list(ear.heard['/diagnostics'])
+                for status in message.status if status.values}
+    assert ear.wait_for(lambda: len(said()) == 9, 20), launched.log
+    assert set(said()) == {
         '/hand_frames_node', '/tip/psd_node', '/tip/psd_contact_node', '/tip/finger_markers_node', '/tip/record_node',
         '/left/pad/taxel_array_node', '/left/pad/taxel_contact_node', '/left/pad/taxel_markers_node', '/left/pad/record_node'}
-    assert all({'state', 'rate (Hz)', 'age (s)', 'dropped', 'what to do'} <= keys for keys in said.values() if keys)
+    assert all({'state', 'rate (Hz)', 'age (s)', 'dropped', 'what to do'} <= keys for keys in said().values())
     ear.close()
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == [], launched.log

@@ -156,7 +156,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='snapshot', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('out', type=Path, help='PNG file to write')
     parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
-    parser.add_argument('--patience', type=float, default=15.0, help='s to wait for all sensors')
+    parser.add_argument('--patience', type=float, default=30.0, help='s to wait for all sensors')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['snapshot', *args])[1:])
     try:
         names = [sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else []

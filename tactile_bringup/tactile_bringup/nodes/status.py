@@ -33,23 +33,36 @@ class StatusNode(Node):
     def __init__(self, status: HandStatus):
         super().__init__('status')
         self._status = status
+        self._reporters: set[str] = set()
+        self.news_s = time.monotonic()  # when a node was found or heard for the first time
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take, _QUEUE)
 
     def _take(self, message: DiagnosticArray) -> None:
+        known = len(self._status.nodes)
         for status in message.status:
             self._status.add(status.name, status.level[0], status.message, {v.key: v.value for v in status.values}, time.monotonic())
+        if len(self._status.nodes) > known:
+            self.news_s = time.monotonic()
+
+    def is_complete(self) -> bool:
+        """Whether all that report have been heard, as far as the middleware has found them, and no more are found."""
+        found = {f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in self.get_publishers_info_by_topic('/diagnostics')}
+        if not found <= self._reporters:
+            self._reporters |= found
+            self.news_s = time.monotonic()
+        heard = found <= self._status.nodes and not self._status.missing and not self._status.empty
+        return heard and time.monotonic() - self.news_s > _LOOK_S
 
 
-def watch(node: Node, status: HandStatus, once: bool, patience_s: float) -> int:
+def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -> int:
     """Show it until interrupted, or once when all nodes have had time to report; the exit code of the latter: 1 for a fault."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    begin = heard = shown = time.monotonic()
+    begin = shown = time.monotonic()
     while True:
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()
-        heard = now if status.empty else heard
-        if once and (now - heard > _LOOK_S if not status.empty else now - begin > patience_s):
+        if once and (node.is_complete() or now - begin > patience_s):
             return _tell(status, now)
         if not once and now - shown > _PERIOD_S:
             shown = now
@@ -73,7 +86,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='status', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
     parser.add_argument('--once', action='store_true', help='show it once and end; the exit code is 1 where something is wrong')
-    parser.add_argument('--patience', type=float, default=10.0, help='with --once: s to wait for the first report')
+    parser.add_argument('--patience', type=float, default=10.0, help='with --once: s to wait for all reports')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
     try:
         status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
