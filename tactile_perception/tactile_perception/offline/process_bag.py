@@ -27,6 +27,7 @@ from .resume import Position, fingerprint, read_position, write_position
 from .stream import KEPT, Checkpoint, FrameDone, Head, Item, Skipped, Task, computed, stream
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
+_SMALL = 200_000_000  # bytes
 _CODES = f"""exit code: 0 all was done; {FAILED} nothing could be done, a line says why; 2 the command line is wrong; {INCOMPLETE} done,
 but something was left out, which is listed; {SIGNALLED} + number of the signal that ended it, what is written can be read, --resume goes
 on"""
@@ -165,6 +166,12 @@ class _Signals:
         signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
 
 
+def usual_jobs(source: Path) -> int:
+    """How many processes a recording is worth: starting another one takes as long as some hundred images."""
+    size = sum(file.stat().st_size for file in (source, *source.glob('*')) if file.is_file())
+    return 2 if size > _SMALL and len(os.sched_getaffinity(0)) > 1 else 1
+
+
 def main(args: list[str] | None = None) -> int:
     """The command process_bag; its exit codes are told by --help."""
     parser = argparse.ArgumentParser(prog='process_bag', description=__doc__, epilog=_CODES)
@@ -173,15 +180,15 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--calibration', type=Path, help='calibration file; without it the one named in the parameters')
     parser.add_argument('--namespace', default='', help='of the sensor, where the recording holds several')
-    parser.add_argument('--jobs', type=int, choices=(1, 2), default=min(2, len(os.sched_getaffinity(0))),
-                        help='processes: with 2 the dots of the next images are found while the contact of one is worked out; sensors '
-                        'without dots take 1')
+    parser.add_argument('--jobs', type=int, choices=(1, 2),
+                        help='processes: with 2 the dots of the next images are found while the contact of one is worked out (sensors '
+                        'without dots take 1); without it 2 where there are two cores and the recording is not small')
     parser.add_argument('--resume', action='store_true', help='go on with an output that was interrupted')
     given = parser.parse_args(args)
     task = Task(given.input, given.params, given.calibration, given.namespace)
     try:
         with _Signals() as signals:
-            summary = process_bag(task, given.output, given.jobs, given.resume, lambda: signals.number != 0)
+            summary = process_bag(task, given.output, given.jobs or usual_jobs(given.input), given.resume, lambda: signals.number != 0)
     except (TactileError, OSError) as error:
         print(f'process_bag: {error}', file=sys.stderr)
         return FAILED

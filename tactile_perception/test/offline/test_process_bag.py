@@ -103,6 +103,17 @@ def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path
     assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 30 - count
 
 
+def test_a_second_process_is_for_large_recordings(tmp_path, monkeypatch):
+    monkeypatch.setattr(module.os, 'sched_getaffinity', lambda _: {0, 1})
+    bag = write_taxels(tmp_path / 'bag', 3)
+    assert module.usual_jobs(bag) == 1 and module.usual_jobs(tmp_path / 'none') == 1
+    with open(bag / 'bag.mcap', 'ab') as file:
+        file.truncate(200_000_001)  # takes no room on the disk
+    assert module.usual_jobs(bag) == module.usual_jobs(bag / 'bag.mcap') == 2
+    monkeypatch.setattr(module.os, 'sched_getaffinity', lambda _: {0})
+    assert module.usual_jobs(bag) == 1
+
+
 def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
     assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
     said = capsys.readouterr()
