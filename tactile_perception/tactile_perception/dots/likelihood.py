@@ -44,12 +44,19 @@ class LikelihoodDetector:
             dots = self._detect_all_sizes(image)
             if len(dots) >= _FEWEST:
                 return dots
-        self._look = None  # if measuring fails, the next frame starts from nothing too
+        before = self._look, self._fitter, self._separator, self._usual
+        try:
+            return self._detect_anew(image)
+        except BadFrame:  # it may be this frame alone that is bad: what dots looked like before is costly to measure again
+            self._look, self._fitter, self._separator, self._usual = before
+            raise
+
+    def _detect_anew(self, image):
+        """Measure what dots look like in this image. Raises BadFrame where there are none."""
         self._take(measure_look(image, self._sign))
         self._usual = None
         dots = self._detect_all_sizes(image)
         if len(dots) < _FEWEST:
-            self._look = None
             raise BadFrame(f'only {len(dots)} dots found in the frame: check light, focus and the parameter polarity')
         return dots
 

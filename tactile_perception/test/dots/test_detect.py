@@ -156,14 +156,19 @@ def test_oval_dots_of_a_pressed_pad():
     assert 0.5 < np.mean(np.square(np.concatenate(normal))) < 1.5
 
 
-def test_a_look_measured_in_a_frame_without_dots_is_not_kept(draw_dots, lattice):
+def test_a_look_measured_in_a_frame_without_dots_is_not_kept_but_the_one_before_is(draw_dots, lattice):
     uv, diameter = lattice
     image, detector = noisy(draw_dots(uv, diameter), 2.0), DotDetector('dark')
-    dots = detector.detect(image)
-    assert detector.refind(image, dots.uv, dots.area) is not None
+    blurred = cv2.GaussianBlur(image, (0, 0), 12)
     with pytest.raises(BadFrame):
-        detector.detect(cv2.GaussianBlur(image, (0, 0), 12))
-    assert detector.refind(image, dots.uv, dots.area) is None
+        detector.detect(blurred)
+    assert detector.refind(image, uv, np.pi / 4 * diameter**2) is None
+    dots = detector.detect(image)
+    before, _ = detector.refind(image, dots.uv, dots.area)
+    with pytest.raises(BadFrame):
+        detector.detect(blurred)
+    after, _ = detector.refind(image, dots.uv, dots.area)
+    assert np.array_equal(after.uv, before.uv)
 
 
 @pytest.mark.parametrize('method, can', [('likelihood', True), ('blobs', False), ('paper', False)])
