@@ -50,8 +50,9 @@ class Hand:
         self._log = folder / 'hand.log'
         environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
         with open(self._log, 'w') as log:
-            self.process = subprocess.Popen(['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device', *words],
-                                            cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True)
+            command = ['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device', *words]
+            self.process = subprocess.Popen(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT,
+                                            start_new_session=True)
 
     @property
     def log(self):
@@ -59,8 +60,8 @@ class Hand:
 
     def child(self, *parts):
         """The process whose command has all the parts."""
-        found = [p for p in psutil.Process(self.process.pid).children(recursive=True) if all(part in ' '.join(p.cmdline()) for part in parts)]
-        return found[0]
+        children = psutil.Process(self.process.pid).children(recursive=True)
+        return next(child for child in children if all(part in ' '.join(child.cmdline()) for part in parts))
 
     def end(self):
         """Ctrl-C; launch's own exit code tells of the process that was killed."""

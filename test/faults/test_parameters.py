@@ -22,7 +22,8 @@ TYPES = ('touchpad', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
 
 def nonsense(parameter):
     """Values that a parameter of the table cannot have."""
-    found = {bool: ['text', 7], int: ['text', 2.5, True], float: ['text', True, math.inf], str: [2.5, True, [1, 2]]}.get(parameter.type, ['text', 3])
+    kinds = {bool: ['text', 7], int: ['text', 2.5, True], float: ['text', True, math.inf], str: [2.5, True, [1, 2]]}
+    found = kinds.get(parameter.type, ['text', 3])
     if parameter.type is float and not math.isnan(parameter.default):
         found = [*found, math.nan]
     if parameter.type in (int, float):
@@ -46,7 +47,7 @@ def test_nonsense_is_refused_by_every_node(bench, sensor_type):
             for value in nonsense(parameter):
                 result, = node.set_parameters([Parameter(parameter.name, value=value)])
                 assert not result.successful, (plan.executable, parameter.name, value)
-                assert result.reason and (parameter.name in result.reason or 'read-only' in result.reason), (parameter.name, value, result.reason)
+                assert parameter.name in result.reason or 'read-only' in result.reason, (parameter.name, value, result.reason)
                 count += 1
         assert repr(settings.values()) == repr(before), 'NaN is none other than itself'
         node.destroy_node()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -51,7 +52,8 @@ class TouchStage:
         self._method = make_method(name, calibration.fitted(name), sensor)
         self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
         count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
-        self._rest = RestMarkers(count, make_view if calibration.rest is None else _checked(make_view, KnownRest(calibration.rest)))
+        known = None if calibration.rest is None else KnownRest(calibration.rest)
+        self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
         self._tracker = TouchTracker(values['filter'])
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
@@ -79,11 +81,9 @@ class TouchStage:
                                found.flags, _NO_DOTS)
 
 
-def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest) -> Callable[[np.ndarray], MarkerView]:
-    """The same, but it raises BadFrame for markers that are no untouched ones: touches that they tell would be wrong."""
-    def view(uv: np.ndarray) -> MarkerView:
-        reason = known.judge(np.arange(len(uv)), uv).reason
-        if reason:
-            raise BadFrame(reason)
-        return make_view(uv)
-    return view
+def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest, uv: np.ndarray) -> MarkerView:
+    """The view of untouched markers at uv; raises BadFrame for markers that are not untouched: touches that they tell would be wrong."""
+    reason = known.judge(np.arange(len(uv)), uv).reason
+    if reason:
+        raise BadFrame(reason)
+    return make_view(uv)
