@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag writes what the live nodes publish for the same messages, bit by bit, and goes on from a checkpoint as if it had never stopped."""
+"""process_bag writes what the live nodes publish for the same messages, bit by bit, and goes on from a checkpoint to the same."""
 import time
 from pathlib import Path
 
