@@ -20,6 +20,7 @@ setup(
         ('share/' + PACKAGE + '/calibration', sorted(glob('calibration/*.yaml'))),
         ('share/' + PACKAGE + '/hands', sorted(glob('hands/*.yaml'))),
         ('share/' + PACKAGE + '/rviz', sorted(glob('rviz/*.rviz'))),
+        ('share/' + PACKAGE + '/sros', sorted(glob('sros/*.policy.xml'))),
     ],
     install_requires=['setuptools'],
     zip_safe=False,

@@ -1,0 +1,135 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The SROS 2 policies: each node uses all that its policy allows, and nothing else."""
+import signal
+import time
+import xml.etree.ElementTree as Tree
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from fault_rig import Runner  # noqa: E402
+from rclpy._rclpy_pybind11 import NodeNameNonExistentError  # noqa: E402
+from rclpy.lifecycle import LifecycleNode  # noqa: E402
+from rosidl_runtime_py.utilities import get_message  # noqa: E402
+from sensor_nodes import made, plans  # noqa: E402
+from tactile_bringup.hand_launch import share  # noqa: E402
+from tactile_bringup.nodes.compose import NODES  # noqa: E402
+from tactile_bringup.sensor_launch import PlannedNode  # noqa: E402
+
+pytestmark = pytest.mark.ros
+FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
+SPACE = '/sensor'  # of the policies
+TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
+SENSOR_NODES = {*NODES, 'record_node'} - {'hand_frames_node'}
+#: What makes a node use all that it can.
+MORE = {'taxel_contact_node': {'object.gravity_frame': 'world'}}
+
+
+class Seen:
+    """A node of another process, as one of this process sees it."""
+
+    def __init__(self, by, name, space):
+        self._by, self._name, self._space = by, name, space
+
+    def get_name(self):
+        return self._name
+
+    def get_namespace(self):
+        return self._space
+
+    def __getattr__(self, name):
+        def seen(*where):
+            try:
+                return getattr(self._by, name)(*where)
+            except NodeNameNonExistentError:
+                return []
+        return seen
+
+
+def used(node):
+    """(kind of use, name) of all that a node uses, with the policies' namespace in place of its own."""
+    where = node.get_name(), node.get_namespace()
+    found = {('publish', name) for name, _ in node.get_publisher_names_and_types_by_node(*where)}
+    found |= {('subscribe', name) for name, _ in node.get_subscriber_names_and_types_by_node(*where)}
+    found |= {('reply', name) for name, _ in node.get_service_names_and_types_by_node(*where)}
+    found |= {('request', name) for name, _ in node.get_client_names_and_types_by_node(*where)}
+    own = node.get_namespace().rstrip('/') + '/'
+    return {(kind, SPACE + '/' + name.removeprefix(own) if own != '/' and name.startswith(own) else name) for kind, name in found}
+
+
+def allowed(executable):
+    """The same as the policy says it."""
+    profile, = Tree.parse(FOLDER / f'{executable}.policy.xml').getroot().findall('./enclaves/enclave/profiles/profile')
+    return {(kind, entry.text) for rule in profile for kind in rule.attrib for entry in rule}
+
+
+def agree(node, seconds=10.0):
+    """Wait until the node uses what its policy allows: some it uses once somebody wants its results."""
+    wanted, end = allowed(node.get_name()), time.monotonic() + seconds
+    while used(node) != wanted and time.monotonic() < end:
+        time.sleep(0.05)
+    assert used(node) == wanted, {'not allowed': used(node) - wanted, 'not used': wanted - used(node)}
+
+
+@pytest.fixture
+def running(bench):
+    """running(plans): their nodes, spun, with their drivers active, and somebody who wants all that they publish."""
+    runners = []
+
+    def start(planned):
+        nodes = [made(plan) for plan in planned]
+        runners.extend(Runner(node) for node in nodes)
+        for node in nodes:
+            if isinstance(node, LifecycleNode):
+                node.trigger_configure()
+                node.trigger_activate()
+        for node in nodes:
+            for topic, kinds in node.get_publisher_names_and_types_by_node(node.get_name(), node.get_namespace()):
+                if topic.startswith(node.get_namespace().rstrip('/') + '/'):
+                    bench.ear.node.create_subscription(get_message(kinds[0]), topic, lambda _message: None, 1)
+        return nodes
+    yield start
+    for runner in runners:
+        runner.end()
+
+
+@pytest.mark.parametrize('sensor_type', TYPES)
+def test_nodes_of_a_sensor_use_what_their_policies_allow_and_nothing_else(bench, running, sensor_type):
+    planned = plans(sensor_type, bench.fresh('policed'))
+    for node in running([replace(plan, own={**plan.own, **MORE.get(plan.executable, {})}) for plan in planned]):
+        agree(node)
+
+
+def test_the_frames_of_a_hand_do_so_too(running):
+    frames, = running([PlannedNode('tactile_bringup', 'hand_frames_node', '/', own={'hand': share('hands', 'example_hand.yaml')})])
+    agree(frames)
+
+
+def test_a_recorder_does_so_too(bench, tmp_path):
+    space = bench.fresh('policed')
+    process = bench.zygote.start('tactile_bringup.nodes.record_node', space, bag=tmp_path / 'bag', patience=0.0, pictures='true')
+    agree(Seen(bench.ear.node, 'record_node', space), 30.0)
+    process.send(signal.SIGINT)
+    assert process.wait() == 0
+
+
+def test_every_node_has_a_policy_in_the_form_that_sros2_reads():
+    files = sorted(FOLDER.glob('*.policy.xml'))
+    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*NODES, 'record_node'])
+    for path in files:
+        root = Tree.parse(path).getroot()
+        assert (root.tag, root.get('version')) == ('policy', '0.2.0')
+        enclave, = root.findall('./enclaves/enclave')
+        profile, = enclave.findall('./profiles/profile')
+        name = path.name.removesuffix('.policy.xml')
+        space = SPACE if name in SENSOR_NODES else ''
+        assert enclave.get('path') == f'{space}/{name}' and (profile.get('ns'), profile.get('node')) == (space or '/', name)
+        for rule in profile:
+            assert (rule.tag, *rule.attrib.items()) in {('topics', ('publish', 'ALLOW')), ('topics', ('subscribe', 'ALLOW')),
+                                                        ('services', ('reply', 'ALLOW')), ('services', ('request', 'ALLOW'))}
+            assert {entry.tag for entry in rule} == {rule.tag[:-1]} and all('*' not in entry.text for entry in rule)
