@@ -14,6 +14,11 @@ from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.logging import launch_config
 from launch_ros.actions import Node
 from tactile_driver.errors import TactileError
+from tactile_driver.nodes.camera_parameters import CAMERA_PARAMETERS
+from tactile_driver.nodes.dual_camera_parameters import DUAL_CAMERA_PARAMETERS
+from tactile_driver.nodes.psd_parameters import PSD_DRIVER_PARAMETERS
+from tactile_driver.nodes.taxel_parameters import TAXEL_DRIVER_PARAMETERS
+from tactile_perception.pipeline.parameter_file import read_parameters
 
 from .hand_diagnostics import aggregator_configuration
 from .hand_file import Hand, HandSensor, read_hand
@@ -34,6 +39,9 @@ MAKERS: dict[str, Callable[[dict, Callable], list]] = {
     'psd_finger': partial(serial_nodes, sensor=PSD_FINGER),
     'taxel_array': partial(serial_nodes, sensor=TAXEL_ARRAY),
 }
+#: Drivers wait for somebody to set a parameter right; what their file has wrong ought to end the launch all the same.
+_DRIVERS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS, 'psd_node': PSD_DRIVER_PARAMETERS,
+            'taxel_array_node': TAXEL_DRIVER_PARAMETERS}
 # The topics that a driver plays of a bag which has those of other sensors too.
 _RECORDED = {'psd_finger': {'topic': 'voltages'}, 'areal_dual': {'topic': 'left/image_raw', 'right_topic': 'right/image_raw'}}
 _CHOICES = {'source': SOURCES, 'composed': tuple(PROCESSES), 'rviz': ('true', 'false'), 'aggregator': ('true', 'false')}
@@ -103,9 +111,12 @@ def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> PlannedSensor:
     """What a sensor needs, for the arguments given for the hand. Raises LaunchError, which names the sensor."""
     try:
         entities = MAKERS[sensor.type](sensor_values(sensor, given), HandNodes)
+        nodes = [entity for entity in entities if isinstance(entity, PlannedNode)]
+        for node in nodes:
+            if node.executable in _DRIVERS:
+                read_parameters(node.params, node.executable, _DRIVERS[node.executable])
     except (LaunchError, TactileError) as error:
-        raise LaunchError(f'hand {given["hand"]}: sensor {sensor.name}: {error}') from error
-    nodes = [entity for entity in entities if isinstance(entity, PlannedNode)]
+        raise LaunchError(f'hand {given["hand"]}: sensor {sensor.name}: {" ".join(str(error).split())}') from error
     notes = [LogInfo(msg=[f'{sensor.name}: ', *entity.msg]) for entity in entities if isinstance(entity, LogInfo)]
     return PlannedSensor(sensor.name, nodes, notes)
 

@@ -101,6 +101,15 @@ def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
         actions(hand=str(path), source='device')
 
 
+def test_a_drivers_parameter_that_is_wrong_ends_the_launch(tmp_path):
+    (tmp_path / 'mine.yaml').write_text('/**/psd_node:\n  ros__parameters:\n    baud: fast\n')
+    path = tmp_path / 'hand.yaml'
+    path.write_text(yaml.safe_dump({'sensors': [{'name': 'tip', 'type': 'psd_finger', 'params': 'mine.yaml'}]}))
+    with pytest.raises(LaunchError, match="sensor tip: .*mine.yaml: parameter baud is 'fast', but must be int") as raised:
+        actions(hand=str(path), source='device')
+    assert '\n' not in str(raised.value)
+
+
 def test_an_uncalibrated_sensor_is_noted_by_its_name(tmp_path):
     path = tmp_path / 'hand.yaml'
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'tip', 'type': 'psd_finger', 'device': '0'}]}))
