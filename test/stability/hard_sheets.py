@@ -65,9 +65,13 @@ def _bell_presses():
                    np.full((count, 6), np.nan), np.full(count, np.nan))
 
 
-@functools.cache
 def method(name):
-    """A touch method with the numbers that ship, or fitted to presses of a bell, or of an idealised balloon."""
+    """A touch method with the numbers that ship, or fitted to presses of a bell, or of an idealised balloon; it has seen no frame."""
+    return copy.deepcopy(_fitted(name))
+
+
+@functools.cache
+def _fitted(name):
     if name in SHIPPED:
         rig, chosen = sheet(SHIPPED[name][0])[0], SHIPPED[name][1]
         return make_method(chosen, rig.calibration.fitted(chosen), rig.sensor)

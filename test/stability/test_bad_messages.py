@@ -13,7 +13,7 @@ from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa
 from tactile_perception.errors import BadArgument, BadFrame, TactileError  # noqa: E402
 from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
 from tactile_perception.nodes.touchpad_stages import ContactMessages, DotMessages  # noqa: E402
-from tactile_perception.offline.replay import DotReplay  # noqa: E402
+from tactile_perception.offline.replay import ContactReplay, DotReplay, Replay  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -23,7 +23,8 @@ class Feed:
 
     def __init__(self, pad, **changes):
         values = pad.values(**changes)
-        self.pad, self.replay, self.count = pad, DotReplay(DotMessages(values), ContactMessages(values)), 0
+        self.pad, self.contact, self.count = pad, ContactMessages(values), 0
+        self.replay = Replay([DotReplay(DotMessages(values)), ContactReplay(self.contact)])
 
     def header(self):
         self.count += 1
@@ -155,7 +156,7 @@ def test_a_camera_that_changes_its_size_goes_on_with_its_new_camera_info(pad, sm
 
 
 def test_dots_that_cannot_be_used_are_refused(pad, running):
-    contact = running.replay._contact
+    contact = running.contact
     good = running.image(pad.rest[3])['dots']
 
     def refused(match, **changes):
@@ -181,7 +182,7 @@ def test_dots_with_places_that_are_no_numbers_are_left_out(pad, running):
         values = np.array(getattr(bad, name))
         values[::10] = np.nan
         setattr(bad, name, values.tolist())
-    results = running.replay._contact.on_dots(bad)
+    results = running.contact.on_dots(bad)
     assert len(results['contact_region'].dot_id) == len(good.id) - len(good.id[::10]) and results['contact_region'].area == 0
 
 
