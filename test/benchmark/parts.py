@@ -127,7 +127,7 @@ class Touchpad:
         columns = {'IoU': 'region overlap', 'contact F1': 'contact dots', 'slip F1': 'slipping dots'}
         rows = []
         for (size, method), scores in found.items():
-            mean = {key: pipeline._mean([score[key] for score in scores]) for key in (*columns, 'depth mm', 'total ms')}
+            mean = {key: pipeline.known_mean([score[key] for score in scores]) for key in (*columns, 'depth mm', 'total ms')}
             errors = {name: 1 - mean[key] for key, name in columns.items()} | {'depth': mean['depth mm']}
             rows.append(Row('touchpad', 'touchpad', method, size, mean['total ms'], errors))
         return rows

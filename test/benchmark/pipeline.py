@@ -81,12 +81,13 @@ class Score:
         """The table's numbers; NaN where there was nothing to judge."""
         middle = 1e3 * np.median(self.times, axis=0) if self.times else np.full(3, np.nan)
         return dict(zip(HEAD[2:], [
-            *(f1(*self.counts[name]) for name in ('contact', 'sticking', 'slipping')), _mean(self.overlaps), float(self.false_frames),
-            1e3 * np.sqrt(_mean(np.concatenate(self.squares or [[]]))), 1e3 * _median(np.abs(self.depths)), _median(self.forces),
-            _mean(self.missed), float(self.refused), *middle, middle.sum()]))
+            *(f1(*self.counts[name]) for name in ('contact', 'sticking', 'slipping')), known_mean(self.overlaps), float(self.false_frames),
+            1e3 * np.sqrt(known_mean(np.concatenate(self.squares or [[]]))), 1e3 * _median(np.abs(self.depths)), _median(self.forces),
+            known_mean(self.missed), float(self.refused), *middle, middle.sum()]))
 
 
-def _mean(values) -> float:
+def known_mean(values) -> float:
+    """Mean of those that are known; NaN of none."""
     known = np.asarray(values, float)[np.isfinite(np.asarray(values, float))]
     return float(known.mean()) if len(known) else np.nan
 
@@ -156,7 +157,7 @@ def table(rows: list[dict]) -> str:
 
 def means(rows: list[dict]) -> list[dict]:
     """A row a method: the mean over sources, of those where there was something to judge."""
-    return [{'source': 'mean', 'method': name, **{k: _mean([r[k] for r in rows if r['method'] == name]) for k in HEAD[2:]}}
+    return [{'source': 'mean', 'method': name, **{k: known_mean([r[k] for r in rows if r['method'] == name]) for k in HEAD[2:]}}
             for name in dict.fromkeys(r['method'] for r in rows)]
 
 
