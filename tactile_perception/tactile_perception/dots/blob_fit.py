@@ -22,13 +22,13 @@ _TURN = 0.8416  # standard deviations of the blur at which an edge is HIGH
 _WIDTH = 0.2673  # sum of w (1 - w) over a straight edge, per standard deviation of its blur
 _EDGE = _TURN / (HIGH - LOW)  # px an edge shifts per relative change of its marker's brightness and px of blur
 _EDGE_BLUR = 1.247  # what blur takes off that where the light slopes
-_CAP = 1.8  # what is brighter, in ramp units (the plateau is at 1.33), is glare
+_CAP = 1.7  # what is brighter in the small image, in ramp units (the plateau is at 1.33), is glare
 _MODEL = 0.003  # px: what shapes and light that are not modelled leave of a place
 _MODEL_OF_SHIFT = 0.1  # of what is taken off a place for light that slopes, it is as uncertain
 _MODEL_OF_SHAPE = 0.7  # of the radius, times what the shape lacks to an ellipse
 _FEWEST = 20  # px of plateau: fewer tell no slope
 _STEEPEST = 0.05  # slope of the plateau a pixel, of the brightness
-_TO_PLATEAU = 2.0  # blurs from the edge inwards
+_TO_PLATEAU, _HALF_PIXEL = 2.0, 0.65  # blurs from the edge inwards; and px, by which the small image's pixels reach out further
 _OTHER = 0.25  # of the amplitude: what differs more from the ground is not ground
 _SOFT = 0.9  # what a soft edge takes off the solidity, per square of blur over radius
 _RING = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1) / 2
@@ -54,14 +54,13 @@ class Blobs:
 def fit_blobs(grey: np.ndarray, small: np.ndarray, step: int, regions: Regions) -> Blobs:
     """Markers (bright) of an image (H, W) uint8 in regions of the small image, step times smaller (1 or 2)."""
     ground, amplitude, ground_slope = _levels(small, regions, step)
-    patches, corner = _patches(grey, regions, step)
-    side = int(np.sqrt(patches.shape[1]))
-    values = _ramp(patches, ground, amplitude)
-    weight = np.minimum(values, 1)
-    moments = _Moments(weight @ _basis(side))
+    patches, coarse, corner = _patches(grey, small, regions, step)
+    side = patches.shape[1]
+    weight = _ramp(patches, ground, amplitude, 1)
+    moments = _Moments(weight @ _basis(side, 1))
     blur = _blur(weight, moments)
-    noise = _noise(patches.reshape(-1, side, side)) / amplitude
-    slope, slope_noise = _plateau_slope(values, moments, blur, noise)
+    noise = _noise(patches) / amplitude
+    slope, slope_noise = _plateau_slope(_ramp(coarse, ground, amplitude, _CAP), step, moments, blur, noise)
     shift = _shift(moments, blur, slope, ground_slope)
     solidity = moments.solidity * (1 + _SOFT * (blur * moments.perimeter / (2 * moments.area))**2)
     model = np.sqrt(_MODEL**2 + ((_MODEL_OF_SHIFT * shift)**2).sum(axis=1) + (_MODEL_OF_SHAPE * moments.radius * (solidity - 1))**2)
@@ -76,12 +75,13 @@ def _shift(moments, blur, plateau_slope, ground_slope):
     return moments.spread(lever) * (4 * blur / radius**2)
 
 
-def _ramp(patches, ground, amplitude):
-    """How far pixels (N, P) are from LOW (0) to HIGH (1), capped, of the way from ground to plateau, (N,) grey levels each."""
+def _ramp(patches, ground, amplitude, most):
+    """How far pixels (N, side, side) are from LOW (0) to HIGH (1), up to most, of the way from ground to plateau, (N,) grey levels each, as
+    (N, side^2) float32."""
     scale = 1 / ((HIGH - LOW) * amplitude)
-    values = patches * scale[:, None]
+    values = np.multiply(patches.reshape(len(patches), -1), scale[:, None], dtype=np.float32)
     values -= ((ground + LOW * amplitude) * scale)[:, None]
-    return np.clip(values, 0, _CAP, out=values)
+    return np.clip(values, 0, most, out=values)
 
 
 class _Moments:
@@ -122,21 +122,24 @@ class _Moments:
         return 2 * np.sqrt(half + off), 2 * np.sqrt(np.maximum(half - off, 0))
 
 
-def _patches(grey, regions, step):
-    """(N, P) float32 squares about the regions, 0 where it is another's, and the places (N, 2) px of their first pixels."""
+def _patches(grey, small, regions, step):
+    """Squares (N, side, side) uint8 about the regions, of the image and of the small one, 0 where it is another's, and the places (N, 2) px
+    of their first pixels."""
     side = int(regions.box[:, 2:].max()) + 2  # px of the small image
     half = regions.box[:, :2] + regions.box[:, 2:] // 2 - side // 2  # corners
     padded = cv2.copyMakeBorder(grey, step * side, step * side + step, step * side, step * side + step, cv2.BORDER_REPLICATE)
     labels = cv2.copyMakeBorder(regions.labels, side, side + 1, side, side + 1, cv2.BORDER_CONSTANT, value=0)
     column, row = (half + side).T
-    own = _squares(labels, row, column, side) == regions.label.astype(np.uint16)[:, None, None]
+    own = _squares(labels, row, column, side) == regions.label.astype(labels.dtype)[:, None, None]
     pixels = _squares(padded, step * row, step * column, step * side)
+    around = cv2.copyMakeBorder(small, side, side + 1, side, side + 1, cv2.BORDER_REPLICATE)
+    coarse = _squares(around, row, column, side) * own
     if step == 2:  # a pair of pixels is one number of 16 bits
         pairs = pixels.view(np.uint16).reshape(len(own), side, 2, side)
         pixels = (pairs & (own * np.uint16(65535))[:, :, None]).view(np.uint8)
     else:
         pixels = pixels * own
-    return pixels.reshape(len(own), -1).astype(np.float32), (step * half).astype(float)
+    return pixels.reshape(len(own), step * side, step * side), coarse, (step * half).astype(float)
 
 
 def _squares(image, row, column, side):
@@ -166,9 +169,9 @@ def _along(centre, size, scale, length, outside):
 
 
 @lru_cache(maxsize=64)
-def _basis(side: int) -> np.ndarray:
-    """(side * side, 6) float32: 1, x, y, xx, xy, yy of the pixels of a square from its middle."""
-    y, x = (part.ravel() for part in np.mgrid[:side, :side] - (side - 1) / 2)
+def _basis(side: int, step: int) -> np.ndarray:
+    """(side * side, 6) float32: 1, x, y, xx, xy, yy of the pixels, step px wide, of a square from its middle."""
+    y, x = (part.ravel() * step for part in np.mgrid[:side, :side] - (side - 1) / 2)
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float32)
 
 
@@ -179,13 +182,16 @@ def _blur(weight, moments) -> float:
     return median(partly / moments.perimeter[some]) / _WIDTH
 
 
-def _plateau_slope(values, moments, blur, noise):
-    """(N, 2) slopes of the plateau, as shares of the brightness a pixel, where enough of it is seen; else 0; and their noise (N,)."""
-    basis = _basis(int(np.sqrt(values.shape[1])))
-    inside = (moments.ellipse(np.maximum(1 - _TO_PLATEAU * blur / np.maximum(moments.axes[1], 1e-6), 0)) @ basis.T < 0).astype(np.float32)
-    seen = _Moments(inside @ basis)
+def _plateau_slope(values, step, moments, blur, noise):
+    """(N, 2) slopes of the plateau, as shares of the brightness a pixel, where enough of it is seen; else 0; and their noise (N,).
+
+    values: (N, P) of the small image's pixels, step px wide: what is nearly straight shows there as well.
+    """
+    basis, away = _basis(int(np.sqrt(values.shape[1])), step), _TO_PLATEAU * blur + _HALF_PIXEL * (step - 1)
+    inside = (moments.ellipse(np.maximum(1 - away / np.maximum(moments.axes[1], 1e-6), 0)) @ basis.T < 0).astype(np.float32)
+    seen = _Moments(inside @ basis * np.float32(step * step))
     inside *= values
-    sums = (inside @ basis[:, :3]).astype(float)
+    sums = (inside @ basis[:, :3]).astype(float) * (step * step)
     enough = (seen.area >= _FEWEST)[:, None]
     x, y = (sums[:, 1:] - sums[:, :1] * seen.centre).T
     slope = np.stack([seen.yy * x - seen.xy * y, seen.xx * y - seen.xy * x], axis=1) * (HIGH - LOW)
@@ -199,7 +205,7 @@ def _plateau_slope(values, moments, blur, noise):
 def _noise(squares) -> float:
     """Standard deviation of a pixel of a plateau, from second differences along the middle row of each square."""
     side = squares.shape[1]
-    row = squares[:, side // 2, max(side // 2 - 3, 0): side // 2 + 4]
+    row = squares[:, side // 2, max(side // 2 - 3, 0): side // 2 + 4].astype(np.float32)
     bend = row[:, 2:] - 2 * row[:, 1:-1] + row[:, :-2]
     return median(np.abs(bend).ravel()) / (0.6745 * np.sqrt(6))
 

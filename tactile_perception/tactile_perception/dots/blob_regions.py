@@ -17,7 +17,7 @@ _SQUARE = np.ones((3, 3), np.uint8)
 @dataclass
 class Regions:
     """Regions of a small image, none cut by its border: box (N, 4) left, top, width, height; centre (N, 2); area (N,) px of the small
-    image; label (N,), and labels (H, W) uint16, grown by a pixel: 0 ground."""
+    image; label (N,), and labels (H, W) uint8 or uint16, grown by a pixel: 0 ground."""
 
     box: np.ndarray
     centre: np.ndarray
@@ -32,6 +32,7 @@ class Regions:
 def find_regions(mask: np.ndarray) -> Regions:
     """Regions of markers' size in a mask, (H, W) uint8."""
     _, labels, stats, centre = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_16U)
+    labels = labels.astype(np.uint8) if len(stats) < 256 else labels
     stats, centre = stats[1:], centre[1:]
     typical = _typical(stats[:, 4])
     height, width = mask.shape
@@ -43,9 +44,10 @@ def find_regions(mask: np.ndarray) -> Regions:
 
 def _grown(labels):
     """Labels with a pixel more all around each region, but where two would meet."""
+    one = labels.dtype.type(1)
     highest = cv2.dilate(labels, _SQUARE)
-    lowest = cv2.erode(labels - np.uint16(1), _SQUARE)  # the ground's 0 is the highest then
-    return highest * (highest - np.uint16(1) == lowest)
+    lowest = cv2.erode(labels - one, _SQUARE)  # the ground's 0 is the highest then
+    return highest * (highest - one == lowest)
 
 
 def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:

@@ -81,12 +81,12 @@ class ModeClass:
 
 
 class SheetLibrary:
-    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan."""
+    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan, in single precision: to a nanometre."""
 
     def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):
         self.plan, self.classes = plan, classes
         self.side = 2 * plan.n + 2
-        self._modes = np.concatenate([_whole(part).reshape(len(part.modes), -1) for part in classes])
+        self._modes = np.concatenate([_whole(part).reshape(len(part.modes), -1) for part in classes]).astype(np.float32)
         self._table = self._tabulate()
         self._degree = np.arange(2 * plan.order)
         self._reach = tuple(plan.reach.tolist())
@@ -100,7 +100,7 @@ class SheetLibrary:
             count = len(part.modes)
             table[part.odd[0]::2, part.odd[1]::2, ..., first:first + count] = part.coefficients
             first += count
-        return np.moveaxis(table, 3, 0).reshape(levels, -1, table.shape[-1])
+        return np.moveaxis(table, 3, 0).reshape(levels, -1, table.shape[-1]).astype(np.float32)
 
     def fields(self, place: np.ndarray, depth: float, log_radius: float) -> np.ndarray:
         """(side * side, 5, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
@@ -114,11 +114,11 @@ class SheetLibrary:
         first, spline, by_depth = self._depth_weights(depth)
         along, across, size = np.array([x, by_x, x, x]), np.array([y, y, by_y, y]), np.array([radial, radial, radial, by_radial])
         over = ((along[:, :, None] * across[:, None])[..., None] * size[:, None, None]).reshape(4, -1)
-        local = over @ self._table[first:first + 4]
-        mixed = np.empty((5, local.shape[-1]))
+        local = over.astype(np.float32) @ self._table[first:first + 4]
+        mixed = np.empty((5, local.shape[-1]), np.float32)
         mixed[:4] = (spline @ local.reshape(4, -1)).reshape(4, -1)
         mixed[4], mixed[3] = mixed[3], by_depth @ local[:, 0]
-        return (mixed @ self._modes).reshape(5, -1, 3).transpose(1, 0, 2)
+        return (mixed @ self._modes).astype(float).reshape(5, -1, 3).transpose(1, 0, 2)
 
     def _polynomials(self, place: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Chebyshev polynomials (2 order,) at place and their derivatives, 1/m."""
