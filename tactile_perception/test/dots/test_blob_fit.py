@@ -48,11 +48,3 @@ def test_sigma_grows_with_noise_as_errors_do(draw_dots):
             uv, _, sigma, _ = fit(np.clip(np.rint(clean + rng.normal(0, noise, SHAPE)), 0, 255).astype(np.uint8), 2)
             normal.append((uv - UV) / sigma[:, None])
         assert 0.5 < np.mean(np.square(normal)) < 1.6
-
-
-@pytest.mark.parametrize('step', [1, 2])
-def test_light_that_slopes_over_a_marker_moves_it_little(draw_dots, step):
-    """By a tenth of the brightness from one side of the largest marker to the other."""
-    light = 1 + 0.004 * (np.arange(SHAPE[1]) - SHAPE[1] / 2)
-    image = np.rint(20 + 110 * light * draw_dots(UV, [18.0, 20.0, 25.0], SHAPE, 1.2, 0.0, 1.0)).astype(np.uint8)
-    assert np.abs(fit(image, step)[0] - UV).max() < 0.03
