@@ -61,5 +61,6 @@ def test_noise_that_looks_like_touch_everywhere_is_known_all_the_same():
     """No taxel is ever quiet: the differences of frames tell, but for what all have in common, as a load on all."""
     baseline, rng, touched = Baseline(20, 30.0), np.random.default_rng(0), np.ones(OFFSET.shape, bool)
     for k in range(40):
-        baseline.follow(baseline.change(OFFSET + np.float32(50 * (k > 20)) + rng.normal(0, 12, OFFSET.shape).astype(np.float32)), touched, 0.01)
+        noise = rng.normal(0, 12, OFFSET.shape).astype(np.float32)
+        baseline.follow(baseline.change(OFFSET + np.float32(50 * (k > 20)) + noise), touched, 0.01)
     assert baseline.sigma == pytest.approx(12, rel=0.1)
