@@ -81,7 +81,8 @@ class Membrane:
         frame.variance = self._load_variance(frame)
         schedule = steps or (_COLD if frame.cold else PACES[self.pace])
         for index, misfit in enumerate(schedule):
-            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0, final=index == len(schedule) - 1)
+            final = index == len(schedule) - 1
+            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0 or final, final=final)
         state = MembraneState(self.forces, frame.places, frame.ranges, frame.touched, frame.pressure, frame.seen)
         if scale is not None:
             scale.learn(frame, state, rest)
