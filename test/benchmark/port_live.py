@@ -92,9 +92,10 @@ def summary(record: Record, settle: float) -> dict:
 
 def text(result: dict, sample: str) -> str:
     """The summary as Markdown; sample: what one is called."""
+    latency = ', '.join(f'{value:.1f} ms ({p} %)' for p, value in result['latency ms'].items())
     lines = [f'{result["samples"]} {sample}s in {result["batches"]} messages, {result["batches a second"]:.0f} a second; '
              f'{result["lost samples"]} {sample}s lost before, {result["batches without results"]} messages without results; latency from '
-             'the last of a message to its results: ' + ', '.join(f'{value:.1f} ms ({p} %)' for p, value in result['latency ms'].items()), '',
+             f'the last of a message to its results: {latency}', '',
              '| process | CPU % of a core | CPU ms a message | memory MB, first | last | most |', '|---|---|---|---|---|---|']
     lines += [f'| {name} | {result["CPU %"][name]:.1f} | {result["CPU ms a batch"][name]:.2f} | '
               + ' | '.join(f'{used[k]:.0f}' for k in ('first', 'last', 'most')) + ' |' for name, used in result['memory MB'].items()]

@@ -150,7 +150,7 @@ class TaxelEstimator:
         slip, motion = self._method.slip(regions, surface, stamp_s)
         numbered = self._numbers.assign(regions)
         normal = self._normal_forces(regions)
-        contacts = [self._contact(*one, frame, regions.labels) for one in zip(regions.all, numbered, normal)]
+        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, numbered, normal)]
         region = self._region(regions, motion, interval)
         direction = self._direction.process(region.orientation)
         if not regions.all:
@@ -158,7 +158,10 @@ class TaxelEstimator:
         return TaxelResult(region, contacts, slip, self._wrench(regions, normal), direction, pressure)
 
     def _normal_forces(self, regions: Regions) -> list[float]:
-        """N, of each region: by depth and area where the depth is known (eq 5), else by pressure; NaN where neither is."""
+        """N, of each region: by depth and area where the depth is known (eq 5), else by pressure; NaN where neither is, and where there are
+        more regions than these."""
+        if regions.broken:
+            return [np.nan] * len(regions.all)
         if np.isfinite(self.grasped.depth):
             return [normal_force(region.moments.area, self.grasped.depth, self.pad) for region in regions.all]
         return [max(region.force, 0.0) if self.settings.response.known else np.nan for region in regions.all]
@@ -173,18 +176,18 @@ class TaxelEstimator:
         contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)
 
-    def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, labels: np.ndarray):
+    def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, regions: Regions):
         depth = self.grasped.depth
         if not np.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth
-        flags = AMBIGUOUS if numbered.merged else 0
+        flags = AMBIGUOUS if numbered.merged or regions.broken else 0
         (rows, columns), (down, across) = self.array.shape, region.box
         if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
             flags |= AT_EDGE
         if np.isfinite(self.array.full_scale):
-            full = (frame[region.box] >= _FULL * self.array.full_scale) & (labels[region.box] == region.label)
+            full = (frame[region.box] >= _FULL * self.array.full_scale) & (regions.labels[region.box] == region.label)
             flags |= SATURATED if full.any() else 0
         return ContactEstimate(numbered.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
@@ -198,7 +201,8 @@ class TaxelEstimator:
         estimate.holes = [hole for region in regions.all for hole in region.outline.holes]
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
-        estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
+        if not regions.broken:
+            estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
         if motion is not None and math.isfinite(motion.step_turn) and interval > 0:
             estimate.motion_translation = np.array([*motion.step, 0.0])
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])

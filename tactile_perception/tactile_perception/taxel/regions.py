@@ -16,7 +16,7 @@ from .array import TaxelArray
 from .score import LEVEL, largest_near
 
 _AROUND, _NEAR = 2, (5, 5)  # taxels beside a region that its force reaches, and the square of those
-_MOST = 64  # regions, the largest: more is no contact, but a broken image
+_MOST = 64  # regions: more is no contact, but a broken image
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,13 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest."""
+    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest; broken:
+    whether there are more than any contact has, so that these are some of them."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
     touched: np.ndarray
+    broken: bool = False
 
     @property
     def total(self) -> Moments:
@@ -58,13 +60,17 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(touched.view(np.uint8), connectivity=4)
     if count < 2:
         return Regions([], labels, touched)
+    if count > _MOST + 1:
+        kept = np.zeros(count, bool)
+        kept[1 + np.argsort(boxes[1:, cv2.CC_STAT_AREA], kind='stable')[-_MOST:]] = True
+        score = score * kept[labels]
     left, top, width, height = cv2.boundingRect(touched.view(np.uint8))
     bordered = cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     loops = [loop + (top - 1, left - 1) for loop in contour(bordered[top:top + height + 2, left:left + width + 2], LEVEL)]
-    outlines = group_loops(loops, array.places(np.concatenate(loops)))[:_MOST]
+    outlines = group_loops(loops, array.places(np.concatenate(loops)))
     near = _around_touched(touched) if count == 2 else np.where(touched, labels, largest_near(labels, _AROUND))
     regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
-    return Regions([region for region in regions if region.moments.area > 0], labels, touched)
+    return Regions([region for region in regions if region.moments.area > 0], labels, touched, count > _MOST + 1)
 
 
 def _around_touched(touched: np.ndarray) -> np.ndarray:

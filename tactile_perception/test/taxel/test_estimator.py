@@ -108,6 +108,57 @@ def test_any_size(shape):
         assert result.region.area > 0 and result.slip.state == NONE
 
 
+def test_constant_images_are_no_contact():
+    for level in (0, 3, 200):
+        for result in run([np.full((44, 44), level, np.uint8)] * 5, estimator=TaxelEstimator(ARRAY, SoftPad(), KNOWN), untouched=0):
+            assert not result.contacts and result.region.area == 0 and not result.wrench.any() and np.isnan(result.slip.slipping_fraction)
+
+
+def test_a_checkerboard_is_a_broken_image_of_which_little_is_told():
+    even = np.indices((44, 44)).sum(axis=0) % 2 * 120.0
+    for result in run([whole(even), whole(120 - even)] * 3):
+        assert result.slip.state == NONE and np.isnan(result.region.orientation) and np.isnan(result.wrench).all()
+        assert len(result.contacts) == 64 and all(c.flags & AMBIGUOUS and np.isnan(c.force) for c in result.contacts)
+
+
+def test_a_ring_has_its_centre_in_its_hole():
+    region = run([whole(picture(ring(5, 10)))])[0].region
+    assert len(region.outlines) == len(region.holes) == 1 and region.centroid[:2] == pytest.approx([0, 0], abs=5e-5)
+    assert region.area == pytest.approx(np.pi * 75e-6, rel=0.08)
+
+
+def test_rows_that_die_unnoticed_are_found_in_the_contact_and_bridged():
+    image = whole(picture(bar(0.4, 0.3, 0.2)))
+    image[[15, 21]] = 3
+    results = run([image] * 14)
+    assert len(results[0].contacts) > 1, 'they part the contact at first'
+    region = results[-1].region
+    assert len(results[-1].contacts) == 1 and region.area == pytest.approx(160e-6, rel=0.08)
+    assert region.centroid[:2] == pytest.approx([0.4e-3, 0.3e-3], abs=0.1e-3)
+
+
+def test_a_column_of_nan_that_comes_and_stays_is_bridged_and_does_not_slip():
+    image = picture(bar()) + 3.0
+    gone = image.copy()
+    gone[:, 24] = np.nan
+    for result in run([image] * 8 + [gone] * 8):
+        assert result.region.area == pytest.approx(160e-6, rel=0.08) and len(result.contacts) == 1 and result.slip.state == NONE
+        assert np.isfinite(result.pressure).all() and np.isfinite(result.wrench[2])
+
+
+@pytest.mark.parametrize('shape', [(1, 40), (40, 1)])
+def test_a_load_along_a_single_line_of_taxels(shape):
+    array = TaxelArray(*shape, 1e-3)
+    along = 0 if shape[0] == 1 else 1
+
+    def load(place):
+        return whole(100 * np.clip(4.5 - np.abs(np.arange(40) - place), 0, 1).reshape(shape))
+    results = run([load(20 + 0.1 * k) for k in range(20)], array=array)
+    places = [result.contacts[0].position[along] for result in results]
+    assert np.diff(places) == pytest.approx(np.full(19, 1e-4), abs=5e-5) and places[-1] - places[0] == pytest.approx(1.9e-3, abs=1.5e-4)
+    assert results[-1].wrench[2] == pytest.approx(-500 * 1e-6 * 800, rel=0.1)
+
+
 def test_depth_and_weight_give_the_wrench():
     estimator = TaxelEstimator(ARRAY, SoftPad(), KNOWN)
     estimator.grasped = GraspedObject(4e-4, np.array([0.0, 2.0, 0.0]), np.array([0.01, 0.0, 0.0]))
