@@ -3,7 +3,9 @@
 """Sensors on pseudo-terminals whose samples are numbered, so that each one that is missing is seen; and what they are plugged into."""
 from __future__ import annotations
 
+import os
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,12 +20,12 @@ _LOW = 1 << BITS
 
 
 class _Running:
-    """Sends from a thread of its own. spoil: what is done to the bytes of each frame; first: the number of the first sample."""
+    """Sends from a thread of its own. spoil: what is done to the bytes of each frame; patient: it waits until all that it sends has room in
+    Linux' buffer of 4 KB, where a real device would send on: what is missing after that, nobody else has lost."""
 
-    def __init__(self, *args, first: int = 0, **kwargs):
-        self.spoil = None
+    def __init__(self, *args, patient: bool = False, **kwargs):
+        self.spoil, self._patient = None, patient
         super().__init__(*args, **kwargs)
-        self._number = self._zero = first
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self.run, args=(self._stopped.is_set,), daemon=True)
         self._thread.start()
@@ -31,6 +33,15 @@ class _Running:
     def _frame(self) -> bytes:
         data = super()._frame()
         return self.spoil(data) if self.spoil else data
+
+    def _write(self, data: bytes) -> None:
+        if not self._patient:
+            return super()._write(data)
+        while data and not self._stopped.is_set():
+            try:
+                data = data[os.write(self._master, data):]
+            except BlockingIOError:
+                time.sleep(0.01)
 
     @property
     def number(self) -> int:

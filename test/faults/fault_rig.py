@@ -151,8 +151,7 @@ class Beside:
 
     def __init__(self, bench: Bench, folder: Path):
         self._bench, self._bag, self._done = bench, folder / 'beside', 0
-        # Linux keeps 4 KB of what a process that gets no processor time does not read: three seconds at this rate.
-        self._emulator = CountingFinger(folder / 'beside_port', mark=77, rate=100.0)
+        self._emulator = CountingFinger(folder / 'beside_port', mark=77, patient=True)
         self._heard = bench.ear.hear(PsdVoltages, '/beside/voltages')
         self._recorder = bench.zygote.start('tactile_bringup.nodes.record_node', '/beside', bag=self._bag, patience=0.0)
         bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health, 30.0)
@@ -166,7 +165,8 @@ class Beside:
         self._bench.until(lambda: len(self._heard) > seen + 1, SOON)
         numbers = samples([h.message for h in self._heard[self._done:]])
         gaps = np.flatnonzero(np.diff(numbers[:, 0]) != 1)
-        assert not len(gaps) and set(numbers[:, 1]) == {77}, [numbers[k:k + 2, 0] for k in gaps]
+        told = self._bench.ear.health['/beside/psd_node'][-1:]
+        assert not len(gaps) and set(numbers[:, 1]) == {77}, ([numbers[k:k + 2, 0] for k in gaps], told)
         self._done = len(self._heard) - 1  # the last one again, to see whether the next one follows
         assert self._driver.poll() is None and self._recorder.poll() is None
 
