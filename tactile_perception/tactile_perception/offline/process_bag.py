@@ -79,7 +79,7 @@ def _items(task: Task, begin: Checkpoint, jobs: int) -> Iterator[Item]:
     head = next(items)
     yield head
     for number in range(1, count):
-        items = computed(items, replay, number, begin, head.prefix, codec)
+        items = computed(items, replay, number, begin, head, codec)
     yield from items
 
 

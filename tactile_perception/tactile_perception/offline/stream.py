@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -24,11 +25,13 @@ KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', '
 
 class Head(NamedTuple):
     """What comes first in a stream. prefix: '/ns/' of the sensor; frames: raw messages that the bag says to have; definitions: message
-    type name -> text, of what is kept, as far as the bag tells."""
+    type name -> text, of what is kept, as far as the bag tells; camera: the first camera_info, None where there is none: the first images
+    of a recording may be before it."""
 
     prefix: str
     frames: int
     definitions: dict[str, str]
+    camera: RawMessage | None = None
 
 
 class Skipped(NamedTuple):
@@ -84,11 +87,13 @@ def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
         for kind in {replay.raw_type, reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
             if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
                 raise BadRecording(f'bag {task.source}: {reason}')
-        yield Head(prefix, reader.count({prefix + replay.raw}), definitions)
+        camera = {prefix + 'camera_info'} & set(reader.topics)
+        head = Head(prefix, reader.count({prefix + replay.raw}), definitions, next(reader.messages(camera), None) if camera else None)
+        yield head
         told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
         items = _messages(reader, told, prefix + replay.raw, begin.read, task.every)
         for number in range(stages):
-            items = computed(items, replay, number, begin, prefix, codec)
+            items = computed(items, replay, number, begin, head, codec)
         yield from items
         yield reader.left_out
 
@@ -106,9 +111,10 @@ def _messages(reader: BagReader, kept: set[str], raw: str, skip: int, every: int
                 yield Checkpoint(count)
 
 
-def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoint, prefix: str, codec: MessageCodec) -> Iterator[Item]:
-    """The items, with what stage number makes of its raw messages; the first stage's own are left out."""
-    stage = load_state(begin.states[number]) if begin.states else replay.stages[number]
+def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoint, head: Head, codec: MessageCodec) -> Iterator[Item]:
+    """The items after their head, with what stage number makes of its raw messages; the first stage's own are left out."""
+    prefix = head.prefix
+    stage = load_state(begin.states[number]) if begin.states else _begun(replay.stages[number], head, codec)
     raw, camera = prefix + stage.raw, prefix + 'camera_info'
     for item in items:
         if isinstance(item, Checkpoint):
@@ -127,6 +133,14 @@ def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> I
         stage.on_transforms(codec.decode(item.data, item.type_name))
     except BadFrame as error:
         yield Skipped(item.topic, str(error), item.stamp_ns)
+
+
+def _begun(stage: ReplayStage, head: Head, codec: MessageCodec) -> ReplayStage:
+    """The stage, with the recording's camera; one that cannot be used is told where it comes."""
+    if head.camera is not None:
+        with suppress(BadFrame):
+            stage.on_camera_info(codec.decode(head.camera.data, head.camera.type_name))
+    return stage
 
 
 def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:

@@ -9,7 +9,8 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from psd_bags import write_psd
 from taxel_bags import write_taxels
-from tactile_perception.offline.bags import RawMessage
+from tactile_perception.nodes.serialization import MessageCodec
+from tactile_perception.offline.bags import BagReader, BagWriter, RawMessage
 from tactile_perception.offline.left_out import LeftOut
 from tactile_perception.offline.stream import Checkpoint, FrameDone, Head, Skipped, Task, stream
 from tf2_msgs.msg import TFMessage
@@ -69,3 +70,16 @@ def test_transforms_tell_of_the_grasped_object_and_are_not_written_again(tmp_pat
         f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench')}
     force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
     assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
+
+
+def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag):
+    codec, task = MessageCodec(), Task(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
+    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bag', codec.store) as writer:
+        images = [m for m in reader.messages({'/touchpad/image_raw'})][:2]
+        info = next(reader.messages({'/touchpad/camera_info'}))
+        for message in images:
+            writer.write(message.topic, message.type_name, message.stamp_ns, message.data)
+        writer.write(info.topic, info.type_name, images[1].stamp_ns + 1, info.data)
+    items = list(stream(task, Checkpoint(0), 2))
+    assert not any(isinstance(item, Skipped) for item in items)
+    assert sum(isinstance(item, RawMessage) and item.topic == '/touchpad/contacts' for item in items) == 2
