@@ -71,8 +71,9 @@ class HandNodes(SensorNodes):
         return self.planned(package, executable, own)
 
     def recorder(self) -> list:
-        """Without waiting for somebody who works on raw data: in one process with the driver it is not seen."""
-        return [replace(node, own={**node.own, 'patience': 0.0}) for node in super().recorder()]
+        """Without waiting for somebody who works on raw data where that is in one process with the driver and is not seen."""
+        patience = {} if self._values['composed'] == 'false' else {'patience': 0.0}
+        return [replace(node, own=node.own | patience) for node in super().recorder()]
 
     def rviz(self, *_arguments) -> list:
         """See the class."""
@@ -124,7 +125,8 @@ def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> PlannedSensor:
 def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
     """The arguments of the sensor's own launch file. Raises BadArgument where a recording has nothing of it."""
     values = {argument.name: '' for argument in sensor_arguments(sensor.type)} | {'right_device': '', 'right_path': ''}
-    values.update(sensor.settings, namespace=sensor.name, source=given['source'], rviz='false', autostart=given['autostart'])
+    values.update(sensor.settings, namespace=sensor.name, source=given['source'], rviz='false', autostart=given['autostart'],
+                  composed=given['composed'])
     if given['record']:
         values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
     simulated = given['source'] == 'sim'

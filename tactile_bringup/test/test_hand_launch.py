@@ -19,7 +19,7 @@ from tactile_bringup.hand_launch import MAKERS, hand_actions, hand_arguments, pl
 from tactile_bringup.sensor_launch import LaunchError, share  # noqa: E402
 
 pytestmark = pytest.mark.ros
-GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': ''}
+GIVEN = {'hand': 'hand.yaml', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'sensor'}
 
 
 def actions(**given):
@@ -52,6 +52,13 @@ def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames():
 
 def test_a_recorder_for_each_sensor(tmp_path):
     assert executables(actions(record=str(tmp_path / 'new')))[-5:] == ['record_node'] * 5
+
+
+@pytest.mark.parametrize(('composed', 'patience'), [('sensor', 0.0), ('false', None)])
+def test_a_recorder_waits_only_for_those_that_it_can_see(composed, patience):
+    given = {**GIVEN, 'record': 'new', 'composed': composed}
+    recorder = planned_sensor(HandSensor('tip', 'psd_finger', 'hand'), given).nodes[-1]
+    assert recorder.own == {'bag': 'new/tip'} | ({} if patience is None else {'patience': patience})
 
 
 def test_a_simulated_hand_has_the_specimens_parameters_whatever_the_real_ones_are():

@@ -51,7 +51,7 @@ SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', C
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', open_dual_scene, 'contacts', Contacts)}
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 98))
 WAYS = ('sensor', 'true', 'false')
-_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': ''}
+_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': ''}
 _FILM_S = 6.0
 _STARTED_S = 6.0  # imports
 
