@@ -5,13 +5,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+_AT_ONCE = 20  # messages, after which others than this subscription have their turn
 
 Take = Callable[[object, int], None]  # a message, and when it was sent, ns
 
@@ -89,5 +93,24 @@ class Host:
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         if own is not None:
             return own.attach(take)
-        subscription = node.create_subscription(kind, topic, lambda message, info: take(message, info['source_timestamp']), qos)
+
+        def taken(message, info):
+            take(message, info['source_timestamp'])
+            for message, info in waiting(subscription):
+                take(message, info['source_timestamp'])
+        subscription = node.create_subscription(kind, topic, taken, qos)
         return lambda: node.destroy_subscription(subscription)
+
+
+def waiting(subscription: Subscription) -> Iterator[tuple[object, dict]]:
+    """(message, info) of what has come meanwhile, some at once: the executor's way to each costs 0.2 to 0.4 ms, as much as the work on a
+    small message. They end where the subscription does."""
+    for _ in range(_AT_ONCE):
+        try:
+            with subscription.handle:
+                found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+        except InvalidHandle:
+            return
+        if found is None:
+            return
+        yield found

@@ -88,6 +88,28 @@ def test_alone_a_node_hears_by_the_middleware_and_when_it_was_sent(node):
     assert not list(node.subscriptions)
 
 
+def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node):
+    taken, ends = [], []
+
+    def take(message, _sent_ns):
+        taken.append(message.data)
+        if message.data == 'd':
+            ends[0]()
+    publisher = node.create_publisher(String, 'words', 10)
+    ends.append(Host().listen(node, String, 'words', take, 10))
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    deadline = time.monotonic() + 10
+    while publisher.get_subscription_count() == 0 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    for word in 'abcdef':
+        publisher.publish(String(data=word))
+    time.sleep(0.5)
+    while not taken and time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.1)
+    assert taken == ['a', 'b', 'c', 'd'] and not list(node.subscriptions)
+
+
 def test_a_hosts_parameters_go_before_those_of_the_arguments():
     rclpy.init(domain_id=DOMAIN)
     host = Host(['-r', '__ns:=/pad', '-p', 'rate:=1.0', '-p', 'loop:=true'], {'rate': 60.0, 'device': '12'})

@@ -3,7 +3,7 @@
 """Which messages to leave out, so that a node that is too slow for them stays up to date. No ROS here."""
 from __future__ import annotations
 
-_LONGEST_S = 0.05  # that a message may wait: a hiccup of the machine is worked off, a lasting queue is not built
+LONGEST_S = 0.05  # that a message may wait: a hiccup of the machine is worked off, a lasting queue is not built
 _PERIODS = 2  # or so many periods, whichever is longer: then a younger one is surely there
 _FASTER = 0.5  # a recording played so much faster than it was made, or more, is nobody's live view: each message counts
 _SMOOTHING = 0.1
@@ -11,9 +11,10 @@ _NS = 1e-9
 
 
 class Shedding:
-    """Follows when messages were sent; a node that takes too long leaves out every n-th, and does the others at most `_LONGEST_S` late."""
+    """Follows when messages were sent; a node that takes too long leaves out every n-th, and does the others at most longest_s late."""
 
-    def __init__(self):
+    def __init__(self, longest_s: float = LONGEST_S):
+        self._longest_s = longest_s
         self._last: tuple[int, int] | None = None
         self._steps = [0.0, 0.0]  # s between messages, as they are sent and as they are stamped
 
@@ -25,7 +26,7 @@ class Shedding:
             self._follow(sent_ns - self._last[0], stamp_ns - self._last[1])
         self._last = sent_ns, stamp_ns
         sent_s, stamped_s = self._steps
-        return sent_s > _FASTER * stamped_s and _NS * (now_ns - sent_ns) > max(_LONGEST_S, _PERIODS * sent_s)
+        return sent_s > _FASTER * stamped_s and _NS * (now_ns - sent_ns) > max(self._longest_s, _PERIODS * sent_s)
 
     def _follow(self, *steps_ns: int) -> None:
         if min(steps_ns) > 0:  # clocks that go back tell nothing

@@ -18,7 +18,7 @@ from tactile_driver.nodes.parameters import Parameter
 
 from ..errors import BadArgument, ClockSetBack, TactileError
 from .conversions import stamp_seconds
-from .shedding import Shedding
+from .shedding import LONGEST_S, Shedding
 from .work_log import WorkLog
 
 _PATIENCE_S = 5.0
@@ -35,6 +35,7 @@ class StageNode(Node):
     """
 
     with_camera = True
+    patience_s = LONGEST_S  # that a message may wait before it is left out
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type],
                  host: Host | None = None):
@@ -43,7 +44,7 @@ class StageNode(Node):
         self.settings = NodeParameters(self, table, self.check_change, self._apply_change)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self._source, self._inputs, self._shedding = source, [], Shedding()
+        self._source, self._inputs, self._shedding = source, [], Shedding(self.patience_s)
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
         self.say = SayOnce(self)

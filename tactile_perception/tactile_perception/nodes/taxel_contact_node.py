@@ -24,6 +24,7 @@ class TaxelContactNode(StageNode):
     """Tells where and how an object lies in the grasp, whether it slips, and its wrench."""
 
     with_camera = False
+    patience_s = 0.15  # slip is told from frame to frame: the queue is worked off
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS, host)

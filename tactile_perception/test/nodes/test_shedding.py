@@ -47,6 +47,14 @@ def test_a_hiccup_is_worked_off():
     assert shedding.is_late(1616 * MS, 1616 * MS, 1670 * MS)
 
 
+def test_patience_is_for_the_node_to_say():
+    shedding = Shedding(0.15)
+    for k in range(100):
+        assert not shedding.is_late(k * 2 * MS, k * 2 * MS + 1, k * 2 * MS + 2)
+    assert not shedding.is_late(200 * MS, 200 * MS, 345 * MS)
+    assert shedding.is_late(202 * MS, 202 * MS, 355 * MS)
+
+
 def test_a_recording_played_faster_than_it_was_made_is_done_as_far_as_the_queue_holds():
     slow, fast = (done_of(200, 8, depth=100, stamped=lambda number: number * more) for more in (0, 20 * MS))
     assert max(wait for _, wait in slow) < 60 < 400 < max(wait for _, wait in fast)
