@@ -66,6 +66,10 @@ class SheetPresses:
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing touches: what comes next is sought anew."""
         self._last = _Followed(np.zeros((0, 2)))
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:

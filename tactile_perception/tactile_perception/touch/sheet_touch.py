@@ -52,12 +52,13 @@ class SheetModelMethod:
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty where nothing touches."""
+        """The touches of one frame; empty where nothing touches. Fits begin where those of the last frame ended, if that was alike."""
         if field.seen.sum() < FEWEST:
             return []
         field = self._calibration.eyes.shifted(field)
         start, score = self._start.best(field)
         if score < STANDS_OUT:
+            self._presses.forget()
             return []
         found = self._presses.explain(field, start)
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]

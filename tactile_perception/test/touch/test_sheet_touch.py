@@ -86,3 +86,13 @@ def test_the_calibration_file_keeps_it():
 def test_a_broken_calibration_is_refused():
     with pytest.raises(BadCalibration, match='calibrate again'):
         SheetModelMethod.from_fitted({'noise': {}}, SENSOR)
+
+
+def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_was():
+    press = [field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3, seed) for seed in range(3)]
+    still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
+    told = [[touch.position.tolist() for field in press for touch in SheetModelMethod(CALIBRATION, SENSOR).estimate(field)]]
+    for _ in range(2):
+        method = SheetModelMethod(CALIBRATION, SENSOR)
+        told.append([touch.position.tolist() for field in [press[0], still, press[1], still, press[2]] for touch in method.estimate(field)])
+    assert told[0] == told[1] == told[2] and len(told[0]) == 3
