@@ -60,7 +60,9 @@ def playing(folder: Path, open_scene):
 
 
 def main() -> None:
-    """Replace what opens scenes, and run composed_node."""
+    """Replace what opens scenes, and run composed_node, which ends as a node does that is started by its entry point."""
+    from tactile_driver.nodes.start import INTERRUPT
+    INTERRUPT.end_at_once(0)
     from tactile_driver.simulation import scenes
     from tactile_driver.sources import taxel_simulated
     folder = Path(sys.argv[1])
