@@ -64,6 +64,21 @@ def nodes(bench):
         end(node)
 
 
+@pytest.fixture(scope='package')
+def idle(bench):
+    """idle(sensor type): the nodes of a simulated sensor, made once, whose driver waits to be configured."""
+    from sensor_nodes import made, plans
+    kept = {}
+
+    def nodes_of(sensor_type):
+        if sensor_type not in kept:
+            kept[sensor_type] = [made(plan) for plan in plans(sensor_type, bench.fresh('idle'))]
+        return kept[sensor_type]
+    yield nodes_of
+    for node in sum(kept.values(), []):
+        node.destroy_node()
+
+
 @pytest.fixture
 def bus(tmp_path, monkeypatch):
     """Serial ports in place of /dev."""

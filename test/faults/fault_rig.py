@@ -151,10 +151,10 @@ class Beside:
 
     def __init__(self, bench: Bench, folder: Path):
         self._bench, self._bag, self._done = bench, folder / 'beside', 0
-        self._emulator = CountingFinger(folder / 'beside_port', mark=77, patient=True)
         self._heard = bench.ear.hear(PsdVoltages, '/beside/voltages')
         self._recorder = bench.zygote.start('tactile_bringup.nodes.record_node', '/beside', bag=self._bag, patience=0.0)
         bench.until(lambda: 'record_node' in bench.ear.health or '/beside/record_node' in bench.ear.health, 30.0)
+        self._emulator = CountingFinger(folder / 'beside_port', mark=77, patient=True)
         self._driver = bench.zygote.start('tactile_driver.nodes.psd_node', '/beside', source='device', device=folder / 'beside_port',
                                           batch_period=0.05)
         bench.until(lambda: len(self._heard) > 3, 30.0)

@@ -76,9 +76,10 @@ def recorded(bag, topic):
         return samples([codec.decode(m.data, m.type_name) for m in reader.messages({topic})])[:, 0]
 
 
-@pytest.mark.parametrize('composed', ['sensor', pytest.param('false', marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize('composed', ['sensor', 'false'])
 def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench, beside, tmp_path, composed):
-    fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0) for mark, name in enumerate(('index', 'thumb'))}
+    fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0, patient=True) for mark, name in enumerate(('index', 'thumb'))}
     heard = {name: bench.ear.hear(PsdVoltages, f'/{name}/voltages') for name in fingers}
     hand = Hand(tmp_path, {name: tmp_path / name for name in fingers}, bench.domain, 'record:=rec', f'composed:={composed}')
     try:

@@ -3,10 +3,12 @@
 """What a capture has read and nobody has taken yet: the newest of a live source, none of them old."""
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 
-_LONGEST_S = 0.05  # that a frame may wait while there are younger ones: a hiccup is worked off, a lasting queue is not built
+_LONGEST_S = 0.05  # that a frame may wait while there are younger ones, where that lasts: a queue is not built
+_HICCUP_S = 1.0  # what ends within this time is a hiccup of the machine, and is worked off
 _WINDOW_S = 4.0
 _RECENT = 2000
 
@@ -18,6 +20,7 @@ class Waiting:
         self._keep = keep
         self._frames: deque[tuple[float, object]] = deque()
         self.left_out = 0
+        self._late_s = self._last_late_s = -math.inf  # since when, and when for the last time, frames waited too long
         self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
 
     def __len__(self) -> int:
@@ -30,14 +33,22 @@ class Waiting:
         self._frames.append((time.monotonic(), frame))
 
     def take(self) -> object | None:
-        """The oldest frame that has not waited too long, or else the newest; None where there is none."""
+        """The oldest frame, None where there is none; where late frames are no hiccup, the oldest that is not late, or the newest."""
         now = time.monotonic()
-        while len(self._frames) > 1 and now - self._frames[0][0] > _LONGEST_S:
+        while self._is_late(now) and now - self._late_s > _HICCUP_S:
             self._leave_out()
         if not self._frames:
             return None
         self._passed.append((now, True))
         return self._frames.popleft()[1]
+
+    def _is_late(self, now: float) -> bool:
+        """Whether the oldest has waited too long."""
+        late = len(self._frames) > 1 and now - self._frames[0][0] > _LONGEST_S
+        if late:
+            self._late_s = now if now - self._last_late_s > _HICCUP_S else self._late_s
+            self._last_late_s = now
+        return late
 
     def clear(self) -> None:
         """Forget what waits."""
