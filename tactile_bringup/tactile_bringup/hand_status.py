@@ -72,7 +72,10 @@ class HandStatus:
             level = self.level_of(report, now_s)
             mark = f'{_COLOURS[level]}{_WORDS[level]}{_PLAIN}' if colour else _WORDS[level]
             state = 'silent' if level == SILENT else report.values.get('state', '')
-            lines.append(_row(('', sensor or '-', node, state, *(_number(report.values.get(key), how) for key, how in _NUMBERS), mark)))
+            numbers = [_number(report.values.get(key), how) for key, how in _NUMBERS]
+            if state == 'idle':  # they are of the last time that somebody subscribed
+                numbers[:-1] = ['-'] * (len(numbers) - 1)
+            lines.append(_row(('', sensor or '-', node, state, *numbers, mark)))
         lines += [_row(('', name, '-', 'missing', '-', '-', '-', '-', 'nothing reports under this name; has it been launched?'))
                   for name in self.missing]
         return '\n'.join([*lines, '', *self._faults(now_s)]).rstrip() + '\n'

@@ -12,7 +12,7 @@ def line_of(text, node):
 def test_a_line_for_each_node_with_its_numbers():
     status = HandStatus()
     status.add('/left/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
-    status.add('/left/thumb/dot_tracker_node: dot_tracker', OK, '', {'state': 'idle', 'rate (Hz)': 'nan', 'dropped': '0'}, 10.0)
+    status.add('/left/thumb/dot_tracker_node: dot_tracker', OK, '', {**GOOD, 'state': 'idle', 'dropped': '0'}, 10.0)
     text = status.text(10.5)
     assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', 'ok']
     assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', 'ok']

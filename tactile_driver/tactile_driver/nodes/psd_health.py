@@ -35,10 +35,15 @@ class SampleMeter:
         while now - self._recent[0][0] > _WINDOW_S:
             self._recent.popleft()
 
+    def _lately(self) -> list[tuple[float, int, int]]:
+        """What the window has: less and less, where nothing comes any more."""
+        now = time.monotonic()
+        return [each for each in list(self._recent) if now - each[0] <= _WINDOW_S]
+
     @property
     def rate(self) -> float:
         """Samples a second lately; NaN until known."""
-        recent = list(self._recent)
+        recent = self._lately()
         if len(recent) < 3:
             return math.nan
         seconds = recent[-1][0] - recent[0][0]
@@ -47,7 +52,7 @@ class SampleMeter:
     @property
     def saturated_part(self) -> float:
         """Part of the samples that is saturated, lately."""
-        recent = list(self._recent)
+        recent = self._lately()
         return sum(high for *_, high in recent) / max(sum(count for _, count, _ in recent), 1)
 
 

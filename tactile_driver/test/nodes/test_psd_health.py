@@ -16,13 +16,14 @@ from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
 GOOD = CaptureStatus('running', 300, 0, 0, 200.0, 0.004, '')
 
 
-def fed(monkeypatch, rate=1000, level=1.0):
+def fed(monkeypatch, rate=1000, level=1.0, since=0.0):
     now = [100.0]
     monkeypatch.setattr(psd_health.time, 'monotonic', lambda: now[0])
     meter = SampleMeter(4.9)
     for _ in range(1000):
         now[0] += 5 / rate
         meter.add(np.full((5, 4), level))
+    now[0] += since
     return meter
 
 
@@ -41,6 +42,11 @@ def test_rate_and_saturation_are_measured(monkeypatch):
 def test_what_goes_wrong_is_said(monkeypatch, change, remark, level, said):
     health = sample_health(replace(GOOD, **change), {}, fed(monkeypatch), True, remark)
     assert health.level == level and said in health.message
+
+
+def test_samples_of_long_ago_tell_no_rate(monkeypatch):
+    meter = fed(monkeypatch, rate=500, since=10.0)
+    assert math.isnan(meter.rate) and sample_health(GOOD, {'rate': 1000.0}, meter, True, '').level == OK
 
 
 def test_too_few_samples_and_none_at_all(monkeypatch):
