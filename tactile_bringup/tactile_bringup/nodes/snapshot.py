@@ -36,6 +36,7 @@ from ..hand_picture import finger_picture, sheet, taxel_picture, tile
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _SETTLE_S = 2.5  # until the middleware has found all sensors
 _LOOK_S = 0.5
+_KEPT = 2000
 _FULL = {'mono8': 255.0, 'mono16': 65535.0}
 
 
@@ -46,11 +47,32 @@ class Seen:
     type: str = ''
     topics: dict[str, type] = field(default_factory=dict)
     messages: dict[str, object] = field(default_factory=dict)
+    contacts: dict[tuple[int, int], Contacts] = field(default_factory=dict)
+
+    def take(self, topic: str, message) -> None:
+        """Keep a message, and contacts for a while: pictures take longer."""
+        self.messages[topic] = message
+        if topic == 'contacts':
+            self.contacts[_stamp(message)] = message
+            while len(self.contacts) > _KEPT:
+                del self.contacts[next(iter(self.contacts))]
+
+    @property
+    def touches(self) -> list | None:
+        """The contacts that belong to the picture, or else the last; None where there were none at all."""
+        picture = next((message for topic, message in self.messages.items() if topic != 'contacts'), None)
+        last = self.messages.get('contacts')
+        found = last if picture is None else self.contacts.get(_stamp(picture), last)
+        return None if found is None else found.contacts
 
     @property
     def complete(self) -> bool:
         """Whether there is all that its tile needs."""
         return bool(self.type) and self.topics.keys() <= self.messages.keys()
+
+
+def _stamp(message) -> tuple[int, int]:
+    return message.header.stamp.sec, message.header.stamp.nanosec
 
 
 def _annotated(messages: dict) -> np.ndarray:
@@ -100,14 +122,13 @@ class SnapshotNode(Node):
         picture, _ = DRAWINGS.get(seen.type, _OTHER)
         seen.topics = {'contacts': Contacts} | ({picture: Image} if picture else {})
         for topic, kind in seen.topics.items():
-            self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.messages.update({topic: message}),
+            self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
 
 
 def tile_of(name: str, seen: Seen) -> np.ndarray:
     """The sensor's tile, of what there is of it."""
-    contacts = seen.messages['contacts'].contacts if 'contacts' in seen.messages else None
-    line = 'no contacts are told' if contacts is None else touch_line([c.force for c in contacts])
+    line = 'no contacts are told' if seen.touches is None else touch_line([c.force for c in seen.touches])
     topic, draw = DRAWINGS.get(seen.type, _OTHER)
     try:
         picture = draw(seen.messages) if (topic or 'contacts') in seen.messages else None

@@ -21,7 +21,7 @@ from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 
-from tactile_bringup.nodes.snapshot import main, touch_line  # noqa: E402
+from tactile_bringup.nodes.snapshot import Seen, main, touch_line  # noqa: E402
 
 pytestmark = pytest.mark.ros
 DOMAIN = 100 + os.getpid() % 100
@@ -91,3 +91,15 @@ def test_what_cannot_be_done_is_told(monkeypatch, capsys, tmp_path):
                                               ([np.nan], '1 touch')])
 def test_a_line_of_touches(forces, line):
     assert touch_line(forces) == line
+
+
+def test_a_picture_goes_with_the_contacts_of_its_own_time():
+    seen = Seen('touchpad')
+    assert seen.touches is None
+    for stamp_ns, count in ((1, 2), (2, 1), (3, 0)):
+        seen.take('contacts', Contacts(header=header_of(stamp_ns, 'pad'), contacts=[Contact()] * count))
+    assert len(seen.touches) == 0, 'the last'
+    seen.take('image_annotated', Image(header=header_of(1, 'pad')))
+    assert len(seen.touches) == 2
+    seen.take('image_annotated', Image(header=header_of(9, 'pad')))
+    assert len(seen.touches) == 0
