@@ -117,7 +117,7 @@ class Bench:
         """When condition() came true, monotonic s."""
         end = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < end, {name: (seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items()}
+            assert time.monotonic() < end, [(name, seen[-1].level, seen[-1].text) for name, seen in self.ear.health.items() if seen][-6:]
             time.sleep(0.005)
         return time.monotonic()
 
