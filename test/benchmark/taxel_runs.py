@@ -39,9 +39,8 @@ class Run:
 
     @property
     def warned(self) -> bool:
-        """Whether incipient slip was told before all slipped."""
-        incipient, gross = np.flatnonzero(self.states == 1), np.flatnonzero(self.true == 2)
-        return bool(len(incipient) and len(gross) and incipient[0] < gross[0])
+        """Whether incipient slip was told while it was that, before all slipped; a false alarm before is no warning."""
+        return bool(np.any((self.states == 1) & (self.true == 1)))
 
 
 def script(rng: np.random.Generator, face: str, turns: bool) -> TaxelScript:

@@ -28,7 +28,7 @@ def slips(states, linear, turn=0.0, centre=(np.nan, np.nan)):
 
 
 def test_a_translation_is_judged_by_its_velocity():
-    run = taxel_runs._judged('bar', slips([0, 1] + [2] * 18, (0.9e-3, 0.0)), frames(20, [0, 0, 1] + [2] * 17, [1e-3, 0, 0, 0, 0, 0]), False)
+    run = taxel_runs._judged('bar', slips([0, 1, 1] + [2] * 17, (0.9e-3, 0.0)), frames(20, [0, 0, 1] + [2] * 17, [1e-3, 0, 0, 0, 0, 0]), False)
     assert run.warned and run.errors['velocity'] == pytest.approx([0.1] * 14) and not run.errors['turn']
     said = taxel_runs.text([run], 'mechanics')
     assert 'in 1 of 1 runs' in said and 'velocity 0.100 (0.100)' in said and 'turn untold' in said
@@ -39,6 +39,10 @@ def test_a_turn_is_judged_by_its_rate_and_centre():
     run = taxel_runs._judged('bar', slips([2] * 20, (0.0, -1e-3), 0.4, (2e-3, 1e-3)), frames(20, [2] * 20, [0, -1e-3, 0, 0, 0, 0.5]), True)
     assert not run.warned, 'all slips from the first frame on'
     assert run.errors['turn'] == pytest.approx([0.2] * 14) and run.errors['centre'] == pytest.approx([1.0] * 14)
+
+
+def test_a_false_alarm_is_no_warning():
+    assert not taxel_runs._judged('bar', slips([1, 0, 2], (0, 0)), frames(3, [0, 1, 2], np.zeros(6)), False).warned
 
 
 def test_scripts_press_hold_and_move_ever_faster():
