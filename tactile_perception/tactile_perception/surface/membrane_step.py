@@ -45,11 +45,11 @@ class Slopes:
 
     def equations(self, slopes: np.ndarray, weight: np.ndarray, by_pressure: np.ndarray, trust: np.ndarray,
                   keep: float | None) -> Equations | None:
-        """Equations of loads with slopes (9, K), weights weight (K,) and derivatives by_pressure (K,), and of ranges with weights trust (K,);
-        None where they have no solution.
+        """Equations of loads with slopes (9, K), weights weight (K,) and derivatives by_pressure (K,), and of ranges with weights trust
+        (K,); None where they have no solution.
 
         keep: under which they are kept, if at all. They say where a step goes, not where steps end, so that they serve from frame to frame
-        while they are about the same.
+        while about the same.
         """
         kept = self._kept.get(keep)
         if kept and _alike(weight, kept[1], _SOME_LOADS) and _alike(trust, kept[2], _SOME_RANGES):
