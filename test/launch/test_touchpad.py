@@ -40,7 +40,7 @@ def pressed(ros2, listen):
     touched = ear.heard['/left/pad/contacts']
     assert ear.wait_for(lambda: any(message.contacts for message in list(touched)), 40), launched.log
     last = [ear.heard['/left/pad/contact_region'], ear.heard['/left/pad/image_annotated']]
-    assert ear.wait_for(lambda: min(map(len, last)) > 40, 60), launched.log
+    assert ear.wait_for(lambda: min(map(len, last)) > 40 and all(ear.heard.values()), 60), launched.log
     return launched, ear
 
 
