@@ -93,6 +93,7 @@ def test_the_disk_is_full_for_a_while(bench, beside, finger, disk):
     bench.report('disk full', told.text, back - free)
 
 
+@pytest.mark.slow
 def test_the_disk_stays_full_and_the_index_finds_its_room_all_the_same(bench, beside, finger, disk):
     space, _ = finger
     recorder = bench.zygote.start(RECORDER, space, bag=disk / 'bag', patience=0.0)
