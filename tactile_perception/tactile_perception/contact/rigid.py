@@ -90,7 +90,8 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
     """The motion that most points share, whatever the others do: Tukey's biweight from the best of some fixed starts.
 
-    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that the same points give the same answer. Weights of points that do not share the motion are 0.
+    p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that
+    the same points give the same answer. Weights of points that do not share the motion are 0.
     Raises BadArgument, DegenerateFit as fit_rigid.
     """
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
