@@ -136,12 +136,18 @@ def summary(heard: dict[str, Heard], record: live.Record, share: float, begin_ns
     result = {'CPU %': sum(live.cpu(record).values()), 'sensors': {}}
     for name, found in heard.items():
         counted = [(stamp, late) for stamp, late in zip(found.stamps, found.latencies) if begin_ns <= stamp < begin_ns + duration * 1e9]
-        due = SENSORS[name][2] * (share if SENSORS[name][0] != 'psd_finger' else 1.0) * duration  # a finger's batches are of one length
+        due = rate_of(name, share) * duration
         told = len({stamp for stamp, _ in counted})
         latency = 1e3 * np.array([late for _, late in counted])
         result['sensors'][name] = {'lost %': max(0.0, 100 * (1 - told / due)), 'latency ms': [
             float(np.percentile(latency, p)) if len(latency) else float('nan') for p in live.PERCENTILES]}
     return result
+
+
+def rate_of(name: str, share: float) -> float:
+    """Results a second that are due. A finger's batches have whole samples, of 5 ms together."""
+    kind, rate, results = SENSORS[name][:3]
+    return rate * share / max(round(0.005 * rate * share), 1) if kind == 'psd_finger' else results * share
 
 
 def medians(results: list[dict]) -> dict:

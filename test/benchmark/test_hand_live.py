@@ -51,6 +51,11 @@ def test_losses_latency_and_cpu_of_the_time_that_counts():
     assert result['sensors']['tip']['latency ms'] == pytest.approx([8.0] * 4)
 
 
+def test_results_that_are_due():
+    assert [hand_live.rate_of(name, 0.5) for name in ('thumb', 'array')] == [30, 100]
+    assert hand_live.rate_of('tip', 1.0) == 200 and hand_live.rate_of('tip', 0.33) == 165
+
+
 def test_medians_of_runs_and_their_table():
     runs = [{'CPU %': c, 'memory MB': m, 'sensors': {'thumb': {'lost %': x, 'latency ms': [c, c, c, c]}}}
             for c, m, x in ((10, 100, 0.0), (30, 120, 1.0), (20, 110, 0.5))]
