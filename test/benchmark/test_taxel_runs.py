@@ -28,7 +28,8 @@ def slips(states, linear, turn=0.0, centre=(np.nan, np.nan)):
 
 
 def test_a_translation_is_judged_by_its_velocity():
-    run = taxel_runs._judged('bar', slips([0, 1, 1] + [2] * 17, (0.9e-3, 0.0)), frames(20, [0, 0, 1] + [2] * 17, [1e-3, 0, 0, 0, 0, 0]), False)
+    truths = frames(20, [0, 0, 1] + [2] * 17, [1e-3, 0, 0, 0, 0, 0])
+    run = taxel_runs._judged('bar', slips([0, 1, 1] + [2] * 17, (0.9e-3, 0.0)), truths, False)
     assert run.warned and run.errors['velocity'] == pytest.approx([0.1] * 14) and not run.errors['turn']
     said = taxel_runs.text([run], 'mechanics')
     assert 'in 1 of 1 runs' in said and 'velocity 0.100 (0.100)' in said and 'turn untold' in said
