@@ -35,7 +35,8 @@ class Session:
             assert found.returncode == 0, f'{command}\n{found.stdout[-2000:]}\n{found.stderr[-2000:]}{self._said()}'
 
     def _called(self, command: str, limit: float) -> subprocess.CompletedProcess:
-        return subprocess.run(['bash', '-c', command], cwd=self._folder, env=self._environment, capture_output=True, text=True, timeout=limit)
+        return subprocess.run(['bash', '-c', command], cwd=self._folder, env=self._environment, capture_output=True, text=True,
+                              timeout=limit)
 
     def _ask(self, command: str) -> None:
         """Again until the nodes are there: a busy machine takes long to start them."""

@@ -43,7 +43,8 @@ def check_launch(words, _page):
 
 
 def check_run(words, _page):
-    chosen = [word for word in words[4:] if word.startswith('--')]
+    own = words[4:words.index('--ros-args')] if '--ros-args' in words else words[4:]
+    chosen = [word for word in own if word.startswith('--')]
     if chosen:
         said = options(words[2], words[3])
         assert not [word for word in chosen if word not in said], f'{words[3]} takes none of {chosen}'
