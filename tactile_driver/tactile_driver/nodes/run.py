@@ -55,6 +55,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         for node in make():
             nodes.append(node)
         INTERRUPT.begin_running()
+        gc.freeze()  # what is there now stays: to look through all of it again takes a tenth of a second from some frame
         _spin(nodes)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
