@@ -22,6 +22,7 @@ from tactile_perception.offline.bags import BagReader  # noqa: E402
 pytestmark = pytest.mark.ros
 PERCEPTION = 'tactile_perception.nodes.psd_contact_node'
 STARTED = 30.0  # s: a process imports what it needs, and the middleware joins it to the others
+JOINED = 3.0  # s: so long the middleware may take for each topic of a recorder
 
 
 def test_perception_is_killed_and_started_again_beside_a_driver_that_goes_on(bench, beside, bus, nodes):
@@ -79,25 +80,26 @@ def recorded(bag, topic):
 @pytest.mark.slow
 @pytest.mark.parametrize('composed', ['sensor', 'false'])
 def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench, beside, tmp_path, composed):
-    fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0, patient=True) for mark, name in enumerate(('index', 'thumb'))}
+    index, thumb = (bench.fresh(name).strip('/') for name in ('index', 'thumb'))
+    fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0, patient=True) for mark, name in enumerate((index, thumb))}
     heard = {name: bench.ear.hear(PsdVoltages, f'/{name}/voltages') for name in fingers}
     hand = Hand(tmp_path, {name: tmp_path / name for name in fingers}, bench.domain, 'record:=rec', f'composed:={composed}')
     try:
         bench.until(lambda: all(len(each) > 20 for each in heard.values()), 60.0)
         bench.until(lambda: all(bench.recorded(f'/{name}') > 20 for name in fingers), 60.0)
-        begun = time.monotonic()
-        time.sleep(1.0)
-        victim = hand.child('composed_node', '"namespace": "/index"') if composed == 'sensor' else hand.child('psd_node', '__ns:=/index')
-        before, killed = len(heard['index']), time.monotonic()
+        begun = time.monotonic() + JOINED
+        time.sleep(JOINED + 1.0)
+        victim = hand.child(*{'sensor': ('composed_node', f'"namespace": "/{index}"'), 'false': ('psd_node', f'__ns:=/{index}')}[composed])
+        before, killed = len(heard[index]), time.monotonic()
         victim.kill()
         bench.until(lambda: 'has ended with -9; it is started again' in hand.log)
-        bench.until(lambda: len(heard['index']) > before + 20, STARTED)
-        back = next(h.at for h in heard['index'][before:] if h.at > killed + 0.2)
-        count = bench.recorded('/index')
-        joined = bench.until(lambda: bench.recorded('/index') > count + 5, STARTED)  # the recorder hears the new driver too
-        bench.until(lambda: heard['index'][-1].at > joined + 0.5)
-        thumb = samples([h.message for h in heard['thumb']])[:, 0]
-        assert (thumb[1:] == thumb[:-1] + 1).all(), 'the other sensor misses nothing'
+        bench.until(lambda: len(heard[index]) > before + 20, STARTED)
+        back = next(h.at for h in heard[index][before:] if h.at > killed + 0.2)
+        count = bench.recorded(f'/{index}')
+        joined = bench.until(lambda: bench.recorded(f'/{index}') > count + 5, STARTED)  # the recorder hears the new driver too
+        bench.until(lambda: heard[index][-1].at > joined + JOINED + 0.5)
+        beside_it = samples([h.message for h in heard[thumb]])[:, 0]
+        assert (beside_it[1:] == beside_it[:-1] + 1).all(), 'the other sensor misses nothing'
     finally:
         hand.end()
         for finger in fingers.values():
@@ -105,7 +107,7 @@ def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench,
     assert hand.log.count('process has finished cleanly') == {'sensor': 5, 'false': 9}[composed] and 'Traceback' not in hand.log, hand.log
     for name, messages in heard.items():
         kept = set(recorded(tmp_path / 'rec' / name, f'/{name}/voltages'))
-        sure = [h.message for h in messages if begun < h.at < killed - 0.2 or h.at > joined]
+        sure = [h.message for h in messages if begun < h.at < killed - 0.2 or h.at > joined + JOINED]
         assert len(sure) > 10 and set(samples(sure)[:, 0]) <= kept, f'{name}: what was published is recorded'
     bench.report(f'{"a sensor" if composed == "sensor" else "a driver"} of a hand killed',
-                 'index has ended with -9; it is started again', back - killed, STARTED)
+                 f'{index} has ended with -9; it is started again', back - killed, STARTED)
