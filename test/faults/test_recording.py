@@ -106,6 +106,7 @@ def test_the_disk_stays_full_and_the_index_finds_its_room_all_the_same(bench, be
         assert reader.message_count > 20
 
 
+@pytest.mark.slow
 def test_the_recorder_is_killed(bench, beside, finger, tmp_path):
     space, heard = finger
     recorder = bench.zygote.start(RECORDER, space, bag=tmp_path / 'bag', patience=0.0)

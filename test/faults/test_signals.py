@@ -54,7 +54,6 @@ class Driver:
 
 ALL = [pytest.param(number, list(STATES), marks=pytest.mark.slow, id=f'{number.name} in each state') for number in CODES]
 SOME = [pytest.param(number, ['active'], id=f'{number.name} while active') for number in CODES]
-SOME.append(pytest.param(signal.SIGTERM, ['unconfigured'], id='SIGTERM while unconfigured'))
 
 
 @pytest.mark.parametrize(('number', 'states'), ALL + SOME)
