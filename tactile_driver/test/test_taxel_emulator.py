@@ -83,7 +83,7 @@ def test_frames_of_another_size_are_told(bench):
     rig.source._shape = (10, 10)
     rig.source.open()
     assert not rig.read(0.6)
-    assert 'rows, columns' in rig.source.remark
+    assert 'a matrix of 44 x 44' in rig.source.remark and 'set the parameters' in rig.source.remark
 
 
 def test_wrong_words(tmp_path, capsys):
