@@ -33,7 +33,7 @@ def stamps_of(path, topic):
 @pytest.fixture
 def recorded(ros2, listen, tmp_path):
     """A bag of some seconds of a simulated touchpad."""
-    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'scene:=sphere_press', 'rate:=10', 'record:=bag')
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'rate:=10', 'record:=bag')
     ear = listen({'/touchpad/contact_region': ContactRegion})
     assert ear.wait_for(lambda: len(ear.heard['/touchpad/contact_region']) > 60, 60), launched.log
     assert launched.interrupt() == 0, launched.log
