@@ -61,6 +61,11 @@ def read_hand(path: str | Path) -> Hand:
         raise BadArgument(f'hand {path}: {error}') from error
 
 
+def names_in(path: Path | None) -> list[str]:
+    """The sensors that a hand's file names, none without one. Raises BadArgument."""
+    return [sensor.name for sensor in read_hand(path).sensors] if path else []
+
+
 def _hand(page: object, folder: Path) -> Hand:
     _check_keys(page, ('frame', 'sensors'), 'the file')
     frame = _name(page.get('frame', 'hand'), 'frame')

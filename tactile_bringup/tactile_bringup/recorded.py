@@ -5,10 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline.bags import BagReader
+from tactile_perception.offline.descriptions import descriptions
 
 
 def bag_of(recording: str, namespace: str) -> str:
@@ -29,9 +28,4 @@ def bag_of(recording: str, namespace: str) -> str:
 
 def was_simulated(bag_path: str, namespace: str) -> bool:
     """Whether the description in the bag says that the sensor was simulated."""
-    codec = MessageCodec()
-    with BagReader(bag_path) as bag:
-        for message in bag.messages({f'/{namespace}/description'}):
-            about = yaml.safe_load(codec.decode(message.data, message.type_name).data)
-            return isinstance(about, dict) and about.get('source') == 'sim'
-    return False
+    return next(descriptions(bag_path, namespace), {}).get('source') == 'sim'

@@ -10,7 +10,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from tactile_driver.errors import TactileError
+from tactile_driver.command import tells_errors
 from tactile_driver.simulation.psd_scene import PSD_SCENES
 from tactile_driver.simulation.scenes import SCENES
 from tactile_driver.simulation.taxel_scene import TAXEL_SCENES
@@ -27,6 +27,7 @@ WRITERS = {CAMERA: (write_scene, 30.0, SCENES), PSD_FINGER: (write_psd_scene, 10
            TAXEL_ARRAY: (write_taxel_scene, 100.0, TAXEL_SCENES)}
 
 
+@tells_errors('simulate')
 def main(args: list[str] | None = None) -> int:
     """The command; exit code 0, or 1 with one line that says what is wrong."""
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
@@ -40,11 +41,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--seed', type=int, default=0, help='of the noise and of the irregularities of the specimen')
     given = parser.parse_args(args)
     write, rate, _ = WRITERS[given.sensor]
-    try:
-        count = write(given.bag, given.scene, given.rate or rate, given.seed)
-    except TactileError as error:
-        print(f'simulate: {error}', file=sys.stderr)
-        return 1
+    count = write(given.bag, given.scene, given.rate or rate, given.seed)
     print(f'{given.bag}: {count} frames or samples of {given.scene}')
     return 0
 

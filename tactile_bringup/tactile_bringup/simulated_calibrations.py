@@ -13,9 +13,10 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tactile_driver.command import tells_errors
 from tactile_perception.calibration.files import read_calibration, write_calibration
 from tactile_perception.calibration.touch_file import METHODS, best_method
-from tactile_perception.errors import BadArgument, TactileError
+from tactile_perception.errors import BadArgument
 from tactile_perception.offline.calibrate_markers import calibrate_markers
 from tactile_perception.offline.calibrate_psd import calibrate_psd
 from tactile_perception.offline.calibrate_taxels import calibrate_taxels
@@ -60,6 +61,7 @@ def keep_best(path: Path, sensor_type: str) -> None:
     write_calibration(path, file)
 
 
+@tells_errors('simulated_calibrations')
 def main(args: list[str] | None = None) -> int:
     """The command; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser('simulated_calibrations', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -67,12 +69,8 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('types', nargs='*', default=list(SPECIMENS), help=f'of {", ".join(SPECIMENS)}; all where none is given')
     given = parser.parse_args(args)
     given.folder.mkdir(parents=True, exist_ok=True)
-    try:
-        for sensor_type in given.types:
-            print(calibrate_specimen(sensor_type, given.folder / f'{sensor_type}_sim.yaml'), flush=True)
-    except TactileError as error:
-        print(f'simulated_calibrations: {error}', file=sys.stderr)
-        return 1
+    for sensor_type in given.types:
+        print(calibrate_specimen(sensor_type, given.folder / f'{sensor_type}_sim.yaml'), flush=True)
     return 0
 
 

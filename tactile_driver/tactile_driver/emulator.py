@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .command import tells_errors
 from .errors import BadArgument
 from .port_emulator import PortEmulator, emulator_parser, serve
 from .samples import CHANNELS
@@ -55,13 +56,14 @@ class Emulator(PortEmulator):
         return self._made[first:first + self._batch]
 
 
+@tells_errors('psd_emulator')
 def main(args: list[str] | None = None) -> int:
     """The command psd_emulator; its exit code."""
     parser = emulator_parser('psd_emulator', __doc__, 'psd_finger_port', 1000.0)
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))
     given = parser.parse_args(args)
-    return serve(parser.prog, lambda: Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format))
+    return serve(Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format))
 
 
 if __name__ == '__main__':

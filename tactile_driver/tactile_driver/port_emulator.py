@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import BadArgument, TactileError
+from .errors import BadArgument
 from .sources.pacing import NS, wait_until
 
 _GARBAGE, _DROPPED = 300, 40  # bytes
@@ -138,13 +138,8 @@ def emulator_parser(prog: str, description: str, link: str, rate: float) -> argp
     return parser
 
 
-def serve(name: str, make: Callable[[], PortEmulator]) -> int:
-    """Send until interrupted, with faults from the standard input, one a line; the exit code: 0, 1 after a line that says what is wrong."""
-    try:
-        emulator = make()
-    except TactileError as error:
-        print(f'{name}: {error}', file=sys.stderr)
-        return 1
+def serve(emulator: PortEmulator) -> int:
+    """Send until interrupted, with faults from the standard input, one a line; the exit code."""
     print(f'sending to {emulator.link.absolute()}; type a fault and Enter: {", ".join(FAULTS)}', flush=True)
     threading.Thread(target=_listen, args=(emulator,), daemon=True).start()
     for number in (signal.SIGINT, signal.SIGTERM):  # a script's background process starts with SIGINT ignored

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .command import tells_errors
 from .errors import BadArgument
 from .port_emulator import PortEmulator, emulator_parser, serve
 from .serial_frames.binary import LARGEST, MATRIX, write_frame
@@ -48,6 +49,7 @@ class TaxelEmulator(PortEmulator):
         return data
 
 
+@tells_errors('taxel_emulator')
 def main(args: list[str] | None = None) -> int:
     """The command taxel_emulator; its exit code."""
     parser = emulator_parser('taxel_emulator', __doc__, 'taxel_array_port', 100.0)
@@ -56,7 +58,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--bits', type=int, default=8)
     given = parser.parse_args(args)
     shape = given.rows, given.columns
-    return serve(parser.prog, lambda: TaxelEmulator(given.link, given.scene, given.rate, given.seed, shape, given.bits))
+    return serve(TaxelEmulator(given.link, given.scene, given.rate, given.seed, shape, given.bits))
 
 
 if __name__ == '__main__':

@@ -105,6 +105,7 @@ def signals_that_end(service):
     """Return launch's signal manager, but SIGTERM ends the processes of the launch too: launch would leave them running."""
     class SignalManager(AsyncSafeSignalManager):
         def handle(self, signum, handler):
+            """See AsyncSafeSignalManager."""
             if handler and signum == signal.SIGTERM:
                 return super().handle(signum, lambda _: service.shutdown(force_sync=True))
             return super().handle(signum, handler)

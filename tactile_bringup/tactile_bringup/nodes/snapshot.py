@@ -24,13 +24,14 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
+from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.conversions import image_to_array
 from tactile_perception.nodes.taxel_stages import taxel_values
 
-from ..hand_file import read_hand
+from ..hand_file import names_in
 from ..hand_picture import finger_picture, sheet, taxel_picture, tile
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -172,6 +173,7 @@ def write(path: Path, seen: dict[str, Seen]) -> str:
     return f'nothing came of {"; ".join(missing)}' if missing else ''
 
 
+@tells_errors('snapshot')
 def main(args: list[str] | None = None) -> int:
     """The command; the exit code, 1 where a sensor is missing or the file cannot be written."""
     parser = argparse.ArgumentParser(prog='snapshot', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -179,11 +181,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
     parser.add_argument('--patience', type=float, default=30.0, help='s to wait for all sensors')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['snapshot', *args])[1:])
-    try:
-        names = [sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else []
-    except TactileError as error:
-        print(f'snapshot: {error}', file=sys.stderr)
-        return 1
+    names = names_in(given.hand)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = SnapshotNode(names)
     try:

@@ -17,9 +17,9 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
-from tactile_driver.errors import TactileError
+from tactile_driver.command import tells_errors
 
-from ..hand_file import read_hand
+from ..hand_file import names_in
 from ..hand_status import HandStatus
 
 _QUEUE = 100
@@ -81,6 +81,7 @@ def _text(status: HandStatus, now: float, colour: bool) -> str:
     return status.text(now, colour)
 
 
+@tells_errors('status')
 def main(args: list[str] | None = None) -> int:
     """The command; the exit code, with --once 1 where a node is in error or silent, or a sensor missing."""
     parser = argparse.ArgumentParser(prog='status', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -88,11 +89,7 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--once', action='store_true', help='show it once and end; the exit code is 1 where something is wrong')
     parser.add_argument('--patience', type=float, default=10.0, help='with --once: s to wait for all reports')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
-    try:
-        status = HandStatus([sensor.name for sensor in read_hand(given.hand).sensors] if given.hand else ())
-    except TactileError as error:
-        print(f'status: {error}', file=sys.stderr)
-        return 1
+    status = HandStatus(names_in(given.hand))
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = StatusNode(status)
     try:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command snapshot, beside a node that publishes what three sensors would."""
 import os
-import threading
 
 import cv2
 import numpy as np
@@ -11,8 +10,6 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from geometry_msgs.msg import Vector3  # noqa: E402
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
@@ -52,19 +49,8 @@ def image_of(array, encoding):
 
 
 @pytest.fixture
-def hand(monkeypatch):
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
-    context = Context()
-    rclpy.init(context=context, domain_id=DOMAIN)
-    node, executor = Hand(context), SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-    yield node
-    executor.shutdown()
-    thread.join(5)
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+def hand(beside):
+    return beside(Hand, DOMAIN)
 
 
 def test_a_tile_for_each_sensor(hand, tmp_path, capsys):

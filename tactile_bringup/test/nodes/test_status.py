@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command status, beside a node that reports."""
 import os
-import threading
 
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from rclpy.context import Context  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values  # noqa: E402
 
@@ -20,22 +17,16 @@ DOMAIN = 100 + os.getpid() % 100
 
 
 @pytest.fixture
-def reporter(monkeypatch):
-    """A camera_node of the sensor thumb that reports its health, which can be set."""
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
-    context, health = Context(), [Health(OK, '30 Hz', common_values('running', 30.0, 0.01, 3))]
-    rclpy.init(context=context, domain_id=DOMAIN)
-    node = Node('camera_node', namespace='/thumb', context=context)
-    node.diagnostics = NodeDiagnostics(node, 'camera', 'A1', lambda: health[0])
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-    yield health
-    executor.shutdown()
-    thread.join(5)
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+def reporter(beside):
+    """The health, which can be set, that a camera_node of the sensor thumb reports."""
+    health = [Health(OK, '30 Hz', common_values('running', 30.0, 0.01, 3))]
+
+    def camera(context):
+        node = Node('camera_node', namespace='/thumb', context=context)
+        node.diagnostics = NodeDiagnostics(node, 'camera', 'A1', lambda: health[0])
+        return node
+    beside(camera, DOMAIN)
+    return health
 
 
 def test_once_for_a_script(reporter, capsys, tmp_path):

@@ -40,6 +40,7 @@ class _Folder:
         return self._at
 
     def grab(self) -> bool:
+        """Go on to the next frame that can be decoded; whether there is one."""
         self._at += 1
         return self._at < len(self._files)
 
@@ -69,6 +70,7 @@ class _Video:
         return self._at - 1
 
     def grab(self) -> bool:
+        """Go on to the next frame that can be decoded; whether there is one."""
         # A broken frame makes grab fail as the end does: the container's count tells the two apart.
         while not self._capture.grab():
             if self._at >= self._count:

@@ -9,19 +9,18 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import yaml
+from tactile_driver.command import tells_errors
 
 from ..calibration.psd_file import SENSOR as PSD_FINGER
 from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
-from ..errors import BadArgument, BadFrame, TactileError
-from ..nodes.serialization import MessageCodec
+from ..errors import BadArgument
 from ..pipeline.parameter_file import read_parameters
 from ..touch.sensor import MARKER_SENSORS
-from .bags import BagReader
 from .calibrate_markers import calibrate_markers
 from .calibrate_psd import calibrate_psd
 from .calibrate_taxels import calibrate_taxels
 from .calibrate_touchpad import calibrate_touchpad
+from .descriptions import descriptions
 from .replay import SENSOR_TYPE
 
 
@@ -45,19 +44,10 @@ def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable
 
 def recorded_serial(bag: Path) -> str:
     """The serial number of the device, as the driver's description in the recording tells it; '' where it does not."""
-    codec = MessageCodec()
-    with BagReader(bag) as reader:
-        topics = {topic for topic, kind in reader.topics.items() if topic.endswith('/description') and kind == 'std_msgs/msg/String'}
-        for raw in reader.messages(topics) if topics else ():
-            try:
-                about = yaml.safe_load(codec.decode(raw.data, raw.type_name).data)
-            except (BadFrame, yaml.YAMLError):
-                continue
-            if isinstance(about, dict) and about.get('serial'):
-                return str(about['serial'])
-    return ''
+    return next((str(about['serial']) for about in descriptions(bag) if about.get('serial')), '')
 
 
+@tells_errors('calibrate')
 def main(args: list[str] | None = None) -> int:
     """The command calibrate; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)
@@ -70,13 +60,9 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--namespace', default='', help='of the sensor, where a recording holds several')
     parser.add_argument('--serial', default='', help='of the device, for the file; without it what the recording says of its camera')
     given = parser.parse_args(args)
-    try:
-        sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
-        serial = given.serial or recorded_serial(given.bags[0])
-        print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace, serial))
-    except TactileError as error:
-        print(f'calibrate: {error}', file=sys.stderr)
-        return 1
+    sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
+    serial = given.serial or recorded_serial(given.bags[0])
+    print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace, serial))
     return 0
 
 

@@ -13,12 +13,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import yaml
+from tactile_driver.command import tells_errors
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.conversions import header_of, image_to_message
 from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
 
 from ..calibration.taxel_file import SENSOR as TAXEL_ARRAY
-from ..errors import TactileError
 from ..nodes.conversions import camera_info_message
 from .message_bag import write_messages
 from .progress import Progress
@@ -112,6 +112,7 @@ def _pitch(dots: dict) -> list[float]:
     return pitch
 
 
+@tells_errors('convert_recording')
 def main(args: list[str] | None = None) -> int:
     """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
@@ -120,12 +121,8 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
     parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
     given = parser.parse_args(args)
-    try:
-        recording = open_recording(given.input)
-        frames = convert(recording, given.output, given.namespace)
-    except TactileError as error:
-        print(f'convert_recording: {error}', file=sys.stderr)
-        return 1
+    recording = open_recording(given.input)
+    frames = convert(recording, given.output, given.namespace)
     parameters = sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
     params = given.output.with_name(given.output.name + '.yaml')
     params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}, sort_keys=False))

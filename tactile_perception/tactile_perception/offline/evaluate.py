@@ -12,7 +12,9 @@ import json
 import sys
 from pathlib import Path
 
-from ..errors import BadArgument, TactileError
+from tactile_driver.command import tells_errors
+
+from ..errors import BadArgument
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.plots import draw
 from ..evaluation.report import plain, text
@@ -40,6 +42,7 @@ def write(evaluation: Evaluation, report: dict, name: str, folder: Path) -> list
     return [folder / 'report.json', folder / 'report.txt', *draw(evaluation, report['times'], name, folder)]
 
 
+@tells_errors('evaluate')
 def main(args: list[str] | None = None) -> int:
     """The command evaluate; exit code 0, or 1 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog='evaluate', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -49,16 +52,12 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--calibration', type=Path, help='calibration file, with --params; without it the one named in the parameters')
     parser.add_argument('--namespace', default='', help='of the sensor, where the recording holds several')
     given = parser.parse_args(args)
-    try:
-        if given.calibration and not given.params:
-            raise BadArgument('--calibration is for estimates that are computed anew: name --params too')
-        evaluation, report = evaluate(JudgedBag(given.bag, given.namespace, given.params, given.calibration))
-        print(text(report))
-        if given.report:
-            print('\n' + '\n'.join(map(str, write(evaluation, report, given.bag.resolve().name, given.report))))
-    except TactileError as error:
-        print(f'evaluate: {error}', file=sys.stderr)
-        return 1
+    if given.calibration and not given.params:
+        raise BadArgument('--calibration is for estimates that are computed anew: name --params too')
+    evaluation, report = evaluate(JudgedBag(given.bag, given.namespace, given.params, given.calibration))
+    print(text(report))
+    if given.report:
+        print('\n' + '\n'.join(map(str, write(evaluation, report, given.bag.resolve().name, given.report))))
     return 0
 
 

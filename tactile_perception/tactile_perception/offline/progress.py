@@ -85,6 +85,7 @@ class _Seldom(logging.StreamHandler):
     _said = 0.0
 
     def emit(self, record: logging.LogRecord) -> None:
+        """Print the record, unless one was printed a moment ago."""
         now = time.monotonic()
         if now - self._said > _EVERY_S:
             self._said = now

@@ -117,6 +117,7 @@ class _System:
         self.inverse = np.linalg.inv(self.weighted.T @ self.modes + np.diag(stiff))
 
     def reduce(self, slope, residual):
+        """Normal matrix, right side and square of what is left of slope (N, P) and residual (N,) once the modes have taken their part."""
         both = np.column_stack([slope, residual])
         crossed = self.weighted.T @ both
         normal = both.T @ (both * self.weight) - crossed.T @ (self.inverse @ crossed)

@@ -128,11 +128,13 @@ class _NumbersFit:
         self._solved: tuple[np.ndarray, list] = (np.zeros(0), [])
 
     def numbers(self, values: np.ndarray) -> SheetNumbers:
+        """What values mean: logarithms of radius, stretch, friction and bending, then the eyes' shifts."""
         radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
         eyes = replace(self.eyes, shifts=values[4:].reshape(-1, 2))
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
 
     def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
         order = [*range(4, len(values)), 0, 1, 2, 3]  # eyes first: for them nothing has to be solved anew
         moves = self.unit
         columns = {k: (self.residual(values + moves[k] * np.eye(len(values))[k]) - residual) / moves[k] for k in order}
@@ -144,6 +146,7 @@ class _NumbersFit:
         return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
+        """What values (V,) leave unexplained, (N,) in standard deviations. Raises BadCalibration where they find no balance at all."""
         numbers = self.numbers(values)
         if not np.array_equal(self._solved[0], values[:4]):
             solve = partial(_solve, self._plan, numbers.radius, numbers.material)

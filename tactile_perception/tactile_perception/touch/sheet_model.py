@@ -73,6 +73,7 @@ class _Press:
         self._anchor = np.zeros(mesh.weight.shape + (3,))
 
     def path(self, depths: np.ndarray) -> np.ndarray:
+        """Displacements (D, ...), m, as the tip goes down to depths (D,), m, one after the other; NaN from where no balance is found."""
         fields = np.full((len(depths),) + self._u.shape, np.nan)
         for k, depth in enumerate(depths):
             if not self._reach(depth, HALVINGS):

@@ -97,6 +97,7 @@ class _Track:
         self._cov[4:, 4:] = _SPEED**2 * np.eye(4)
 
     def predict(self, elapsed: float) -> None:
+        """Go on at constant velocity for elapsed s."""
         move = np.eye(8)
         move[:4, 4:] = elapsed * np.eye(4)
         gain = np.vstack([0.5 * elapsed**2 * np.eye(4), elapsed * np.eye(4)])
@@ -120,6 +121,7 @@ class _Track:
         self.missed = 0
 
     def filtered(self, estimate: TouchEstimate) -> TouchEstimate:
+        """The estimate with place, depth and covariance as filtered."""
         place = self._cov[:3, :3]
         return replace(estimate, position=self._state[:3].copy(), depth=float(max(self._state[3], 0.0)),
                        covariance=0.5 * (place + place.T), depth_sigma=float(np.sqrt(self._cov[3, 3])))

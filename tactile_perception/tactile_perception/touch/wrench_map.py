@@ -162,6 +162,7 @@ class _Fit:
                                                for part in (slice(3), slice(3, 6)))
 
     def numbers(self) -> dict:
+        """For a calibration file."""
         base = self._features.base
         return {'half': self._features.half.tolist(), 'deepest': self._features.deepest, 'width': self._features.width,
                 'is_sheet': int(self._features.is_sheet), 'scale': self._scale, 'told': self._told.astype(int).tolist(),
