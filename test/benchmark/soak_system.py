@@ -1,0 +1,176 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What hand_soak.py runs: a hand of cameras and one of serial sensors as a user starts them, emulated ports, a subscriber; and what the
+hands' processes take."""
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+import psutil
+import rclpy
+import yaml
+from rclpy.node import Node
+from sensor_msgs.msg import Image
+from tactile_bringup.sensor_launch import share as shared_file
+from tactile_msgs.msg import PsdVoltages
+
+sys.path.insert(0, str(Path(__file__).parent))
+from hand_live import SENSORS  # noqa: E402
+from soak_trend import Sample  # noqa: E402
+
+#: sensors on a serial port: module of the emulator; the others have a simulated camera
+EMULATORS = {'tip': 'tactile_driver.emulator', 'array': 'tactile_driver.taxel_emulator'}
+DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 96))
+_ENVIRONMENT = {'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+_COMM = 15  # characters of a process' name that Linux keeps
+_PLUGGED_S = 2.0
+_ENDED_S = 60.0  # so long a busy machine may need to end a hand
+
+
+def pages(folder: Path, share: float) -> dict[str, dict]:
+    """The files of the two hands; share: of the full rates. A port's rate is the emulator's matter."""
+    cameras = [{'name': name, 'type': kind, 'rate': rate * share, 'scene': scene}
+               for name, (kind, rate, _, scene, *_) in SENSORS.items() if name not in EMULATORS]
+    ports = [{'name': name, 'type': SENSORS[name][0], 'device': str(folder / name),
+              'calibration': shared_file('calibration', f'{SENSORS[name][0]}_sim.yaml')} for name in EMULATORS]
+    return {'cameras': {'frame': 'cameras', 'sensors': cameras}, 'ports': {'frame': 'ports', 'sensors': ports}}
+
+
+def name_of(comm: str, words: Sequence[str], sensors: Collection[str]) -> str:
+    """What a process is called: the sensor whose name it bears, or whose nodes its command line lists, else its own name."""
+    bearing = [name for name in sensors if name.replace('/', '_')[:_COMM] == comm[:_COMM]]
+    return (bearing or _listed(words, sensors) or [comm])[0]
+
+
+def _listed(words: Sequence[str], sensors: Collection[str]) -> list[str]:
+    """The sensor whose nodes, and no other's, a JSON among the words lists."""
+    for word in words:
+        if word.startswith('[{'):
+            spaces = {str(node.get('namespace', '')).strip('/') for node in json.loads(word)}
+            return list(spaces) if len(spaces) == 1 and spaces <= set(sensors) else []
+    return []
+
+
+def look(process: psutil.Process, seconds: float) -> Sample:
+    """What a process takes now. Raises OSError or psutil.Error where it is gone."""
+    place = Path('/proc', str(process.pid))
+    rows = [line.split() for line in (place / 'smaps_rollup').read_text().splitlines()]
+    private = [int(row[1]) for row in rows if row[0] in ('Private_Clean:', 'Private_Dirty:')]
+    if not private:
+        raise ProcessLookupError(f'{place} has ended')
+    return Sample(round(seconds, 2), process.pid, sum(private) / 1024, len(os.listdir(place / 'fd')), process.num_threads())
+
+
+class Launch:
+    """A hand as `ros2 launch` starts it; its log is kept."""
+
+    def __init__(self, name: str, page: dict, source: str, folder: Path, log: Path):
+        self._log, self.code = log, None
+        self._sensors = [sensor['name'] for sensor in page['sensors']]
+        file = folder / f'{name}.yaml'
+        file.write_text(yaml.safe_dump(page))
+        with open(log, 'w') as output:
+            self._process = subprocess.Popen(
+                ['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', f'hand:={file}', f'source:={source}'], cwd=folder,
+                env={**os.environ, **_ENVIRONMENT, 'ROS_LOG_DIR': str(folder)}, stdout=output, stderr=subprocess.STDOUT,
+                start_new_session=True)
+        self._root = psutil.Process(self._process.pid)
+
+    def processes(self) -> dict[str, psutil.Process]:
+        """Name -> process, launch's own first."""
+        found = {'launch': self._root}
+        for child in self._root.children(recursive=True):
+            try:
+                if child.status() != psutil.STATUS_ZOMBIE:
+                    found.setdefault(name_of(child.name(), child.cmdline(), self._sensors), child)
+            except psutil.Error:  # it has just ended
+                continue
+        return found
+
+    def end(self) -> None:
+        """Ctrl-C, as a terminal sends it to all of them."""
+        if self._process.poll() is None:
+            os.killpg(self._process.pid, signal.SIGINT)
+        try:
+            self.code = self._process.wait(timeout=_ENDED_S)
+        except subprocess.TimeoutExpired:
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self.code = self._process.wait()
+
+    def outcome(self) -> dict:
+        """Exit code, lines of the log with a traceback, and the log."""
+        return {'exit code': self.code, 'tracebacks': self._log.read_text(errors='replace').count('Traceback'), 'log': str(self._log)}
+
+
+def _subscribe() -> None:
+    """A process that takes the largest and the most frequent messages, and that can be stopped."""
+    rclpy.init(domain_id=DOMAIN)
+    node = Node('soak_subscriber')
+    for topic, kind in (('/thumb/image_raw', Image), ('/palm/left/image_raw', Image), ('/tip/voltages', PsdVoltages)):
+        node.create_subscription(kind, topic, lambda _message: None, 10, raw=True)
+    rclpy.spin(node)
+
+
+class System:
+    """All of it; use it in a with statement. logs: folder for the launches' logs."""
+
+    def __init__(self, folder: Path, logs: Path, share: float):
+        self.folder = folder
+        self.emulators = {name: subprocess.Popen(
+            [sys.executable, '-m', module, '--link', str(folder / name), '--rate', f'{SENSORS[name][1] * share:g}'], cwd=folder,
+            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True) for name, module in EMULATORS.items()}
+        time.sleep(_PLUGGED_S)
+        self.launches = {name: Launch(name, page, 'device' if name == 'ports' else 'sim', folder, logs / f'hand_soak_{name}.log')
+                         for name, page in pages(folder, share).items()}
+        self.subscriber = multiprocessing.get_context('spawn').Process(target=_subscribe, daemon=True)
+        self.subscriber.start()
+        self._recorders: list[subprocess.Popen] = []
+
+    def __enter__(self) -> System:
+        return self
+
+    def __exit__(self, *_exc) -> None:
+        os.kill(self.subscriber.pid, signal.SIGCONT)
+        self.subscriber.kill()
+        for launch in self.launches.values():
+            launch.end()
+        for process in (*self.emulators.values(), *self._recorders):
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGINT)
+            process.wait(_ENDED_S)
+
+    def processes(self) -> dict[str, psutil.Process]:
+        """Name -> process; one that belongs to no sensor is named after its launch too."""
+        return {name if name in SENSORS else f'{hand}: {name}': process
+                for hand, launch in self.launches.items() for name, process in launch.processes().items()}
+
+    def samples(self, seconds: float) -> dict[str, Sample]:
+        """Name -> what it takes now; seconds: since the begin."""
+        found = {}
+        for name, process in self.processes().items():
+            try:
+                found[name] = look(process, seconds)
+            except (OSError, psutil.Error):  # it has just ended
+                continue
+        return found
+
+    def type_fault(self, name: str, fault: str) -> None:
+        """Make a fault of port_emulator.FAULTS happen at the emulated sensor of this name."""
+        self.emulators[name].stdin.write(fault + '\n')
+        self.emulators[name].stdin.flush()
+
+    def record(self, name: str, number: int) -> subprocess.Popen:
+        """Begin to record a sensor, into a bag of this number; in a group of its own, which takes the Ctrl-C."""
+        words = ['ros2', 'run', 'tactile_bringup', 'record_node', '--ros-args', '-r', f'__ns:=/{name}',
+                 '-p', f'bag:={self.folder / f"bag{number}"}']
+        self._recorders.append(subprocess.Popen(words, cwd=self.folder, env={**os.environ, **_ENVIRONMENT}, start_new_session=True,
+                                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        return self._recorders[-1]
