@@ -104,7 +104,8 @@ def text(result: dict) -> str:
     shared = result['/dev/shm MB']
     lines = [f'{result["duration"]:.0f} s at {result["share"]:g} times the full rates, {len(result["faults"])} faults; all that ran on the '
              f'machine kept it busy for {result["busy %"]:.0f} % of the time; its /dev/shm: {shared[0]:.0f} MB at the begin, '
-             f'{shared[1]:.0f} at the end', '', '| process | lives | MB first | last | MB an hour | flat | fds first | last | an hour | flat | threads |',
+             f'{shared[1]:.0f} at the end', '',
+             '| process | lives | MB first | last | MB an hour | flat | fds first | last | an hour | flat | threads |',
              '|' + '---|' * 11]
     for name, each in result['processes'].items():
         lines.append(f'| {name} | {each["lives"]} | {_cells(each["memory"], 1)} | {_cells(each["fds"], 0)} | {each["threads"]} |')
