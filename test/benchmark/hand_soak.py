@@ -5,10 +5,10 @@
     python test/benchmark/hand_soak.py [--duration 1200] [--period 10] [--share 4] [--out out/benchmark]
 
 The sensors are those of hand_live.py; where source is one for a hand, they are two hands, each started by `ros2 launch tactile_bringup
-hand.launch.py`: one of simulated cameras, drawn as they run, which costs more than the rates alone, and one of emulators on
-pseudo-terminals. --share is of the full rates, which need about two cores. The faults are those of soak_faults.py, one after the other;
-none happens in the last 30 s. This process listens to the last result of each sensor, and looks once a second at each process below the
-launches: MB that are its alone (smaps_rollup), file descriptors, threads. Slopes: soak_trend.py.
+hand.launch.py`: one of simulated cameras, which play films (soak_films) rather than draw, and one of emulators on pseudo-terminals.
+--share is of the full rates, which need about two cores. The faults are those of soak_faults.py, one after the other; none happens in the
+last 30 s. This process listens to the last result of each sensor, and looks once a second at each process below the launches: MB of
+memory of no file (Anonymous in smaps_rollup), file descriptors, threads. Slopes: soak_trend.py.
 """
 from __future__ import annotations
 

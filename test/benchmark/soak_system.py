@@ -14,6 +14,7 @@ import time
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+import numpy as np
 import psutil
 import rclpy
 import yaml
@@ -23,6 +24,7 @@ from tactile_bringup.sensor_launch import share as shared_file
 from tactile_msgs.msg import PsdVoltages
 
 sys.path.insert(0, str(Path(__file__).parent))
+import rendered  # noqa: E402
 from hand_live import SENSORS  # noqa: E402
 from soak_trend import Sample  # noqa: E402
 
@@ -32,6 +34,7 @@ DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 96))
 _ENVIRONMENT = {'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 _COMM = 15  # characters of a process' name that Linux keeps
 _PLUGGED_S = 2.0
+_FILM_S = 6.0  # all that the scenes begin with: nothing, a touch, slip
 _ENDED_S = 60.0  # so long a busy machine may need to end a hand
 
 
@@ -42,6 +45,20 @@ def pages(folder: Path, share: float) -> dict[str, dict]:
     ports = [{'name': name, 'type': SENSORS[name][0], 'device': str(folder / name),
               'calibration': shared_file('calibration', f'{SENSORS[name][0]}_sim.yaml')} for name in EMULATORS]
     return {'cameras': {'frame': 'cameras', 'sensors': cameras}, 'ports': {'frame': 'ports', 'sensors': ports}}
+
+
+def film(folder: Path, share: float) -> None:
+    """Draw what the cameras see, at their full rates; at share times the rate it goes so much faster."""
+    for name, (_, rate, _, scene, opened, *_) in SENSORS.items():
+        if name not in EMULATORS:
+            np.save(rendered.file_of(folder, scene, rate * share), rendered.frames_of(opened(scene, rate), _FILM_S))
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """Of the hands: scenes play films, logs go into the folder."""
+    paths = [str(Path(__file__).with_name('soak_films')), os.environ.get('PYTHONPATH', '')]
+    return {**os.environ, **_ENVIRONMENT, 'ROS_LOG_DIR': str(folder), 'SOAK_FILMS': str(folder),
+            'PYTHONPATH': os.pathsep.join(filter(None, paths))}
 
 
 def name_of(comm: str, words: Sequence[str], sensors: Collection[str]) -> str:
@@ -60,13 +77,14 @@ def _listed(words: Sequence[str], sensors: Collection[str]) -> list[str]:
 
 
 def look(process: psutil.Process, seconds: float) -> Sample:
-    """What a process takes now. Raises OSError or psutil.Error where it is gone."""
+    """What a process takes now. Memory of no file: libraries and films do not count, and what it was forked with does, so that neither
+    writing to that nor the end of another fork looks like growth. Raises OSError or psutil.Error where it is gone."""
     place = Path('/proc', str(process.pid))
     rows = [line.split() for line in (place / 'smaps_rollup').read_text().splitlines()]
-    private = [int(row[1]) for row in rows if row[0] in ('Private_Clean:', 'Private_Dirty:')]
-    if not private:
+    taken = [int(row[1]) for row in rows if row[0] == 'Anonymous:']
+    if not taken:
         raise ProcessLookupError(f'{place} has ended')
-    return Sample(round(seconds, 2), process.pid, sum(private) / 1024, len(os.listdir(place / 'fd')), process.num_threads())
+    return Sample(round(seconds, 2), process.pid, taken[0] / 1024, len(os.listdir(place / 'fd')), process.num_threads())
 
 
 class Launch:
@@ -80,7 +98,7 @@ class Launch:
         with open(log, 'w') as output:
             self._process = subprocess.Popen(
                 ['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', f'hand:={file}', f'source:={source}'], cwd=folder,
-                env={**os.environ, **_ENVIRONMENT, 'ROS_LOG_DIR': str(folder)}, stdout=output, stderr=subprocess.STDOUT,
+                env=environment(folder), stdout=output, stderr=subprocess.STDOUT,
                 start_new_session=True)
         self._root = psutil.Process(self._process.pid)
 
@@ -124,6 +142,7 @@ class System:
 
     def __init__(self, folder: Path, logs: Path, share: float):
         self.folder = folder
+        film(folder, share)
         self.emulators = {name: subprocess.Popen(
             [sys.executable, '-m', module, '--link', str(folder / name), '--rate', f'{SENSORS[name][1] * share:g}'], cwd=folder,
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, start_new_session=True) for name, module in EMULATORS.items()}

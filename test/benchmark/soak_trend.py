@@ -15,7 +15,7 @@ _HOUR = 3600.0
 
 
 class Sample(NamedTuple):
-    """What a process took at a time: s since the begin; its number; MB that are its alone; file descriptors; threads."""
+    """What a process took at a time: s since the begin; its number; MB of memory of no file; file descriptors; threads."""
 
     seconds: float
     pid: int

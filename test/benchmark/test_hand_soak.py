@@ -4,6 +4,7 @@
 import json
 import math
 import struct
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,7 +19,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 sys.path.insert(0, str(Path(__file__).parent))
 import hand_soak  # noqa: E402
 from soak_faults import Heard  # noqa: E402
-from soak_system import look, name_of, pages  # noqa: E402
+from soak_system import environment, look, name_of, pages  # noqa: E402
 from soak_trend import Sample, flat, settled, slope, trend  # noqa: E402
 
 HOUR = 3600.0
@@ -36,6 +37,13 @@ def test_two_hands_with_all_five_sensors(tmp_path):
     assert [sensor['name'] for page in found.values() for sensor in page['sensors']] == ['thumb', 'index', 'palm', 'tip', 'array']
     assert [sensor['rate'] for sensor in found['cameras']['sensors']] == [240.0, 240.0, 120.0]
     assert [sensor['device'] for sensor in found['ports']['sensors']] == [f'{tmp_path}/tip', f'{tmp_path}/array']
+
+
+def test_cameras_play_films(tmp_path):
+    np.save(tmp_path / 'demo_240.npy', np.stack([np.full((480, 640, 3), value, np.uint8) for value in (10, 20, 30)]))
+    told = "from tactile_driver.simulation.scenes import open_scene; print(open_scene('demo', 240.0).render(1 / 240).image.max())"
+    done = subprocess.run([sys.executable, '-c', told], env=environment(tmp_path), cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout == '20\n'
 
 
 def test_a_process_bears_its_sensors_name_or_has_its_nodes_in_the_command_line():
