@@ -35,7 +35,7 @@ setup(
             'taxel_markers_node = tactile_bringup.nodes.start:taxel_markers_node',
             'record_node = tactile_bringup.nodes.start:record_node',
             'hand_frames_node = tactile_bringup.nodes.start:hand_frames_node',
-            'composed_node = tactile_bringup.nodes.start:composed_node',
+            'hand_node = tactile_bringup.nodes.start:hand_node',
             'hand_config = tactile_bringup.nodes.start:hand_config',
             'status = tactile_bringup.nodes.start:status',
             'snapshot = tactile_bringup.nodes.start:snapshot',

@@ -22,7 +22,7 @@ from tactile_perception.pipeline.parameter_file import read_parameters
 
 from .hand_diagnostics import aggregator_configuration
 from .hand_file import Hand, HandSensor, read_hand
-from .hand_processes import PROCESSES
+from .hand_processes import PROCESSES, hand_processes
 from .hand_rviz import rviz_configuration
 from .marker_launch import marker_nodes
 from .recorded import bag_of, was_simulated
@@ -104,7 +104,7 @@ def hand_actions(context: LaunchContext) -> list:
     sensors = [planned_sensor(sensor, values) for sensor in hand.sensors]
     frames = PlannedNode('tactile_bringup', 'hand_frames_node', '/', own={'hand': str(Path(values['hand']).expanduser().absolute())})
     groups = {sensor.name: sensor.nodes for sensor in sensors} | {hand.frame: [frames]}
-    return [*(note for sensor in sensors for note in sensor.notes), *PROCESSES[values['composed']][1](groups),
+    return [*(note for sensor in sensors for note in sensor.notes), *hand_processes(groups, values['composed']),
             *_viewer(hand, values['rviz'] == 'true'), *_aggregator(hand, values['aggregator'] == 'true')]
 
 

@@ -1,10 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""In which processes the nodes of a hand run, and what happens when one ends: the rest goes on, and it is started again."""
+"""In which processes the nodes of a hand run, and what happens when one ends: the rest goes on, and it is started again.
+
+launch starts one process, hand_node (nodes/keeper.py), which forks those of the hand; a recorder is a process of its own beside it.
+"""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from launch import LaunchContext
 from launch.actions import LogInfo, Shutdown
@@ -14,63 +17,47 @@ from tactile_driver.nodes.run import WRONG
 
 from .sensor_launch import PlannedNode
 
-Groups = dict[str, list[PlannedNode]]  # nodes by sensor
+Groups = dict[str, list[PlannedNode]]  # nodes by sensor, or by process
 _RESPAWN_S = 0.5
 _ALONE = 'record_node'  # a disk that is slow or full must not hold up a sensor
 
 
-def composed(nodes: Sequence[PlannedNode]) -> str:
-    """What composed_node is told to make."""
-    return json.dumps([{'node': node.executable, 'namespace': '/' + node.namespace.strip('/'), 'params_file': node.params,
-                        'parameters': node.own} for node in nodes])
+def hand_processes(groups: Groups, composed: str) -> list[Node]:
+    """What starts the nodes of all sensors; composed: which of them share a process, one of PROCESSES."""
+    shared = PROCESSES[composed][1]({name: [node for node in nodes if node.executable != _ALONE] for name, nodes in groups.items()})
+    hand = Node(package='tactile_bringup', executable='hand_node', exec_name='hand', output='screen', arguments=[told(shared)],
+                respawn=True, respawn_delay=_RESPAWN_S, on_exit=_on_exit)
+    return [hand, *_recorders(groups)]
 
 
-def ended(name: str) -> Callable:
-    """What to do when the process of this name has ended: a parameter or file that is wrong ends the launch, anything else is no reason."""
-    def on_exit(event: ProcessExited, context: LaunchContext):
-        if event.returncode == WRONG:
-            return [Shutdown(reason=f'{name}: what it was given is wrong, see above')]
-        return [] if context.is_shutdown else [LogInfo(msg=f'{name} has ended with {event.returncode}; it is started again')]
-    return on_exit
+def told(groups: Groups) -> str:
+    """What hand_node is told to run."""
+    return json.dumps({name: [{'node': node.executable, 'namespace': '/' + node.namespace.strip('/'), 'params_file': node.params,
+                               'parameters': node.own} for node in nodes] for name, nodes in groups.items()})
 
 
-def _lasting(name: str) -> dict:
-    """Of launch: start it again when it ends."""
-    return {'respawn': True, 'respawn_delay': _RESPAWN_S, 'on_exit': ended(name)}
+def _on_exit(event: ProcessExited, context: LaunchContext):
+    """A parameter or file that is wrong ends the launch, anything else is no reason."""
+    if event.returncode == WRONG:
+        return [Shutdown(reason='what a node was given is wrong, see above')]
+    return [] if context.is_shutdown else [LogInfo(msg=f'the hand has ended with {event.returncode}; it is started again')]
 
 
 def _recorders(groups: Groups) -> list[Node]:
     """A recorder is not started again: its bag exists."""
-    def told(name: str) -> Callable:
+    def on_exit(name: str) -> Callable:
         return lambda event, context: [] if context.is_shutdown else [LogInfo(msg=f'recording of {name} has ended with {event.returncode}')]
-    return [node.process(on_exit=told(name)) for name, nodes in groups.items() for node in nodes if node.executable == _ALONE]
+    return [node.process(on_exit=on_exit(name)) for name, nodes in groups.items() for node in nodes if node.executable == _ALONE]
 
 
-def _together(name: str, nodes: Sequence[PlannedNode]) -> Node:
-    return Node(package='tactile_bringup', executable='composed_node', exec_name=name.replace('/', '_'), output='screen',
-                arguments=[composed(nodes)], **_lasting(name))
+def _all_in_one(groups: Groups) -> Groups:
+    return {'hand': [node for nodes in groups.values() for node in nodes]}
 
 
-def _others(nodes: Sequence[PlannedNode]) -> list[PlannedNode]:
-    return [node for node in nodes if node.executable != _ALONE]
+def _node_by_node(groups: Groups) -> Groups:
+    return {f'{name}/{node.executable}': [node] for name, nodes in groups.items() for node in nodes}
 
 
-def node_by_node(groups: Groups) -> list[Node]:
-    """Each node is a process."""
-    return [node.process(**_lasting(f'{name}/{node.executable}')) for name, nodes in groups.items() for node in _others(nodes)] \
-        + _recorders(groups)
-
-
-def sensor_by_sensor(groups: Groups) -> list[Node]:
-    """The nodes of each sensor are a process."""
-    return [_together(name, _others(nodes)) for name, nodes in groups.items()] + _recorders(groups)
-
-
-def all_in_one(groups: Groups) -> list[Node]:
-    """All nodes are one process."""
-    return [_together('hand', [node for nodes in groups.values() for node in _others(nodes)]), *_recorders(groups)]
-
-
-#: Name -> what it means, and what makes the processes.
-PROCESSES: dict[str, tuple[str, Callable[[Groups], list[Node]]]] = {
-    'sensor': ('one for each sensor', sensor_by_sensor), 'true': ('one for all', all_in_one), 'false': ('one for each node', node_by_node)}
+#: Name -> what it means, and the nodes of each process from those of each sensor.
+PROCESSES: dict[str, tuple[str, Callable[[Groups], Groups]]] = {
+    'sensor': ('one for each sensor', dict), 'true': ('one for all', _all_in_one), 'false': ('one for each node', _node_by_node)}

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
+import json
 from types import SimpleNamespace
 
 import pytest
@@ -42,11 +43,19 @@ def test_every_type_of_the_file_can_be_launched():
     assert set(MAKERS) == set(SENSOR_TYPES)
 
 
+def shared(found):
+    """Name of a process -> its nodes, as hand_node is told."""
+    hand, = (action for action in found if isinstance(action, Node) and action.node_executable == 'hand_node')
+    text = next(word[0].text for word in hand.cmd if getattr(word[0], 'text', '').startswith('{'))
+    return {name: [node['node'] for node in nodes] for name, nodes in json.loads(text).items()}
+
+
 def test_the_example_hand_is_a_process_for_each_sensor_and_one_for_the_frames():
     found = actions()
-    assert executables(found) == ['composed_node'] * 6 and notes(found) == []
-    assert executables(actions(composed='true')) == ['composed_node']
-    alone = executables(actions(composed='false'))
+    assert executables(found) == ['hand_node'] and notes(found) == []
+    assert list(shared(found)) == ['thumb', 'index', 'middle', 'little', 'palm', 'hand']
+    assert list(shared(actions(composed='true'))) == ['hand']
+    alone = [node for nodes in shared(actions(composed='false')).values() for node in nodes]
     assert alone.count('camera_node') == 2 and alone[-1] == 'hand_frames_node' and len(alone) == 19
 
 
@@ -129,7 +138,7 @@ def test_what_is_not_installed_is_left_out_with_a_word_and_the_files_are_there(m
     monkeypatch.setattr(hand_launch, 'get_package_prefix', missing)
     monkeypatch.setattr(hand_launch, 'launch_config', SimpleNamespace(log_dir=str(tmp_path)))
     found = actions(rviz='true', aggregator='true')
-    assert executables(found) == ['composed_node'] * 6
+    assert executables(found) == ['hand_node']
     assert sorted(path.name for path in tmp_path.iterdir()) == ['hand.rviz', 'hand_diagnostics.yaml']
     assert [note for note in notes(found) if 'is not installed' in note] == [
         'package rviz2 is not installed: rviz2 is left out, everything else is started',

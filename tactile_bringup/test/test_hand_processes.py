@@ -10,7 +10,8 @@ pytest.importorskip('launch_ros', reason='ROS is not sourced')
 from launch.actions import LogInfo, Shutdown  # noqa: E402
 from tactile_driver.nodes.run import WRONG  # noqa: E402
 
-from tactile_bringup.hand_processes import PROCESSES, composed, ended  # noqa: E402
+import tactile_bringup.hand_processes as hand_processes_module  # noqa: E402
+from tactile_bringup.hand_processes import _on_exit, hand_processes, told  # noqa: E402
 from tactile_bringup.sensor_launch import PlannedNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -19,24 +20,25 @@ GROUPS = {'thumb': [PlannedNode('tactile_driver', 'camera_node', 'thumb', 'a.yam
           'tip': [PlannedNode('tactile_driver', 'psd_node', 'tip')]}
 
 
-@pytest.mark.parametrize(('how', 'executables'), [
-    ('false', ['camera_node', 'dot_tracker_node', 'psd_node', 'record_node']),
-    ('sensor', ['composed_node', 'composed_node', 'record_node']),
-    ('true', ['composed_node', 'record_node'])])
-def test_who_shares_a_process(how, executables):
-    assert [node.node_executable for node in PROCESSES[how][1](GROUPS)] == executables
+@pytest.mark.parametrize(('how', 'names'), [
+    ('false', ['thumb/camera_node', 'thumb/dot_tracker_node', 'tip/psd_node']), ('sensor', ['thumb', 'tip']), ('true', ['hand'])])
+def test_who_shares_a_process(monkeypatch, how, names):
+    seen = []
+    monkeypatch.setattr(hand_processes_module, 'told', lambda groups: seen.append(groups) or '{}')
+    assert [node.node_executable for node in hand_processes(GROUPS, how)] == ['hand_node', 'record_node']
+    assert list(seen[0]) == names
+    assert [node.executable for nodes in seen[0].values() for node in nodes] == ['camera_node', 'dot_tracker_node', 'psd_node']
 
 
-def test_a_composed_process_is_told_all_of_each_node():
-    assert json.loads(composed(GROUPS['thumb'][:2])) == [
+def test_the_process_of_the_hand_is_told_all_of_each_node():
+    assert json.loads(told({'thumb': GROUPS['thumb'][:2]})) == {'thumb': [
         {'node': 'camera_node', 'namespace': '/thumb', 'params_file': 'a.yaml', 'parameters': {'device': '12'}},
-        {'node': 'dot_tracker_node', 'namespace': '/thumb', 'params_file': '', 'parameters': {}}]
+        {'node': 'dot_tracker_node', 'namespace': '/thumb', 'params_file': '', 'parameters': {}}]}
 
 
 def test_what_is_wrong_ends_the_launch_and_what_dies_is_started_again():
     running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
-    on_exit = ended('thumb')
-    assert isinstance(on_exit(SimpleNamespace(returncode=WRONG), running)[0], Shutdown)
-    said, = on_exit(SimpleNamespace(returncode=-9), running)
-    assert isinstance(said, LogInfo) and said.msg[0].text == 'thumb has ended with -9; it is started again'
-    assert on_exit(SimpleNamespace(returncode=0), closing) == []
+    assert isinstance(_on_exit(SimpleNamespace(returncode=WRONG), running)[0], Shutdown)
+    said, = _on_exit(SimpleNamespace(returncode=-9), running)
+    assert isinstance(said, LogInfo) and said.msg[0].text == 'the hand has ended with -9; it is started again'
+    assert _on_exit(SimpleNamespace(returncode=0), closing) == []

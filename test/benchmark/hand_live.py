@@ -32,9 +32,10 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import planned_sensor
-from tactile_bringup.hand_processes import composed
+from tactile_bringup.hand_processes import PROCESSES, told
 from tactile_bringup.sensor_launch import PlannedNode
 from tactile_driver.nodes.run import make_room_for_images
+from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
 from tactile_driver.simulation.taxel_scene import open_taxel_scene
 from tactile_msgs.msg import ContactRegion, Contacts
@@ -43,14 +44,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 import live  # noqa: E402
 import rendered  # noqa: E402
 
-#: name: type, Hz of the driver, Hz of its results, scene, what opens it (None: simulated as it runs), result and its type
+#: name: type, Hz of the driver, Hz of its results, scene, what opens it, result and its type
 SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', ContactRegion),
            'index': ('touchpad', 60, 60, 'rectangle_drag', open_scene, 'contact_region', ContactRegion),
-           'tip': ('psd_finger', 1000, 200, 'demo', None, 'contacts', Contacts),
+           'tip': ('psd_finger', 1000, 200, 'demo', open_psd_scene, 'contacts', Contacts),
            'array': ('taxel_array', 200, 200, 'demo', open_taxel_scene, 'contacts', Contacts),
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', open_dual_scene, 'contacts', Contacts)}
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 98))
-WAYS = ('sensor', 'true', 'false')
+WAYS = tuple(PROCESSES)
 _GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': ''}
 _FILM_S = 6.0
 _STARTED_S = 6.0  # imports
@@ -62,19 +63,10 @@ def plan(names: Sequence[str], share: float) -> dict[str, list[PlannedNode]]:
     return {name: planned_sensor(HandSensor(name, SENSORS[name][0], 'hand', settings=settings[name]), _GIVEN).nodes for name in names}
 
 
-def processes(groups: dict[str, list[PlannedNode]], way: str) -> dict[str, list[PlannedNode]]:
-    """Name -> nodes of each process."""
-    if way == 'true':
-        return {'all': [node for nodes in groups.values() for node in nodes]}
-    if way == 'sensor':
-        return groups
-    return {f'{name}/{node.executable}': [node] for name, nodes in groups.items() for node in nodes}
-
-
 def film(folder: Path, share: float) -> None:
-    """Render the frames of all sensors that are not simulated as they run."""
+    """Render what all sensors send."""
     for _, rate, _, scene, opened, *_ in SENSORS.values():
-        if opened is not None and not rendered.file_of(folder, scene, rate * share).exists():
+        if not rendered.file_of(folder, scene, rate * share).exists():
             np.save(rendered.file_of(folder, scene, rate * share), rendered.frames_of(opened(scene, rate * share), _FILM_S))
 
 
@@ -82,16 +74,26 @@ class Hand(live.System):
     """The processes of a hand; use it in a with statement."""
 
     def __init__(self, groups: dict[str, list[PlannedNode]], films: Path):
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-                       'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
         script = str(Path(__file__).with_name('rendered.py'))
-        self._started = {name: subprocess.Popen([sys.executable, script, str(films), composed(nodes)], env=environment,
-                                                start_new_session=True) for name, nodes in groups.items()}
-        self.processes = {name: psutil.Process(p.pid) for name, p in self._started.items()}
+        self._started = {'keeper': subprocess.Popen([sys.executable, script, str(films), told(groups)], env=environment,
+                                                    start_new_session=True)}
+
+    @property
+    def processes(self) -> dict[str, psutil.Process]:
+        """By name: of each sensor, and what keeps them."""
+        keeper = psutil.Process(self._started['keeper'].pid)
+        return {'keeper': keeper, **{child.name(): child for child in keeper.children()}}
 
     def memory(self) -> float:
-        """MB that are theirs alone: no libraries, and none of the frames that they play."""
-        return sum(info.rss - info.shared for info in (p.memory_info() for p in self.processes.values())) / 2**20
+        """MB that are theirs alone, what they share once: no libraries, and none of the frames that they play."""
+        return sum(anonymous(process.pid) for process in self.processes.values())
+
+
+def anonymous(pid: int) -> float:
+    """MB of memory of no file, what is shared by n processes to an n-th."""
+    lines = Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith('Pss_Anon:')) / 1024
 
 
 @dataclass
@@ -112,7 +114,7 @@ class Heard:
 def run(names: Sequence[str], way: str, share: float, duration: float, settle: float, films: Path) -> dict:
     """Start the processes, listen, end them; the summary."""
     heard, record = {name: Heard() for name in names}, live.Record()
-    with Hand(processes(plan(names, share), way), films) as hand:
+    with Hand(PROCESSES[way][1](plan(names, share)), films) as hand:
         time.sleep(_STARTED_S)
         rclpy.init(domain_id=DOMAIN)
         node, executor = Node('hand_benchmark'), SingleThreadedExecutor()

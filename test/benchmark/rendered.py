@@ -4,8 +4,8 @@
 
     python test/benchmark/rendered.py FOLDER JSON
 
-runs composed_node with that list of nodes; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
-driver's work is a copy of the frame, as of a camera that hands over BGR. Voltages are simulated as they are: that costs next to nothing.
+runs hand_node with those processes; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
+driver's work is a copy of the frame, as of a camera that hands over BGR, or of the voltages.
 """
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ import numpy as np
 
 
 def frames_of(scene, seconds: float) -> np.ndarray:
-    """(N, ...) uint8: what the scene shows, at its own rate; (N, 2, H, W, 3) of two cameras."""
+    """(N, ...) uint8: what the scene shows, at its own rate; (N, 2, H, W, 3) of two cameras; (N, 4) uint16 of a PSD."""
+    if hasattr(scene, 'play'):
+        return scene.play(0, round(seconds * scene.rate))[0]
     made = [scene.render(number / scene.rate) for number in range(round(seconds * scene.rate))]
     return np.stack([np.stack(each[:-1]) if isinstance(each, tuple) and len(each) == 3 else image_of(each) for each in made])
 
@@ -35,6 +37,10 @@ class Rendered:
 
     def __getattr__(self, name: str):
         return getattr(self._scene, name)
+
+    def play(self, first: int, count: int):
+        """Counts of so many samples, without truth."""
+        return self._frames[np.arange(first, first + count) % len(self._frames)], None
 
     def render(self, time: float):
         """What the scene returns, without truth."""
@@ -55,21 +61,22 @@ def playing(folder: Path, open_scene):
     """open_scene, but with frames from the folder where there are some."""
     def opened(name: str, rate: float, *more):
         scene, file = open_scene(name, rate, *more), file_of(folder, name, rate)
-        return Rendered(scene, np.load(file, mmap_mode='r')) if file.is_file() else scene
+        return Rendered(scene, np.load(file, mmap_mode='r').view(np.ndarray)) if file.is_file() else scene
     return opened
 
 
 def main() -> None:
-    """Replace what opens scenes, and run composed_node, which ends as a node does that is started by its entry point."""
+    """Replace what opens scenes, and run hand_node, which ends as a node does that is started by its entry point."""
     from tactile_driver.nodes.start import INTERRUPT
     INTERRUPT.end_at_once(0)
     from tactile_driver.simulation import scenes
-    from tactile_driver.sources import taxel_simulated
+    from tactile_driver.sources import psd_simulated, taxel_simulated
     folder = Path(sys.argv[1])
-    for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene')):
+    for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene'),
+                         (psd_simulated, 'open_psd_scene')):
         setattr(module, name, playing(folder, getattr(module, name)))
-    from tactile_bringup.nodes import compose
-    compose.main([sys.argv[0], *sys.argv[2:]])
+    from tactile_bringup.nodes import keeper
+    keeper.main([sys.argv[0], *sys.argv[2:]])
 
 
 if __name__ == '__main__':

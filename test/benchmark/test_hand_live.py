@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the benchmark of a hand starts, and what it makes of what it heard."""
 import importlib.util
+import os
 import struct
 import sys
 from pathlib import Path
@@ -26,12 +27,17 @@ hand_live, rendered = loaded('hand_live'), loaded('rendered')
 S = 10**9
 
 
-def test_processes_of_each_way():
+def test_the_nodes_of_each_sensor():
     groups = hand_live.plan(['thumb', 'tip'], 0.5)
     assert [node.executable for node in groups['tip']] == ['psd_node', 'psd_contact_node', 'finger_markers_node']
     assert groups['tip'][0].own['rate'] == 500.0 and groups['thumb'][0].own['rate'] == 30.0
-    assert list(hand_live.processes(groups, 'sensor')) == ['thumb', 'tip'] and list(hand_live.processes(groups, 'true')) == ['all']
-    assert len(hand_live.processes(groups, 'false')) == 7
+    assert [node.executable for node in groups['thumb']] == ['camera_node', 'dot_tracker_node', 'contact_region_node', 'markers_node']
+
+
+def test_memory_of_no_file_that_a_process_has_is_seen():
+    before = hand_live.anonymous(os.getpid())
+    more = np.ones(30 * 2**20, np.uint8)
+    assert 25 < hand_live.anonymous(os.getpid()) - before < 40 and more.all()
 
 
 def heard_of(rate, late_s, lost=0):
@@ -81,6 +87,12 @@ def test_frames_are_rendered_once_and_played_to_and_fro(tmp_path):
     shown = [(int(values[0, 0]), truth) for values, truth in (scene.render(k / 10) for k in range(11))]
     assert [number for number, _ in shown] == [0, 1, 2, 3, 4, 3, 2, 1, 0, 1, 2] and {truth for _, truth in shown} == {None}
     assert scene.sensor == 'taxels' and not isinstance(opened('other', 10.0), rendered.Rendered)
+
+
+def test_samples_are_played_again_and_again():
+    scene = SimpleNamespace(rate=100.0, play=lambda first, count: (np.arange(4 * count, dtype=np.uint16).reshape(-1, 4), 'truth'))
+    counts, truth = rendered.Rendered(scene, rendered.frames_of(scene, 0.1)).play(8, 4)
+    assert truth is None and counts[:, 0].tolist() == [32, 36, 0, 4]
 
 
 def test_pictures_of_one_and_of_two_cameras(tmp_path):

@@ -17,6 +17,8 @@ def bench(tmp_path_factory):
     pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     from fault_rig import Bench
     from tactile_driver import port_emulator
+    from tactile_driver.nodes.run import make_room_for_images
+    make_room_for_images()  # whoever listens here is set up as the nodes are
     made = Bench(100 + os.getpid() % 100, tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(port_emulator, '_LARGEST_BACKLOG_NS', 10**10)  # a device goes on however busy this machine is

@@ -33,10 +33,8 @@ def hand(tmp_path):
 
 
 def children(launched):
-    """Name in the log -> process, of those that the launch started."""
-    found = psutil.Process(launched.process.pid).children(recursive=True)
-    return {'pad' if '/left/pad' in line else 'tip' if '/tip' in line else 'frames': process
-            for process in found for line in [' '.join(process.cmdline())] if 'composed_node' in line}
+    """Name -> process, of those of the hand."""
+    return {process.name(): process for process in psutil.Process(launched.process.pid).children(recursive=True)}
 
 
 def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_path):
@@ -83,9 +81,22 @@ def test_a_process_that_dies_is_started_again_and_the_others_go_on(ros2, listen,
     assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 30), launched.log
     steps = [b - a for a, b in zip(others, ear.stamps('/left/pad/contacts')[1:])]
     assert len(steps) > 20 and min(steps) > 0
+    assert launched.interrupt() == 0, launched.log
+    assert 'Traceback' not in launched.log
+
+
+def test_no_sensor_outlives_its_hand_and_a_new_hand_is_there_soon(ros2, listen, hand):
+    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand)
+    ear = listen(TOPICS)
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
+    first = children(launched)
+    os.kill(psutil.Process(first['tip'].pid).ppid(), signal.SIGKILL)
+    assert ear.wait_for(lambda: 'the hand has ended with -9; it is started again' in launched.log, 10), launched.log
+    before = {topic: len(ear.heard[topic]) for topic in TOPICS}
+    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > before[topic] + 20 for topic in TOPICS), 30), launched.log
+    assert not any(first[name].is_running() for name in ('tip', 'left/pad'))
     os.killpg(launched.process.pid, signal.SIGINT)
     assert launched.wait(30) in (0, 1), 'launch counts a process that was killed as failed'
-    assert 'Traceback' not in launched.log
 
 
 def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, listen, tmp_path):

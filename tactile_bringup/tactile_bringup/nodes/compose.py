@@ -1,15 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""composed_node: several nodes in one process, images and results going from one to the next by a call.
-
-    composed_node '[{"node": "camera_node", "namespace": "/thumb", "parameters": {"source": "sim"}},
-                    {"node": "dot_tracker_node", "namespace": "/thumb", "params_file": "pad.yaml"}]'
-"""
+"""Several nodes in one process, images and results going from one to the next by a call."""
 from __future__ import annotations
 
-import json
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from threading import RLock
@@ -17,7 +11,6 @@ from threading import RLock
 from rclpy.node import Node
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.host import Host, SharedPublisher
-from tactile_driver.nodes.run import run_nodes
 
 _DRIVER, _PERCEPTION, _BRINGUP = 'tactile_driver.nodes', 'tactile_perception.nodes', 'tactile_bringup.nodes'
 #: Name -> (package, class); the module has the node's name.
@@ -46,36 +39,26 @@ class Plan:
         return ['-r', f'__ns:={self.namespace}', *(['--params-file', self.params_file] if self.params_file else [])]
 
 
-def plans_of(text: str) -> list[Plan]:
-    """The nodes that a JSON text lists. Raises BadArgument."""
+def plans_of(entries: Sequence[dict]) -> list[Plan]:
+    """The nodes that are listed, as JSON has them. Raises BadArgument."""
     try:
-        plans = [Plan(**entry) for entry in json.loads(text)]
-    except (ValueError, TypeError) as error:
-        raise BadArgument(f'composed_node: the list of nodes cannot be read: {error}') from error
+        plans = [Plan(**entry) for entry in entries]
+    except TypeError as error:
+        raise BadArgument(f'the list of nodes cannot be read: {error}') from error
     for plan in plans:
         if plan.node not in NODES:
-            raise BadArgument(f'composed_node: node {plan.node!r} is unknown; known are {", ".join(NODES)}')
+            raise BadArgument(f'node {plan.node!r} is unknown; known are {", ".join(NODES)}')
     if not plans:
-        raise BadArgument('composed_node: the list of nodes is empty; name one or more')
+        raise BadArgument('the list of nodes is empty; name one or more')
     return plans
 
 
-def made(text: str) -> Iterator[Node]:
+def made(plans: Sequence[Plan]) -> Iterator[Node]:
     """Make the nodes, in the order of the list: whoever takes messages by a call comes after who publishes them. Raises TactileError."""
     shared: dict[str, SharedPublisher] = {}
     locks: dict[str, RLock] = {}
-    for plan in plans_of(text):
+    for plan in plans:
         package, kind = NODES[plan.node]
         # Nodes of one sensor, which work one after the other in one thread, share a lock: with one each they could wait for each other.
         host = Host(plan.arguments, plan.parameters, shared, locks.setdefault(plan.namespace, RLock()))
         yield getattr(import_module(f'{package}.{plan.node}'), kind)(host)
-
-
-def main(args: list[str] | None = None) -> None:
-    """The process composed_node."""
-    words = (args or sys.argv)[1:2]
-    sys.exit(run_nodes(lambda: made(*words or ['[]']), args))
-
-
-if __name__ == '__main__':
-    main()

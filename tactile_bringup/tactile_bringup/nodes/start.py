@@ -34,9 +34,9 @@ def hand_frames_node() -> None:
     start_node('tactile_bringup.nodes.hand_frames_node')
 
 
-def composed_node() -> None:
-    """The process composed_node."""
-    start_node('tactile_bringup.nodes.compose')
+def hand_node() -> None:
+    """The process hand_node."""
+    start_node('tactile_bringup.nodes.keeper')
 
 
 def hand_config() -> None:

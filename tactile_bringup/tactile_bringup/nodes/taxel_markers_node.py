@@ -6,6 +6,7 @@ from __future__ import annotations
 import sys
 
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.timer import Timer
 from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.host import Host
@@ -30,7 +31,7 @@ class TaxelMarkersNode(DrawingNode):
         self._inputs: list = []
         self._kept: dict[str, dict] = {}
         self.publish_place('taxels', (0.0, 0.0, -self.settings['cell_height']))
-        steady_timer(self, 1 / self.settings['rate'], self._draw)
+        self._drawing: Timer | None = None
         self.follow_demand()
 
     def follow_demand(self) -> None:
@@ -40,10 +41,12 @@ class TaxelMarkersNode(DrawingNode):
             self._inputs = [self.create_subscription(kind, topic, lambda message, topic=topic: self._take(topic, message),
                                                      qos_profile_sensor_data if topic == 'image_raw' else QoSProfile(depth=_KEPT))
                             for topic, kind in _INPUTS.items()]
+            self._drawing = steady_timer(self, 1 / self.settings['rate'], self._draw)
         elif not wanted and self._inputs:
             for subscription in self._inputs:
                 self.destroy_subscription(subscription)
-            self._inputs, self._kept = [], {}
+            self.destroy_timer(self._drawing)
+            self._inputs, self._kept, self._drawing = [], {}, None
 
     def _take(self, topic: str, message) -> None:
         kept = self._kept.setdefault(topic, {})

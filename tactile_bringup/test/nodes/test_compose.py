@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Several nodes in one process: what they are told, and that what they compute does not depend on who shares a process."""
-import json
 import os
 import time
 
@@ -34,17 +33,16 @@ def test_the_table_names_what_there_is():
 
 def test_parameters_stay_of_their_type():
     listed = {'node': 'camera_node', 'namespace': '/thumb', 'params_file': 'a.yaml', 'parameters': {'device': '12', 'rate': 60.0}}
-    plan, = plans_of(json.dumps([listed]))
+    plan, = plans_of([listed])
     assert plan == Plan('camera_node', '/thumb', 'a.yaml', {'device': '12', 'rate': 60.0})
     assert plan.arguments == ['-r', '__ns:=/thumb', '--params-file', 'a.yaml']
 
 
-@pytest.mark.parametrize(('text', 'told'), [('[', 'cannot be read'),
-                                            ('[{"node": "x", "namespace": "/"}]', "node 'x' is unknown; known are camera_node"),
-                                            ('[{"nose": 1}]', 'cannot be read'), ('[]', 'is empty'), ('3', 'cannot be read')])
-def test_a_list_that_is_none(text, told):
+@pytest.mark.parametrize(('entries', 'told'), [([{'node': 'x', 'namespace': '/'}], "node 'x' is unknown; known are camera_node"),
+                                               ([{'nose': 1}], 'cannot be read'), ([], 'is empty'), (3, 'cannot be read')])
+def test_a_list_that_is_none(entries, told):
     with pytest.raises(BadArgument, match=told):
-        plans_of(text)
+        plans_of(entries)
 
 
 @pytest.fixture(scope='module')
@@ -59,8 +57,8 @@ PARAMS = os.path.join(get_package_share_directory('tactile_bringup'), 'params', 
 
 def plan_of(bag):
     own = {'source': 'bag', 'path': str(bag), 'topic': '/pad/image_raw', 'rate': 0.0, 'frame_id': 'pad'}
-    return json.dumps([{'node': name, 'namespace': '/pad', 'params_file': PARAMS, 'parameters': own if name == 'camera_node' else {}}
-                       for name in ('camera_node', 'dot_tracker_node', 'contact_region_node')])
+    return [Plan(name, '/pad', PARAMS, own if name == 'camera_node' else {})
+            for name in ('camera_node', 'dot_tracker_node', 'contact_region_node')]
 
 
 def processed(bag, folder):

@@ -18,6 +18,7 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 
 from ..errors import TactileError
+from .dead_ports import avoided
 from .start import INTERRUPT
 
 #: the exit code of a node that was given something wrong: started again, it would end again
@@ -52,8 +53,9 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         sys.setswitchinterval(_SWITCH_S)
         INTERRUPT.begin_making()
         rclpy.init(args=args)
-        for node in make():
-            nodes.append(node)
+        with avoided():
+            for node in make():
+                nodes.append(node)
         INTERRUPT.begin_running()
         gc.freeze()  # what is there now stays: to look through all of it again takes a tenth of a second from some frame
         _spin(nodes)
