@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -52,13 +53,19 @@ class Process:
 
 
 class Zygote:
-    """The process that forks; domain: ROS domain of its children; folder: for their logs."""
+    """The process that forks; domain: ROS domain of its children; folder: for their logs; within: the command that becomes the process;
+    reach: how far its children look for others."""
 
-    def __init__(self, domain: int, folder: Path):
+    def __init__(self, domain: int, folder: Path, modules: Sequence[str] = MODULES, within: Sequence[str] = (), reach: str = 'LOCALHOST'):
         self._folder, self._count = folder, 0
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
-        self._process = subprocess.Popen([sys.executable, __file__, *MODULES], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                                         env=environment, cwd=folder, start_new_session=True)
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, 'OMP_NUM_THREADS': '1'}
+        self._process = subprocess.Popen([*within, sys.executable, __file__, *modules], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         text=True, env=environment, cwd=folder, start_new_session=True)
+
+    @property
+    def pid(self) -> int:
+        """Of the process that forks."""
+        return self._process.pid
 
     def ask(self, **what):
         """The zygote's answer."""
@@ -101,6 +108,8 @@ def main() -> None:
         asked = json.loads(line)
         if 'poll' in asked:
             answer = _polled(asked['poll'])
+        elif 'ready' in asked:
+            answer = True
         else:
             answer = os.fork()
             if not answer:

@@ -53,12 +53,17 @@ def plans_of(entries: Sequence[dict]) -> list[Plan]:
     return plans
 
 
+def kind_of(plan: Plan) -> type:
+    """The node's class; its module, with all that it needs, is imported where it is not yet."""
+    package, kind = NODES[plan.node]
+    return getattr(import_module(f'{package}.{plan.node}'), kind)
+
+
 def made(plans: Sequence[Plan]) -> Iterator[Node]:
     """Make the nodes, in the order of the list: whoever takes messages by a call comes after who publishes them. Raises TactileError."""
     shared: dict[str, SharedPublisher] = {}
     locks: dict[str, RLock] = {}
     for plan in plans:
-        package, kind = NODES[plan.node]
         # Nodes of one sensor, which work one after the other in one thread, share a lock: with one each they could wait for each other.
         host = Host(plan.arguments, plan.parameters, shared, locks.setdefault(plan.namespace, RLock()))
-        yield getattr(import_module(f'{package}.{plan.node}'), kind)(host)
+        yield kind_of(plan)(host)

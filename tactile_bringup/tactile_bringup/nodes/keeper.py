@@ -19,13 +19,12 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
-from importlib import import_module
 
 from rclpy.logging import get_logger
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.nodes.run import WRONG, run_nodes
 
-from .compose import NODES, Plan, made, plans_of
+from .compose import Plan, kind_of, made, plans_of
 
 _SIGNALS = {signal.SIGCHLD, signal.SIGINT, signal.SIGTERM}
 _PAUSE_S = 0.5  # before the next start of what lived for less than _SHORT_S: it may die again
@@ -133,7 +132,7 @@ def main(args: list[str] | None = None) -> None:
         get_logger('tactile').fatal(str(error))
         sys.exit(WRONG)
     for plan in (plan for plans in groups.values() for plan in plans):
-        import_module(f'{NODES[plan.node][0]}.{plan.node}')
+        kind_of(plan)
     gc.freeze()  # what the processes share stays shared: the garbage collector would write to all of it
     sys.exit(Keeper({name: lambda plans=plans: run_nodes(lambda: made(plans), args) for name, plans in groups.items()}).keep())
 
