@@ -53,9 +53,10 @@ def _hold(lock: Path, number: int, held: ExitStack) -> bool:
     try:
         file = held.enter_context(open(lock))
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:  # in use
+        long_ago = _missed_s(lock) > _REMEMBERED_S
+    except OSError:  # in use, gone by now, or of another user
         return False
-    if _missed_s(lock) > _REMEMBERED_S:
+    if long_ago:
         fcntl.flock(file, fcntl.LOCK_UN)
         return False
     for port in (number - 1, number) if number >= _FIRST_UDP else ():

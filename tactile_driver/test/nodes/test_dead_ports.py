@@ -67,6 +67,16 @@ def test_ten_seconds_after_it_was_first_missed_it_may_be_taken_over(leave, tmp_p
         assert numbers == [] and not taken(lock)
 
 
+def test_what_another_user_has_left_does_not_hinder(leave, tmp_path, monkeypatch):
+    leave(7001)
+
+    def refused(*_):
+        raise PermissionError
+    monkeypatch.setattr(os, 'utime', refused)
+    with avoided(tmp_path) as numbers:
+        assert numbers == []
+
+
 def test_of_many_the_youngest_are_held(leave, tmp_path):
     for number in range(7000, 7020):
         leave(number, age=100.0 - (number - 7000))
