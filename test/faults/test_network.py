@@ -64,9 +64,9 @@ class Rig:
         assert all(after.first == before.last + 1 for before, after in zip(volts, volts[1:], strict=False)), 'no sample is missing'
         stamps = [{line.stamp for line in heard[topic]} for topic in ('voltages', 'contacts')]
         assert len(stamps[0] ^ stamps[1]) <= 2, 'each block has its contacts'
-        assert len(heard['image_raw']) > 0.9 * IMAGES * (end - begin)
+        assert len(heard['image_raw']) > 0.8 * IMAGES * (end - begin)
         for lines in heard.values():
-            assert np.median([line.age for line in lines]) < 0.1
+            assert np.median([line.age for line in lines]) < 0.2
         latest = max(line.age for lines in heard.values() for line in lines)
         assert latest < LATE
         return latest
@@ -128,9 +128,9 @@ def test_a_link_to_a_monitor_loses_a_fifth_of_its_packets(bench, beside, rig):
     latest = rig.check_local(begin, end)
     sent = {topic: {line.stamp for line in lines if begin < line.at < end} for topic, lines in rig.local.items()}
     got = {topic: [line for line in lines if line.stamp in sent[topic]] for topic, lines in rig.remote.items()}
-    assert len(got['voltages']) > 0.9 * len(sent['voltages']), 'depth 100: what is lost is sent again'
+    assert len(got['voltages']) > 0.85 * len(sent['voltages']), 'depth 100: what is lost is sent again'
     assert 0.6 * len(sent['contacts']) < len(got['contacts']), 'depth 1: what is lost is replaced by what is newer'
-    assert np.median([line.age for line in got['contacts']]) < 0.1
+    assert np.median([line.age for line in got['contacts']]) < 0.2
     bench.report(f'a link to a monitor loses 20 % of its packets ({1e3 * latest:.0f} ms old at most what a local listener gets; the '
                  f'monitor gets {len(got["voltages"]) / len(sent["voltages"]):.0%} of the voltages, '
                  f'{max(line.age for line in got["voltages"]):.1f} s old at most, {len(got["contacts"]) / len(sent["contacts"]):.0%} '
