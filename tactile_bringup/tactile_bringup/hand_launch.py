@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -64,16 +64,7 @@ def hand_arguments() -> list[DeclareLaunchArgument]:
 
 
 class HandNodes(SensorNodes):
-    """The nodes of one sensor, planned: they are started with those of the others. RViz is started for all of them at once."""
-
-    def node(self, package: str, executable: str, own: dict | None = None) -> PlannedNode:
-        """See SensorNodes."""
-        return self.planned(package, executable, own)
-
-    def recorder(self) -> list:
-        """Without waiting for somebody who works on raw data where that is in one process with the driver and is not seen."""
-        patience = {} if self._values['composed'] == 'false' else {'patience': 0.0}
-        return [replace(node, own=node.own | patience) for node in super().recorder()]
+    """Plans the nodes of one sensor of a hand. RViz is started for all of them at once."""
 
     def rviz(self, *_arguments) -> list:
         """See the class."""

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""In which processes the nodes of a hand run, and what happens when one ends: the rest goes on, and it is started again.
+"""In which processes the nodes of a hand, or of one sensor, run; when one ends, the rest goes on, and it is started again.
 
-launch starts one process, hand_node (nodes/keeper.py), which forks those of the hand; a recorder is a process of its own beside it.
+launch starts one process, hand_node (nodes/keeper.py), which forks the others; a recorder is a process of its own beside it.
 """
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from launch.events.process import ProcessExited
 from launch_ros.actions import Node
 from tactile_driver.nodes.run import WRONG
 
-from .sensor_launch import PlannedNode
+from .sensor_launch import PlannedNode, composed_of
 
 Groups = dict[str, list[PlannedNode]]  # nodes by sensor, or by process
 _RESPAWN_S = 0.5
@@ -30,6 +30,13 @@ def hand_processes(groups: Groups, composed: str) -> list[Node]:
     return [hand, *_recorders(groups)]
 
 
+def sensor_processes(entities: list, values: dict[str, str]) -> list:
+    """The planned nodes among the entities of a sensor's launch file as what starts them; the rest as it is."""
+    nodes = [entity for entity in entities if isinstance(entity, PlannedNode)]
+    others = [entity for entity in entities if not isinstance(entity, PlannedNode)]
+    return [*hand_processes({values['namespace'].strip('/') or 'sensor': nodes}, composed_of(values)), *others]
+
+
 def told(groups: Groups) -> str:
     """What hand_node is told to run."""
     return json.dumps({name: [{'node': node.executable, 'namespace': '/' + node.namespace.strip('/'), 'params_file': node.params,
@@ -40,7 +47,7 @@ def _on_exit(event: ProcessExited, context: LaunchContext):
     """A parameter or file that is wrong ends the launch, anything else is no reason."""
     if event.returncode == WRONG:
         return [Shutdown(reason='what a node was given is wrong, see above')]
-    return [] if context.is_shutdown else [LogInfo(msg=f'the hand has ended with {event.returncode}; it is started again')]
+    return [] if context.is_shutdown else [LogInfo(msg=f'hand_node has ended with {event.returncode}; it is started again')]
 
 
 def _recorders(groups: Groups) -> list[Node]:

@@ -12,6 +12,7 @@ from tactile_driver.errors import TactileError
 from tactile_driver.nodes.parameters import Parameter
 from tactile_perception.pipeline.parameter_file import read_parameters
 
+from .hand_processes import sensor_processes
 from .sensor_launch import (SOURCES, LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
                             with_parameter_file)
 
@@ -29,7 +30,8 @@ def right_arguments() -> list[DeclareLaunchArgument]:
 def marker_actions(context: LaunchContext, sensor_type: str, two_cameras: bool = False) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
     declared = sensor_arguments(sensor_type) + (right_arguments() if two_cameras else [])
-    return marker_nodes(values_of(context, declared), SensorNodes, sensor_type, two_cameras)
+    values = values_of(context, declared)
+    return sensor_processes(marker_nodes(values, SensorNodes, sensor_type, two_cameras), values)
 
 
 def marker_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes], sensor_type: str, two_cameras: bool = False) -> list:

@@ -10,11 +10,12 @@ from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
 from launch import LaunchContext
-from launch.actions import DeclareLaunchArgument, LogInfo, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 SOURCES = ('sim', 'device', 'file', 'bag')
+COMPOSED = ('sensor', 'true', 'false')  # processes: one for each sensor, for all, for each node
 _BOOLEANS = {'true': True, 'false': False}
 
 
@@ -42,6 +43,8 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
         'scene': ('', 'sim: the scene; empty: what the parameter file says'),
         'autostart': ('', 'false: the driver waits, unconfigured, for its lifecycle services; empty: what the parameter file says, true'),
+        'composed': ('', 'true: all nodes in one process, in which images go from one to the next by a call; false: one for each node; '
+                         'empty: true, with source sim false, since what draws the pictures would hold up what sees them'),
     }
     # No choices: launch would say a wrong one twice; check says it once.
     return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
@@ -58,9 +61,15 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
     return {**values, 'params': values['params'] or share('params', own)}
 
 
+def composed_of(values: dict[str, str]) -> str:
+    """Which nodes share a process, one of COMPOSED. In one process Python would draw a simulated picture and work on another in turn."""
+    return values['composed'] or ('false' if values['source'] == 'sim' else 'true')
+
+
 def check(values: dict[str, str], sources: Sequence[str] = SOURCES) -> None:
     """What can be told before any node runs. Raises LaunchError."""
-    for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS)}.items():
+    for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
+                          'composed': ('', *COMPOSED)}.items():
         if values[name] not in choices:
             raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
     _check_files(values)
@@ -122,26 +131,26 @@ class PlannedNode:
 
 
 class SensorNodes:
-    """Makes the nodes of one sensor, all with its namespace and parameter file; the launch ends when one of them ends."""
+    """Plans the nodes of one sensor, all with its namespace and parameter file."""
 
     def __init__(self, values: dict[str, str]):
         self._values = values
 
-    def planned(self, package: str, executable: str, own: dict | None = None) -> PlannedNode:
+    def node(self, package: str, executable: str, own: dict | None = None) -> PlannedNode:
         """One node; own: parameters by name that go before those of the parameter file."""
         return PlannedNode(package, executable, self._values['namespace'], self._values['params'], own or {})
-
-    def node(self, package: str, executable: str, own: dict | None = None) -> Node | PlannedNode:
-        """What starts the planned node; a hand starts those of all its sensors together."""
-        return self.planned(package, executable, own).process(on_exit=Shutdown(reason=f'{executable} has ended'))
 
     def calibrated(self) -> dict[str, str]:
         """The parameter calibration, where the argument sets it."""
         return {'calibration': self._values['calibration']} if self._values['calibration'] else {}
 
     def recorder(self) -> list:
-        """record_node where the argument record names a bag."""
-        return [self.node('tactile_bringup', 'record_node', {'bag': self._values['record']})] if self._values['record'] else []
+        """record_node where the argument record names a bag. It does not wait for somebody who works on raw data where that is in one
+        process with the driver and is not seen."""
+        if not self._values['record']:
+            return []
+        patience = {} if composed_of(self._values) == 'false' else {'patience': 0.0}
+        return [self.node('tactile_bringup', 'record_node', {'bag': self._values['record'], **patience})]
 
     def rviz(self, configuration: str, frame_id: str, topics: Sequence[str]) -> list:
         """RViz where the argument rviz asks for it; topics: those that the configuration shows, under the sensor type's own namespace."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from launch import LaunchContext
 from launch.actions import LogInfo
 
+from .hand_processes import sensor_processes
 from .marker_launch import calibration_of, with_calibration
 from .sensor_launch import (SOURCES, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
                             with_parameter_file)
@@ -38,7 +39,8 @@ TAXEL_ARRAY = SerialSensor(
 
 def serial_actions(context: LaunchContext, sensor: SerialSensor) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
-    return serial_nodes(values_of(context, sensor_arguments(sensor.type)), SensorNodes, sensor)
+    values = values_of(context, sensor_arguments(sensor.type))
+    return sensor_processes(serial_nodes(values, SensorNodes, sensor), values)
 
 
 def serial_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes], sensor: SerialSensor) -> list:

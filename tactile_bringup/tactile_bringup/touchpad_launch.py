@@ -10,6 +10,7 @@ from tactile_driver.errors import TactileError
 from tactile_driver.nodes.parameters import Parameter
 from tactile_perception.pipeline.parameter_file import read_parameters
 
+from .hand_processes import sensor_processes
 from .sensor_launch import (LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments, share, values_of,
                             with_parameter_file)
 
@@ -21,7 +22,8 @@ _SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in
 
 def touchpad_actions(context: LaunchContext) -> list:
     """The actions for the arguments in context. Raises LaunchError."""
-    return touchpad_nodes(values_of(context, sensor_arguments(SENSOR_TYPE)), SensorNodes)
+    values = values_of(context, sensor_arguments(SENSOR_TYPE))
+    return sensor_processes(touchpad_nodes(values, SensorNodes), values)
 
 
 def touchpad_nodes(values: dict[str, str], make: Callable[[dict], SensorNodes]) -> list:

@@ -11,7 +11,7 @@ from launch.actions import LogInfo, Shutdown  # noqa: E402
 from tactile_driver.nodes.run import WRONG  # noqa: E402
 
 import tactile_bringup.hand_processes as hand_processes_module  # noqa: E402
-from tactile_bringup.hand_processes import _on_exit, hand_processes, told  # noqa: E402
+from tactile_bringup.hand_processes import _on_exit, hand_processes, sensor_processes, told  # noqa: E402
 from tactile_bringup.sensor_launch import PlannedNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -40,5 +40,11 @@ def test_what_is_wrong_ends_the_launch_and_what_dies_is_started_again():
     running, closing = SimpleNamespace(is_shutdown=False), SimpleNamespace(is_shutdown=True)
     assert isinstance(_on_exit(SimpleNamespace(returncode=WRONG), running)[0], Shutdown)
     said, = _on_exit(SimpleNamespace(returncode=-9), running)
-    assert isinstance(said, LogInfo) and said.msg[0].text == 'the hand has ended with -9; it is started again'
+    assert isinstance(said, LogInfo) and said.msg[0].text == 'hand_node has ended with -9; it is started again'
     assert _on_exit(SimpleNamespace(returncode=0), closing) == []
+
+
+def test_a_sensor_is_a_hand_of_one():
+    said = LogInfo(msg='not calibrated')
+    started = sensor_processes([GROUPS['tip'][0], said], {'namespace': '/left/tip', 'composed': 'true'})
+    assert [getattr(action, 'node_executable', action) for action in started] == ['hand_node', said]

@@ -6,7 +6,6 @@ pytest.importorskip('launch_ros', reason='ROS is not sourced')
 
 from launch import LaunchContext  # noqa: E402
 from launch.actions import LogInfo  # noqa: E402
-from launch_ros.actions import Node  # noqa: E402
 
 from tactile_bringup.marker_launch import marker_actions, right_arguments, two_camera_parameters, with_calibration  # noqa: E402
 from tactile_bringup.sensor_launch import LaunchError, sensor_arguments, share  # noqa: E402
@@ -22,10 +21,6 @@ def actions(sensor_type, **given):
     return marker_actions(context, sensor_type, two)
 
 
-def executables(found):
-    return [action.node_executable for action in found if isinstance(action, Node)]
-
-
 @pytest.fixture
 def files(tmp_path):
     video, calibration = tmp_path / 'video.avi', tmp_path / 'mine.yaml'
@@ -35,31 +30,31 @@ def files(tmp_path):
 
 
 @pytest.mark.parametrize('sensor_type', ['areal_single', 'air_cushion'])
-def test_an_uncalibrated_sensor_tracks_markers_and_says_what_is_missing(sensor_type, files):
+def test_an_uncalibrated_sensor_tracks_markers_and_says_what_is_missing(executables, sensor_type, files):
     found = actions(sensor_type, **files[0])
     assert executables(found) == ['camera_node', 'dot_tracker_node', 'markers_node']
     assert sum(isinstance(action, LogInfo) for action in found) == 1
 
 
-def test_a_calibrated_one_tells_touches(files):
+def test_a_calibrated_one_tells_touches(executables, files):
     assert executables(actions('areal_single', calibration=files[1], **files[0])) == [
         'camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
 
 
-def test_a_stitching_alone_tells_no_touches(files, tmp_path):
+def test_a_stitching_alone_tells_no_touches(executables, files, tmp_path):
     (tmp_path / 'stitching.yaml').write_text('fitted:\n  stitching:\n    seam: 5.0\n')
     found = actions('areal_dual', calibration=str(tmp_path / 'stitching.yaml'), **files[0])
     assert executables(found) == ['dual_camera_node', 'dot_tracker_node', 'markers_node']
     assert sum(isinstance(action, LogInfo) for action in found) == 1
 
 
-def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
+def test_a_calibration_that_the_parameter_file_names_counts(executables, files, tmp_path):
     text = open(share('params', 'areal_single.yaml')).read().replace('calibration: ""', f'calibration: "{files[1]}"')
     (tmp_path / 'params.yaml').write_text(text)
     assert 'contact_point_node' in executables(actions('areal_single', params=str(tmp_path / 'params.yaml'), **files[0]))
 
 
-def test_two_cameras_have_a_driver_of_their_own_that_stitches_by_the_calibration(files):
+def test_two_cameras_have_a_driver_of_their_own_that_stitches_by_the_calibration(executables, files):
     found = actions('areal_dual', calibration=files[1], right_path=files[0]['path'], **files[0])
     assert executables(found) == ['dual_camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
     given = dict.fromkeys(('device', 'scene', 'loop', 'rate', 'right_device', 'autostart'), '')

@@ -5,10 +5,10 @@ from launch.actions import LogInfo
 from tactile_driver.sources.registry import SOURCES
 
 from tactile_bringup import sensor_launch
-from tactile_bringup.sensor_launch import LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments
+from tactile_bringup.sensor_launch import LaunchError, SensorNodes, camera_parameters, check, composed_of, frame_of, sensor_arguments
 
 VALUES = {'namespace': 'touchpad', 'source': 'sim', 'device': '', 'path': '', 'params': __file__, 'calibration': '', 'rviz': 'false',
-          'record': '', 'rate': '', 'loop': '', 'scene': '', 'autostart': ''}
+          'record': '', 'rate': '', 'loop': '', 'scene': '', 'autostart': '', 'composed': 'true'}
 
 
 def test_the_arguments_are_those_of_the_contract():
@@ -32,6 +32,7 @@ def test_good_values_pass(tmp_path):
     ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
     ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
     ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
+    ({'composed': 'maybe'}, 'composed:=maybe is none of sensor, true, false'),
     ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
 def test_a_wrong_value_is_told_in_one_line(wrong, told):
     with pytest.raises(LaunchError, match=told) as raised:
@@ -68,6 +69,13 @@ def test_without_rviz_one_line_says_so(monkeypatch):
     assert SensorNodes(VALUES).rviz('touchpad.rviz', 'touchpad', ('markers',)) == []
 
 
+def test_who_draws_does_not_hold_up_who_sees():
+    values = {**VALUES, 'composed': ''}
+    assert composed_of(values) == 'false' and composed_of({**values, 'source': 'device'}) == 'true' and composed_of(VALUES) == 'true'
+
+
 def test_a_recorder_only_where_a_bag_is_named():
     assert SensorNodes(VALUES).recorder() == []
-    assert len(SensorNodes({**VALUES, 'record': 'bag'}).recorder()) == 1
+    for composed, more in (('true', {'patience': 0.0}), ('false', {})):
+        recorder, = SensorNodes({**VALUES, 'record': 'bag', 'composed': composed}).recorder()
+        assert recorder.own == {'bag': 'bag', **more}

@@ -6,7 +6,6 @@ pytest.importorskip('launch_ros', reason='ROS is not sourced')
 
 from launch import LaunchContext  # noqa: E402
 from launch.actions import LogInfo  # noqa: E402
-from launch_ros.actions import Node  # noqa: E402
 
 from tactile_bringup.sensor_launch import LaunchError, sensor_arguments  # noqa: E402
 from tactile_bringup.serial_launch import PSD_FINGER, TAXEL_ARRAY, serial_actions  # noqa: E402
@@ -29,11 +28,7 @@ def actions(sensor, **given):
     return serial_actions(context, sensor)
 
 
-def executables(found):
-    return [action.node_executable for action in found if isinstance(action, Node)]
-
-
-def test_driver_perception_and_markers(sensor):
+def test_driver_perception_and_markers(executables, sensor):
     found = actions(sensor)
     assert executables(found) == NODES[sensor]
     assert not any(isinstance(action, LogInfo) for action in found)  # the simulated specimen is calibrated

@@ -17,7 +17,6 @@ import itertools
 import json
 import os
 import struct
-import subprocess
 import sys
 import tempfile
 import time
@@ -26,13 +25,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import psutil
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import planned_sensor
-from tactile_bringup.hand_processes import PROCESSES, told
+from tactile_bringup.hand_processes import PROCESSES, Groups
 from tactile_bringup.sensor_launch import PlannedNode
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.psd_scene import open_psd_scene
@@ -50,9 +48,8 @@ SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', C
            'tip': ('psd_finger', 1000, 200, 'demo', open_psd_scene, 'contacts', Contacts),
            'array': ('taxel_array', 200, 200, 'demo', open_taxel_scene, 'contacts', Contacts),
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', open_dual_scene, 'contacts', Contacts)}
-DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 98))
 WAYS = tuple(PROCESSES)
-_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': ''}
+_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'sensor'}
 _FILM_S = 6.0
 _STARTED_S = 6.0  # imports
 
@@ -73,17 +70,8 @@ def film(folder: Path, share: float) -> None:
 class Hand(live.System):
     """The processes of a hand; use it in a with statement."""
 
-    def __init__(self, groups: dict[str, list[PlannedNode]], films: Path):
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-        script = str(Path(__file__).with_name('rendered.py'))
-        self._started = {'keeper': subprocess.Popen([sys.executable, script, str(films), told(groups)], env=environment,
-                                                    start_new_session=True)}
-
-    @property
-    def processes(self) -> dict[str, psutil.Process]:
-        """By name: of each sensor, and what keeps them."""
-        keeper = psutil.Process(self._started['keeper'].pid)
-        return {'keeper': keeper, **{child.name(): child for child in keeper.children()}}
+    def __init__(self, groups: Groups, films: Path):
+        super().__init__(groups, films, (sys.executable, str(Path(__file__).with_name('rendered.py').absolute()), str(films)))
 
     def memory(self) -> float:
         """MB that are theirs alone, what they share once: no libraries, and none of the frames that they play."""
@@ -116,7 +104,7 @@ def run(names: Sequence[str], way: str, share: float, duration: float, settle: f
     heard, record = {name: Heard() for name in names}, live.Record()
     with Hand(PROCESSES[way][1](plan(names, share)), films) as hand:
         time.sleep(_STARTED_S)
-        rclpy.init(domain_id=DOMAIN)
+        rclpy.init(domain_id=live.DOMAIN)
         node, executor = Node('hand_benchmark'), SingleThreadedExecutor()
         executor.add_node(node)
         for name in names:

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nodes over ROS, from the driver to the touches: latency from the stamp, frames lost, CPU and memory of each process.
 
-    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--out out/benchmark]
+    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed false]
 
-The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run as processes of their own, each on one thread
-for numbers, in a ROS domain of their own; sheets and cushion with the calibration that ships. First nobody subscribes (--idle s), then
-this process does to the last node's result alone. Frames of the first --settle s do not count: there the rest shape is learnt. A frame is
-lost where the camera's stamps have one that the result does not.
+The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run each in a process of its own, as the launch files
+have it for simulated sensors, or with --composed true all in one, in a ROS domain of their own; sheets and cushion with the calibration
+that ships. First nobody subscribes (--idle s), then this process does to the last node's result alone. Frames of the first --settle s do
+not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that the result does not.
 """
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -29,7 +30,8 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.sensor_launch import share
+from tactile_bringup.hand_processes import PROCESSES, Groups, told
+from tactile_bringup.sensor_launch import PlannedNode, share
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
@@ -37,42 +39,46 @@ from tactile_msgs.msg import ContactRegion, Contacts
 sys.path.insert(0, str(Path(__file__).parent))
 from sources import scene_parameters  # noqa: E402
 
-#: sensor: modules of its nodes; the result that is listened to, and its type
-_TRACKER, _POINT = 'tactile_perception.nodes.dot_tracker_node', 'tactile_perception.nodes.contact_point_node'
-_CAMERA = 'tactile_driver.nodes.camera_node'
-SENSORS = {'touchpad': ((_CAMERA, _TRACKER, 'tactile_perception.nodes.contact_region_node'), 'contact_region', ContactRegion),
-           'areal_single': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts),
-           'areal_dual': (('tactile_driver.nodes.dual_camera_node', _TRACKER, _POINT), 'contacts', Contacts),
-           'air_cushion': ((_CAMERA, _TRACKER, _POINT), 'contacts', Contacts)}
+#: sensor: its nodes; the result that is listened to, and its type
+SENSORS = {'touchpad': (('camera_node', 'dot_tracker_node', 'contact_region_node'), 'contact_region', ContactRegion),
+           'areal_single': (('camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts),
+           'areal_dual': (('dual_camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts),
+           'air_cushion': (('camera_node', 'dot_tracker_node', 'contact_point_node'), 'contacts', Contacts)}
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 97))
 PERCENTILES = (50, 95, 99, 100)
 
 
 class System:
-    """The nodes as processes; use it in a with statement."""
+    """Processes of nodes, kept as a launch file keeps them; use it in a with statement. groups: name of a process -> its nodes; command:
+    what keeps them."""
 
-    def __init__(self, modules: tuple[str, ...], parameters: dict, folder: Path):
-        file = folder / 'parameters.yaml'
-        file.write_text(yaml.safe_dump(parameters))
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-                       'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
-        self._started = {module.split('.')[-1]: subprocess.Popen(
-            [sys.executable, '-m', module, '--ros-args', '--params-file', str(file)], cwd=folder, env=environment,
-            start_new_session=True) for module in modules}
-        self.processes = {name: psutil.Process(p.pid) for name, p in self._started.items()}
+    def __init__(self, groups: Groups, folder: Path, command: Sequence[str] = (sys.executable, '-m', 'tactile_bringup.nodes.keeper')):
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+        self._keeper = subprocess.Popen([*command, told(groups)], cwd=folder, env=environment, start_new_session=True)
+
+    @property
+    def processes(self) -> dict[str, psutil.Process]:
+        """By name, with what keeps them."""
+        keeper = psutil.Process(self._keeper.pid)
+        return {'keeper': keeper, **{child.name(): child for child in keeper.children()}}
 
     def __enter__(self) -> System:
         return self
 
     def __exit__(self, *_exc) -> None:
-        for process in self._started.values():
-            os.killpg(process.pid, signal.SIGINT)
-        for process in self._started.values():
-            process.wait(timeout=30)
+        os.killpg(self._keeper.pid, signal.SIGINT)
+        self._keeper.wait(timeout=30)
 
     def usage(self) -> dict[str, tuple[float, float]]:
         """Name -> (s of CPU so far, MB of memory of its own and shared)."""
         return {name: (sum(p.cpu_times()[:2]), p.memory_info().rss / 2**20) for name, p in self.processes.items()}
+
+
+def one_sensor(executables: Sequence[str], parameters: dict, folder: Path, composed: str) -> Groups:
+    """The processes of a sensor's nodes, with parameters by way of a file, as the argument composed has it."""
+    file = folder / 'parameters.yaml'
+    file.write_text(yaml.safe_dump(parameters))
+    return PROCESSES[composed][1]({'sensor': [PlannedNode('', name, '/', str(file)) for name in executables]})
 
 
 @dataclass
@@ -161,13 +167,14 @@ def parameters_of(sensor: str, scene: str, rate: float, pace: str) -> dict:
     return page
 
 
-def run(sensor: str, parameters: dict, duration: float, idle: float, settle: float) -> dict:
+def run(sensor: str, parameters: dict, composed: str, duration: float, idle: float, settle: float) -> dict:
     """Start the nodes, watch them idle and busy, end them; the summary."""
-    modules, topic, kind = SENSORS[sensor]
+    executables, topic, kind = SENSORS[sensor]
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     make_room_for_images()
     unused, used = Record(), Record()
-    with tempfile.TemporaryDirectory() as folder, System(modules, parameters, Path(folder)) as system:
+    with tempfile.TemporaryDirectory() as folder, \
+            System(one_sensor(executables, parameters, Path(folder), composed), Path(folder)) as system:
         time.sleep(5.0)  # imports; no part of what is measured
         watch(system, unused, idle, lambda: time.sleep(0.1))
         rclpy.init(domain_id=DOMAIN)
@@ -190,12 +197,13 @@ def main() -> None:
     parser.add_argument('--rate', type=float, default=60.0, help='frames a second')
     parser.add_argument('--sensor', default='touchpad', choices=SENSORS)
     parser.add_argument('--scene', default='', help='of the simulated sensor; its demo where none is given')
+    parser.add_argument('--composed', default='false', choices=('true', 'false'), help='one process for all nodes, or one for each')
     parser.add_argument('--pace', default='full', help='of the membrane: full or fast')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
     given = parser.parse_args()
     try:
         parameters = parameters_of(given.sensor, given.scene, given.rate, given.pace)
-        result = run(given.sensor, parameters, given.duration, given.idle, given.settle)
+        result = run(given.sensor, parameters, given.composed, given.duration, given.idle, given.settle)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit('interrupted')
     given.out.mkdir(parents=True, exist_ok=True)

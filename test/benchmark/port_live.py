@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors on a serial port over ROS: what is lost from the port to the results, latency, CPU and memory of each process.
 
-What psd_live.py and taxel_live.py share: an emulator sends through a pseudo-terminal; driver and perception run as processes of their own;
-this process listens to the raw messages and to the results.
+What psd_live.py and taxel_live.py share: an emulator sends through a pseudo-terminal; driver and perception run in one process, as the
+launch files have it, or with --composed false each in its own; this process listens to the raw messages and to the results.
 """
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import psutil
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from tactile_driver.nodes.run import make_room_for_images
 
 sys.path.insert(0, str(Path(__file__).parent))
 import live  # noqa: E402
@@ -33,11 +33,11 @@ PERCENTILES = (50, 95, 99, 100)
 
 @dataclass(frozen=True)
 class PortSensor:
-    """emulator: module and arguments; modules: of the nodes; values: their parameters but source and device; raw: (topic, type); batch:
+    """emulator: module and arguments; executables: the nodes; values: their parameters but source and device; raw: (topic, type); batch:
     (samples, period s) of a raw message; results: topic -> type, the first of which is timed; sample: what one is called."""
 
     emulator: tuple[str, ...]
-    modules: tuple[str, ...]
+    executables: tuple[str, ...]
     values: dict
     raw: tuple[str, type]
     batch: Callable[[object], tuple[int, float]]
@@ -102,9 +102,10 @@ def text(result: dict, sample: str) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def run(sensor: PortSensor, duration: float, settle: float) -> dict:
+def run(sensor: PortSensor, composed: str, duration: float, settle: float) -> dict:
     """Start emulator and nodes, listen, end them; the summary."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    make_room_for_images()
     record = Record()
     with tempfile.TemporaryDirectory() as folder:
         port = str(Path(folder) / 'port')
@@ -114,8 +115,8 @@ def run(sensor: PortSensor, duration: float, settle: float) -> dict:
         time.sleep(2.0)
         try:
             values = {'source': 'device', 'device': port, **sensor.values}
-            with live.System(sensor.modules, {'/**': {'ros__parameters': values}}, Path(folder)) as system:
-                system.processes['emulator'] = psutil.Process(emulator.pid)
+            groups = live.one_sensor(sensor.executables, {'/**': {'ros__parameters': values}}, Path(folder), composed)
+            with live.System(groups, Path(folder)) as system:
                 _listen(sensor, system, record, settle + duration)
         finally:
             emulator.send_signal(signal.SIGINT)
@@ -141,6 +142,7 @@ def arguments(text_of_all: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=text_of_all, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--duration', type=float, default=60.0, help='s that count')
     parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
+    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for the results')
     return parser
 
@@ -148,7 +150,7 @@ def arguments(text_of_all: str) -> argparse.ArgumentParser:
 def report(sensor: PortSensor, name: str, given: argparse.Namespace) -> None:
     """Run, print, write name.md and name.json."""
     try:
-        result = run(sensor, given.duration, given.settle)
+        result = run(sensor, given.composed, given.duration, given.settle)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit('interrupted')
     given.out.mkdir(parents=True, exist_ok=True)

@@ -24,7 +24,7 @@ import port_live  # noqa: E402
 def finger(rate: float, batch_period: float) -> port_live.PortSensor:
     """The finger at rate samples/s, batch_period s a message."""
     return port_live.PortSensor(
-        ('tactile_driver.emulator', '--rate', str(rate)), ('tactile_driver.nodes.psd_node', 'tactile_perception.nodes.psd_contact_node'),
+        ('tactile_driver.emulator', '--rate', str(rate)), ('psd_node', 'psd_contact_node'),
         {'batch_period': batch_period, 'calibration': share('calibration', 'psd_finger_sim.yaml')}, ('voltages', PsdVoltages),
         lambda message: (len(message.voltages) // 4, message.sample_period), {'contacts': Contacts}, 'sample')
 

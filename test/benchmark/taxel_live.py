@@ -32,7 +32,7 @@ def array(rate: float, size: int, scene: str) -> port_live.PortSensor:
         values['calibration'] = share('calibration', 'taxel_array_sim.yaml')
     return port_live.PortSensor(
         ('tactile_driver.taxel_emulator', '--rate', str(rate), '--scene', scene, '--rows', str(size), '--columns', str(size)),
-        ('tactile_driver.nodes.taxel_array_node', 'tactile_perception.nodes.taxel_contact_node'), values, ('image_raw', Image),
+        ('taxel_array_node', 'taxel_contact_node'), values, ('image_raw', Image),
         lambda _message: (1, 1 / rate), {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped},
         'frame')
 

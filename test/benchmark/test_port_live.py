@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import port_live  # noqa: E402
 import psd_live  # noqa: E402
 import taxel_live  # noqa: E402
+from tactile_bringup.nodes.compose import NODES  # noqa: E402
 
 BATCH, PERIOD = 25, 2e-4
 
@@ -33,7 +34,8 @@ def test_losses_latency_cpu_and_memory():
 
 @pytest.mark.parametrize('sensor', [psd_live.finger(5000.0, 0.005), *(taxel_live.array(500.0, size, 'demo') for size in (44, 256))])
 def test_sensors_name_what_exists(sensor):
-    for module in (sensor.emulator[0], *sensor.modules):
-        assert (Path(__file__).parents[2] / module.split('.')[0] / Path(*module.split('.')).with_suffix('.py')).is_file()
+    module = sensor.emulator[0]
+    assert (Path(__file__).parents[2] / module.split('.')[0] / Path(*module.split('.')).with_suffix('.py')).is_file()
+    assert set(sensor.executables) <= set(NODES)
     assert Path(sensor.values.get('calibration', __file__)).is_file()
     assert sensor.batch(sensor.raw[1]())[0] in (0, 1)

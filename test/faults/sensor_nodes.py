@@ -15,7 +15,7 @@ from tactile_driver.nodes.host import Host
 
 def plans(sensor_type: str, space: str) -> list[PlannedNode]:
     """Of a simulated sensor whose driver waits to be configured."""
-    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false'}
+    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'sensor'}
     return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given).nodes
 
 

@@ -91,7 +91,7 @@ def test_no_sensor_outlives_its_hand_and_a_new_hand_is_there_soon(ros2, listen, 
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
     first = children(launched)
     os.kill(psutil.Process(first['tip'].pid).ppid(), signal.SIGKILL)
-    assert ear.wait_for(lambda: 'the hand has ended with -9; it is started again' in launched.log, 10), launched.log
+    assert ear.wait_for(lambda: 'hand_node has ended with -9; it is started again' in launched.log, 10), launched.log
     before = {topic: len(ear.heard[topic]) for topic in TOPICS}
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > before[topic] + 20 for topic in TOPICS), 30), launched.log
     assert not any(first[name].is_running() for name in ('tip', 'left/pad'))
