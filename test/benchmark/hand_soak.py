@@ -132,7 +132,8 @@ def main() -> None:
     parser.add_argument('--duration', type=float, default=1200.0, help='s')
     parser.add_argument('--period', type=float, default=10.0, help='s from one fault to the next')
     parser.add_argument('--share', type=float, default=4.0, help='of the full rates')
-    parser.add_argument('--settle', type=float, default=30.0, help='s at the begin of each life of a process that do not count')
+    parser.add_argument('--settle', type=float, default=150.0,
+                        help='s at the begin of each life of a process that do not count: what is kept for later is still being filled')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for hand_soak.md, hand_soak.json and the logs')
     given = parser.parse_args()
     given.out = given.out.absolute()

@@ -87,7 +87,7 @@ class PsdFinger:
         if not (settings.radius > 0 and settings.saturation > 0):
             raise BadArgument(f'PSD finger: radius {settings.radius} m and saturation {settings.saturation} V must be positive')
         self.model, self.settings = model, settings
-        self._table = model.table()
+        self._table = model.table
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id, self._steps = decision or TouchDecision(), 0, StepWatch()
         self._last, self._same = [math.nan] * 4, [0] * 4
