@@ -15,7 +15,7 @@ from launch.events.process import ProcessExited
 from launch_ros.actions import Node
 from tactile_driver.nodes.run import WRONG
 
-from .sensor_launch import PlannedNode, composed_of
+from .sensor_launch import PlannedNode
 
 Groups = dict[str, list[PlannedNode]]  # nodes by sensor, or by process
 _RESPAWN_S = 0.5
@@ -34,7 +34,7 @@ def sensor_processes(entities: list, values: dict[str, str]) -> list:
     """The planned nodes among the entities of a sensor's launch file as what starts them; the rest as it is."""
     nodes = [entity for entity in entities if isinstance(entity, PlannedNode)]
     others = [entity for entity in entities if not isinstance(entity, PlannedNode)]
-    return [*hand_processes({values['namespace'].strip('/') or 'sensor': nodes}, composed_of(values)), *others]
+    return [*hand_processes({values['namespace'].strip('/') or 'sensor': nodes}, values['composed']), *others]
 
 
 def told(groups: Groups) -> str:

@@ -43,8 +43,8 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
         'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
         'scene': ('', 'sim: the scene; empty: what the parameter file says'),
         'autostart': ('', 'false: the driver waits, unconfigured, for its lifecycle services; empty: what the parameter file says, true'),
-        'composed': ('', 'true: all nodes in one process, in which images go from one to the next by a call; false: one for each node; '
-                         'empty: true, with source sim false, since what draws the pictures would hold up what sees them'),
+        'composed': ('false', 'true: all nodes in one process, in which images go from one to the next by a call; false: one for each, '
+                              'so that raw data never wait for what is computed from them'),
     }
     # No choices: launch would say a wrong one twice; check says it once.
     return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
@@ -61,15 +61,10 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
     return {**values, 'params': values['params'] or share('params', own)}
 
 
-def composed_of(values: dict[str, str]) -> str:
-    """Which nodes share a process, one of COMPOSED. In one process Python would draw a simulated picture and work on another in turn."""
-    return values['composed'] or ('false' if values['source'] == 'sim' else 'true')
-
-
 def check(values: dict[str, str], sources: Sequence[str] = SOURCES) -> None:
     """What can be told before any node runs. Raises LaunchError."""
     for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
-                          'composed': ('', *COMPOSED)}.items():
+                          'composed': COMPOSED}.items():
         if values[name] not in choices:
             raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
     _check_files(values)
@@ -149,7 +144,7 @@ class SensorNodes:
         process with the driver and is not seen."""
         if not self._values['record']:
             return []
-        patience = {} if composed_of(self._values) == 'false' else {'patience': 0.0}
+        patience = {} if self._values['composed'] == 'false' else {'patience': 0.0}
         return [self.node('tactile_bringup', 'record_node', {'bag': self._values['record'], **patience})]
 
     def rviz(self, configuration: str, frame_id: str, topics: Sequence[str]) -> list:

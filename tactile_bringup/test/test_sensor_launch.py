@@ -5,7 +5,7 @@ from launch.actions import LogInfo
 from tactile_driver.sources.registry import SOURCES
 
 from tactile_bringup import sensor_launch
-from tactile_bringup.sensor_launch import LaunchError, SensorNodes, camera_parameters, check, composed_of, frame_of, sensor_arguments
+from tactile_bringup.sensor_launch import LaunchError, SensorNodes, camera_parameters, check, frame_of, sensor_arguments
 
 VALUES = {'namespace': 'touchpad', 'source': 'sim', 'device': '', 'path': '', 'params': __file__, 'calibration': '', 'rviz': 'false',
           'record': '', 'rate': '', 'loop': '', 'scene': '', 'autostart': '', 'composed': 'true'}
@@ -67,11 +67,6 @@ def test_without_rviz_one_line_says_so(monkeypatch):
     actions = SensorNodes({**VALUES, 'rviz': 'true'}).rviz('touchpad.rviz', 'touchpad', ('markers',))
     assert len(actions) == 1 and isinstance(actions[0], LogInfo)
     assert SensorNodes(VALUES).rviz('touchpad.rviz', 'touchpad', ('markers',)) == []
-
-
-def test_who_draws_does_not_hold_up_who_sees():
-    values = {**VALUES, 'composed': ''}
-    assert composed_of(values) == 'false' and composed_of({**values, 'source': 'device'}) == 'true' and composed_of(VALUES) == 'true'
 
 
 def test_a_recorder_only_where_a_bag_is_named():

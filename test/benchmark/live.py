@@ -4,8 +4,8 @@
 
     python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed false]
 
-The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run each in a process of its own, as the launch files
-have it for simulated sensors, or with --composed true all in one, in a ROS domain of their own; sheets and cushion with the calibration
+The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run each in a process of its own,
+or with --composed true all in one, in a ROS domain of their own; sheets and cushion with the calibration
 that ships. First nobody subscribes (--idle s), then this process does to the last node's result alone. Frames of the first --settle s do
 not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that the result does not.
 """

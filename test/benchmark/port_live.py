@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors on a serial port over ROS: what is lost from the port to the results, latency, CPU and memory of each process.
 
-What psd_live.py and taxel_live.py share: an emulator sends through a pseudo-terminal; driver and perception run in one process, as the
-launch files have it, or with --composed false each in its own; this process listens to the raw messages and to the results.
+What psd_live.py and taxel_live.py share: an emulator sends through a pseudo-terminal; driver and perception run each in a process of its
+own, or with --composed true in one; this process listens to the raw messages and to the results.
 """
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def arguments(text_of_all: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=text_of_all, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--duration', type=float, default=60.0, help='s that count')
     parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
-    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
+    parser.add_argument('--composed', default='false', choices=('true', 'false'), help='one process for all nodes, or one for each')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for the results')
     return parser
 
