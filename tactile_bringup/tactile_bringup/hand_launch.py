@@ -22,11 +22,11 @@ from tactile_perception.pipeline.parameter_file import read_parameters
 
 from .hand_diagnostics import aggregator_configuration
 from .hand_file import Hand, HandSensor, read_hand
-from .hand_processes import PROCESSES, hand_processes
+from .hand_processes import PROCESSES, PlannedNode, hand_processes
 from .hand_rviz import rviz_configuration
 from .marker_launch import marker_nodes
 from .recorded import bag_of, was_simulated
-from .sensor_launch import LaunchError, PlannedNode, SensorNodes, sensor_arguments, share, values_of
+from .sensor_launch import LaunchError, SensorNodes, sensor_arguments, share, values_of
 from .serial_launch import PSD_FINGER, TAXEL_ARRAY, serial_nodes
 from .touchpad_launch import touchpad_nodes
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from launch import LaunchContext
 from launch.actions import LogInfo, Shutdown
@@ -15,7 +16,22 @@ from launch.events.process import ProcessExited
 from launch_ros.actions import Node
 from tactile_driver.nodes.run import WRONG
 
-from .sensor_launch import PlannedNode
+
+@dataclass(frozen=True)
+class PlannedNode:
+    """A node that is to be started. params: its parameter file, '' for none; own: parameters by name that go before those of the file."""
+
+    package: str
+    executable: str
+    namespace: str
+    params: str = ''
+    own: dict = field(default_factory=dict)
+
+    def process(self, **exit_actions) -> Node:
+        """The action that starts it as a process of its own; exit_actions: of launch, what happens when it ends."""
+        return Node(package=self.package, executable=self.executable, name=self.executable, namespace=self.namespace, output='screen',
+                    parameters=[given for given in (self.params, self.own) if given], **exit_actions)
+
 
 Groups = dict[str, list[PlannedNode]]  # nodes by sensor, or by process
 _RESPAWN_S = 0.5

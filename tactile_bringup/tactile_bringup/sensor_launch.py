@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix, get_package_share_directory
@@ -14,8 +13,9 @@ from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from .hand_processes import PROCESSES, PlannedNode
+
 SOURCES = ('sim', 'device', 'file', 'bag')
-COMPOSED = ('sensor', 'true', 'false')  # processes: one for each sensor, for all, for each node
 _BOOLEANS = {'true': True, 'false': False}
 
 
@@ -64,7 +64,7 @@ def with_parameter_file(values: dict[str, str], sensor_type: str) -> dict[str, s
 def check(values: dict[str, str], sources: Sequence[str] = SOURCES) -> None:
     """What can be told before any node runs. Raises LaunchError."""
     for name, choices in {'source': sources, 'rviz': tuple(_BOOLEANS), 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
-                          'composed': COMPOSED}.items():
+                          'composed': tuple(PROCESSES)}.items():
         if values[name] not in choices:
             raise LaunchError(f'{name}:={values[name]} is none of {", ".join(filter(None, choices))}')
     _check_files(values)
@@ -107,22 +107,6 @@ def camera_parameters(values: dict[str, str], frame_id: str) -> dict:
     if values['rate']:
         chosen['rate'] = number('rate', values['rate'])
     return chosen
-
-
-@dataclass(frozen=True)
-class PlannedNode:
-    """A node that is to be started. params: its parameter file, '' for none; own: parameters by name that go before those of the file."""
-
-    package: str
-    executable: str
-    namespace: str
-    params: str = ''
-    own: dict = field(default_factory=dict)
-
-    def process(self, **exit_actions) -> Node:
-        """The action that starts it as a process of its own; exit_actions: of launch, what happens when it ends."""
-        return Node(package=self.package, executable=self.executable, name=self.executable, namespace=self.namespace, output='screen',
-                    parameters=[given for given in (self.params, self.own) if given], **exit_actions)
 
 
 class SensorNodes:

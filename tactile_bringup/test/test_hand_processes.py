@@ -11,8 +11,7 @@ from launch.actions import LogInfo, Shutdown  # noqa: E402
 from tactile_driver.nodes.run import WRONG  # noqa: E402
 
 import tactile_bringup.hand_processes as hand_processes_module  # noqa: E402
-from tactile_bringup.hand_processes import _on_exit, hand_processes, sensor_processes, told  # noqa: E402
-from tactile_bringup.sensor_launch import PlannedNode  # noqa: E402
+from tactile_bringup.hand_processes import PlannedNode, _on_exit, hand_processes, sensor_processes, told  # noqa: E402
 
 pytestmark = pytest.mark.ros
 GROUPS = {'thumb': [PlannedNode('tactile_driver', 'camera_node', 'thumb', 'a.yaml', {'device': '12'}),

@@ -30,8 +30,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import planned_sensor
-from tactile_bringup.hand_processes import PROCESSES, Groups
-from tactile_bringup.sensor_launch import PlannedNode
+from tactile_bringup.hand_processes import PROCESSES, Groups, PlannedNode
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
@@ -78,10 +77,19 @@ class Hand(live.System):
         return sum(anonymous(process.pid) for process in self.processes.values())
 
 
-def anonymous(pid: int) -> float:
-    """MB of memory of no file, what is shared by n processes to an n-th."""
-    lines = Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith('Pss_Anon:')) / 1024
+def anonymous(pid: int, row: str = 'Pss_Anon') -> float:
+    """MB of memory of no file: what is shared by n processes to an n-th, or with row Anonymous whole. Raises OSError where it has ended."""
+    rows = [line.split() for line in Path(f'/proc/{pid}/smaps_rollup').read_text().splitlines()]
+    taken = [int(each[1]) for each in rows if each[0] == f'{row}:']
+    if not taken:
+        raise ProcessLookupError(f'process {pid} has ended')
+    return taken[0] / 1024
+
+
+def stamp_in(data: bytes) -> int:
+    """ns: the stamp of a message as bytes, with which its header begins."""
+    seconds, nanoseconds = struct.unpack_from('<iI', data, 4)
+    return seconds * 10**9 + nanoseconds
 
 
 @dataclass
@@ -92,9 +100,8 @@ class Heard:
     latencies: list = field(default_factory=list)
 
     def take(self, data: bytes) -> None:
-        """A result as bytes: its stamp comes first."""
-        seconds, nanoseconds = struct.unpack_from('<iI', data, 4)
-        stamp = seconds * 10**9 + nanoseconds
+        """A result as bytes."""
+        stamp = stamp_in(data)
         self.stamps.append(stamp)
         self.latencies.append(1e-9 * (time.time_ns() - stamp))
 

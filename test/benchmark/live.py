@@ -30,8 +30,8 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.hand_processes import PROCESSES, Groups, told
-from tactile_bringup.sensor_launch import PlannedNode, share
+from tactile_bringup.hand_processes import PROCESSES, Groups, PlannedNode, told
+from tactile_bringup.sensor_launch import share
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import signal
-import struct
 import sys
 import time
 from collections import Counter
@@ -19,7 +18,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 sys.path.insert(0, str(Path(__file__).parent))
-from hand_live import SENSORS  # noqa: E402
+from hand_live import SENSORS, stamp_in  # noqa: E402
 from soak_system import EMULATORS, System  # noqa: E402
 
 DRIVERS = {'touchpad': 'camera_node', 'areal_dual': 'dual_camera_node', 'psd_finger': 'psd_node', 'taxel_array': 'taxel_array_node'}
@@ -36,12 +35,10 @@ class Heard:
         self.count, self.kills = 0, []
 
     def take(self, data: bytes) -> None:
-        """A result as bytes: its stamp comes first."""
+        """A result as bytes."""
         self.count += 1
-        if self.kills and self.kills[-1][1] is None:
-            seconds, nanoseconds = struct.unpack_from('<iI', data, 4)
-            if seconds * _NS + nanoseconds > self.kills[-1][0] + _NOT_DEAD_NS:
-                self.kills[-1][1] = (time.time_ns() - self.kills[-1][0]) / _NS
+        if self.kills and self.kills[-1][1] is None and stamp_in(data) > self.kills[-1][0] + _NOT_DEAD_NS:
+            self.kills[-1][1] = (time.time_ns() - self.kills[-1][0]) / _NS
 
 
 class Faults:

@@ -4,14 +4,13 @@
 hands' processes take."""
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +24,7 @@ from tactile_msgs.msg import PsdVoltages
 
 sys.path.insert(0, str(Path(__file__).parent))
 import rendered  # noqa: E402
-from hand_live import SENSORS  # noqa: E402
+from hand_live import SENSORS, anonymous  # noqa: E402
 from soak_trend import Sample  # noqa: E402
 
 #: sensors on a serial port: module of the emulator; the others have a simulated camera
@@ -61,30 +60,16 @@ def environment(folder: Path) -> dict[str, str]:
             'PYTHONPATH': os.pathsep.join(filter(None, paths))}
 
 
-def name_of(comm: str, words: Sequence[str], sensors: Collection[str]) -> str:
-    """What a process is called: the sensor whose name it bears, or whose nodes its command line lists, else its own name."""
-    bearing = [name for name in sensors if name.replace('/', '_')[:_COMM] == comm[:_COMM]]
-    return (bearing or _listed(words, sensors) or [comm])[0]
-
-
-def _listed(words: Sequence[str], sensors: Collection[str]) -> list[str]:
-    """The sensor whose nodes, and no other's, a JSON among the words lists."""
-    for word in words:
-        if word.startswith('[{'):
-            spaces = {str(node.get('namespace', '')).strip('/') for node in json.loads(word)}
-            return list(spaces) if len(spaces) == 1 and spaces <= set(sensors) else []
-    return []
+def name_of(comm: str, sensors: Collection[str]) -> str:
+    """What a process is called: the sensor whose name it bears, else its own name."""
+    return next((name for name in sensors if name[:_COMM] == comm), comm)
 
 
 def look(process: psutil.Process, seconds: float) -> Sample:
     """What a process takes now. Memory of no file: libraries and films do not count, and what it was forked with does, so that neither
     writing to that nor the end of another fork looks like growth. Raises OSError or psutil.Error where it is gone."""
-    place = Path('/proc', str(process.pid))
-    rows = [line.split() for line in (place / 'smaps_rollup').read_text().splitlines()]
-    taken = [int(row[1]) for row in rows if row[0] == 'Anonymous:']
-    if not taken:
-        raise ProcessLookupError(f'{place} has ended')
-    return Sample(round(seconds, 2), process.pid, taken[0] / 1024, len(os.listdir(place / 'fd')), process.num_threads())
+    memory, descriptors = anonymous(process.pid, 'Anonymous'), os.listdir(f'/proc/{process.pid}/fd')
+    return Sample(round(seconds, 2), process.pid, memory, len(descriptors), process.num_threads())
 
 
 class Launch:
@@ -108,7 +93,7 @@ class Launch:
         for child in self._root.children(recursive=True):
             try:
                 if child.status() != psutil.STATUS_ZOMBIE:
-                    found.setdefault(name_of(child.name(), child.cmdline(), self._sensors), child)
+                    found.setdefault(name_of(child.name(), self._sensors), child)
             except psutil.Error:  # it has just ended
                 continue
         return found

@@ -3,13 +3,11 @@
 """The nodes that the launch file of each sensor starts, made in this process."""
 from __future__ import annotations
 
-from importlib import import_module
-
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import hand_arguments, planned_sensor
-from tactile_bringup.nodes.compose import NODES
-from tactile_bringup.sensor_launch import PlannedNode
+from tactile_bringup.hand_processes import PlannedNode
+from tactile_bringup.nodes.compose import Plan, kind_of
 from tactile_driver.nodes.host import Host
 
 
@@ -21,6 +19,5 @@ def plans(sensor_type: str, space: str) -> list[PlannedNode]:
 
 def made(plan: PlannedNode) -> Node:
     """The node as it is alone in a process. Raises TactileError."""
-    package, kind = NODES[plan.executable]
-    arguments = ['-r', f'__ns:=/{plan.namespace.strip("/")}', *(['--params-file', plan.params] if plan.params else [])]
-    return getattr(import_module(f'{package}.{plan.executable}'), kind)(Host(arguments, plan.own))
+    told = Plan(plan.executable, f'/{plan.namespace.strip("/")}', plan.params)
+    return kind_of(told)(Host(told.arguments, plan.own))

@@ -19,7 +19,7 @@ from rosidl_runtime_py.utilities import get_message  # noqa: E402
 from sensor_nodes import made, plans  # noqa: E402
 from tactile_bringup.hand_launch import share  # noqa: E402
 from tactile_bringup.nodes.compose import NODES  # noqa: E402
-from tactile_bringup.sensor_launch import PlannedNode  # noqa: E402
+from tactile_bringup.hand_processes import PlannedNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'

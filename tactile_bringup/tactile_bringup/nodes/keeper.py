@@ -75,8 +75,10 @@ class Keeper:
 
     def _wait(self) -> None:
         """For a signal, or the next start; one that asks for the end is passed on."""
-        left = min(self._due.values(), default=time.monotonic() + 60.0) - time.monotonic()
-        told = signal.sigtimedwait(_SIGNALS, max(left, 0.0))
+        if self._due:
+            told = signal.sigtimedwait(_SIGNALS, max(min(self._due.values()) - time.monotonic(), 0.0))
+        else:
+            told = signal.sigwaitinfo(_SIGNALS)
         if told is not None and told.si_signo != signal.SIGCHLD:
             self._close(told.si_signo)
 

@@ -39,11 +39,13 @@ def _left(folder: Path) -> list[int]:
     found = []
     for name in os.listdir(folder) if folder.is_dir() else ():
         match = _NAME.fullmatch(name)
+        if not match:
+            continue
         try:
-            made = match and os.stat(folder / name).st_mtime
+            made = os.stat(folder / name).st_mtime
         except OSError:  # its owner has removed it
             continue
-        if match and time.time() - made > _NEW_S:
+        if time.time() - made > _NEW_S:
             found.append((made, int(match[1])))
     return [number for _, number in sorted(found, reverse=True)]
 

@@ -95,6 +95,7 @@ class Host:
             return own.attach(take)
 
         def taken(message, info):
+            """Pass on the message, and those that wait behind it."""
             take(message, info['source_timestamp'])
             for message, info in waiting(subscription):
                 take(message, info['source_timestamp'])

@@ -17,6 +17,7 @@ TOLERANCE = 0.01  # of the radius
 def find_sphere_radius(misfit: Callable[[float], float]) -> float:
     """Radius, m, at which misfit(radius), m, is least. Raises BadCalibration where it has no least value between 2 and 30 mm."""
     def at(log_radius: float) -> float:
+        """The misfit at exp(log_radius), m; 1 where there is none."""
         try:
             return misfit(float(np.exp(log_radius)))
         except BadCalibration:

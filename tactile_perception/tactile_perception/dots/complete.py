@@ -66,6 +66,7 @@ def _exchange(places, bends, missing, uv, dot):
     places, dot = places.copy(), dot.copy()
 
     def bending():
+        """How much the grid bends with the assignment as it is, px^2."""
         places[missing] = uv[dot]
         a, b, c = places[bends.T]
         return ((a - 2 * b + c)**2).sum()

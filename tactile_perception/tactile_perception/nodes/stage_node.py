@@ -132,6 +132,7 @@ class StageNode(Node):
     def offer_reference(self, take: Callable[[], object]) -> None:
         """Offer the service set_reference; take: makes the next message the reference."""
         def called(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            """Answer a call."""
             response.success = self.log.done > 0 and self.log.age <= _STALE_S
             if response.success:
                 with self._host.lock:

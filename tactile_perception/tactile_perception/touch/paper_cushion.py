@@ -39,6 +39,7 @@ def distance_changes(field: MarkerField, near: np.ndarray) -> np.ndarray:
     now = field.rest + field.shift
 
     def mean_distance(places):
+        """(K,) m, of places (K, 2) to those of their neighbours that are seen."""
         distances = np.hypot(*(places[near] - places[:, None]).transpose(2, 0, 1))
         both = seen[near] & seen[:, None]
         return np.where(both, distances, 0.0).sum(1) / np.where(both.any(1), both.sum(1), np.nan)

@@ -85,6 +85,7 @@ class MirrorGP:
         width = np.append(np.full(inner, 0.7), [1.0, 1.0])
 
         def cost(hyper):
+            """Negative logarithm of the evidence, and of what is expected of hyper."""
             try:
                 lower = np.linalg.cholesky(self._covariance(hyper, some))
             except np.linalg.LinAlgError:

@@ -56,6 +56,7 @@ class VaryingFactors:
         some = np.unique(np.linspace(0, len(self._values) - 1, min(MOST, len(self._values))).astype(int))
 
         def cost(hyper):
+            """Negative logarithm of the evidence, and of what is expected of hyper."""
             try:
                 lower = np.linalg.cholesky(self._covariance(hyper, some))
             except np.linalg.LinAlgError:
