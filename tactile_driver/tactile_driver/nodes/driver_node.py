@@ -60,7 +60,8 @@ class DriverNode(LifecycleNode):
             self._refuse(str(error), math.inf)
             return TransitionCallbackReturn.FAILURE
         except Exception as error:  # rclpy would swallow it
-            self._refuse(f'configure failed: {error!r}', math.inf)
+            if self.context.ok():  # else it is because ROS ends
+                self._refuse(f'configure failed: {error!r}', math.inf)
             return TransitionCallbackReturn.ERROR
         if self._problem:
             self._say.forget(self._problem)

@@ -30,12 +30,16 @@ sys.exit(run_node(Quiet))
 """
 
 
+def started(program):
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
+    return subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+                            start_new_session=True)
+
+
 @pytest.mark.ros
 @pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_process_cleanly(which):
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
-    process = subprocess.Popen([sys.executable, '-c', PROGRAM], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
-                               start_new_session=True)
+    process = started(PROGRAM)
     assert process.stdout.readline() == 'up\n'
     time.sleep(0.3)
     process.send_signal(which)
@@ -44,12 +48,23 @@ def test_a_signal_ends_the_process_cleanly(which):
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize('which', ['SIGINT', 'SIGTERM'])
+def test_a_signal_while_the_node_is_made_waits_until_it_is_whole(which):
+    whole = PROGRAM.replace("super().__init__('quiet')", f"""os.kill(os.getpid(), signal.{which})
+        super().__init__('quiet')
+        self.create_publisher(Log, 'log', 1)""").replace('import sys', """import os, signal, sys
+from rcl_interfaces.msg import Log
+from tactile_driver.nodes.start import INTERRUPT
+INTERRUPT.end_at_once(1)""")
+    process = started(whole)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'up\nreleased\n', '')
+
+
+@pytest.mark.ros
 def test_further_interrupts_do_not_tear_what_is_put_away():
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
     last = "print('released', flush=True)"
-    slow = PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}")
-    process = subprocess.Popen([sys.executable, '-c', 'import time' + slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               env=environment, start_new_session=True)
+    process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
     assert process.stdout.readline() == 'up\n'
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
@@ -57,6 +72,16 @@ def test_further_interrupts_do_not_tear_what_is_put_away():
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.ros
+def test_what_hangs_while_it_is_put_away_is_told_and_ends_all_the_same():
+    hung = PROGRAM.replace('super().destroy_node()', 'threading.Event().wait()')
+    process = started('import threading' + hung.replace('sys.exit', 'run_node.__globals__["_HUNG_S"] = 0.3\nsys.exit'))
+    assert process.stdout.readline() == 'up\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (1, 'released\n') and 'in destroy_node' in err
 
 
 @pytest.mark.parametrize('chosen', run._CHOSEN_BY)
