@@ -98,7 +98,12 @@ def _become(module: str, log: str, words: list[str]) -> None:
     for number, path, flags in ((0, os.devnull, os.O_RDONLY), (1, log, os.O_WRONLY | os.O_CREAT), (2, log, os.O_WRONLY | os.O_APPEND)):
         os.dup2(os.open(path, flags, 0o644), number)
     sys.argv = [module, *words]
-    start_node(module)
+    try:
+        start_node(module)
+    except SystemExit as end:
+        # Not by way of exit(): LTTng, which rclpy brings along, would cancel threads there that only the forking process has.
+        sys.stderr.flush()
+        os._exit(end.code)
 
 
 def main() -> None:
