@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Memory that killed processes have left behind, and its removal.
 
-What a process sends waits in a segment of shared memory of its own: a file of 8 MB in /dev/shm, which Fast DDS removes only when the process
+What a process sends waits in a segment of shared memory of its own: a file of 8 MB in /dev/shm, which Fast DDS removes only if the process
 ends by itself. Beside it lies a file that its process holds locked. Without this a node that dies again and again would fill the memory.
 """
 from __future__ import annotations
