@@ -27,18 +27,22 @@ class Interrupt:
     def end_at_once(self, code: int) -> None:
         """From now on they end the process with this exit code; only the main thread can ask for it."""
         self._code = code
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
-                signal.signal(number, self._on_signal)
+        self._listen()
 
     def begin_making(self) -> None:
-        """Keep what comes: an exception amid the making of a node would leave half of it."""
+        """Keep what comes: an exception amid the making of a node would leave half of it, or be lost."""
         self._code = None
+        self._listen()
 
     def begin_running(self) -> None:
         """Raise KeyboardInterrupt for what was kept."""
         if self.asked:
             raise KeyboardInterrupt
+
+    def _listen(self) -> None:
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, self._on_signal)
 
     def _on_signal(self, _number: int, _frame: object) -> None:
         if self._code is not None:

@@ -53,9 +53,7 @@ def test_a_signal_while_the_node_is_made_waits_until_it_is_whole(which):
     whole = PROGRAM.replace("super().__init__('quiet')", f"""os.kill(os.getpid(), signal.{which})
         super().__init__('quiet')
         self.create_publisher(Log, 'log', 1)""").replace('import sys', """import os, signal, sys
-from rcl_interfaces.msg import Log
-from tactile_driver.nodes.start import INTERRUPT
-INTERRUPT.end_at_once(1)""")
+from rcl_interfaces.msg import Log""")
     process = started(whole)
     out, err = process.communicate(timeout=20)
     assert (process.returncode, out, err) == (0, 'up\nreleased\n', '')
@@ -106,6 +104,7 @@ def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made
     from tactile_driver.errors import BadArgument
     monkeypatch.setenv('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
     monkeypatch.setattr(run, '_be_deaf', lambda: None)
+    monkeypatch.setattr(run.INTERRUPT, 'begin_making', lambda: None)
     gone = []
 
     class Named(Node):

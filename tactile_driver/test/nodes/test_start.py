@@ -38,10 +38,20 @@ def test_a_tool_at_work_ends_quietly(tmp_path):
     assert interrupted(tmp_path, MAIN, 'start_tool', signal.SIGINT) == (130, '')
 
 
-def test_what_comes_while_a_node_is_made_is_kept_until_it_runs():
+@pytest.fixture
+def handlers():
+    """What the signals do is put back after the test."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+def test_what_comes_while_a_node_is_made_is_kept_until_it_runs(handlers, which):
     interrupt = Interrupt()
     interrupt.begin_making()
-    interrupt._on_signal(signal.SIGINT, None)
+    signal.raise_signal(which)
     assert interrupt.asked
     with pytest.raises(KeyboardInterrupt):
         interrupt.begin_running()
