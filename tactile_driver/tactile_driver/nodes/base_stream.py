@@ -19,6 +19,7 @@ from ..sources.protocol import Source
 from .camera_health import capture_health
 from .diagnostics import Health, SayOnce
 from .ground_truth import TRUTH, GroundTruth
+from .host import SharedPublisher
 
 _TAKE_S = 0.2
 #: how long a recording that is played as fast as it is consumed waits for its subscribers
@@ -46,7 +47,15 @@ class SeriesPublishers(RawPublishers):
 
     def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int, truth: Sequence[str] = TRUTH):
         super().__init__(node, truth)
-        self.raw: Publisher = node.create_lifecycle_publisher(kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
+        self.raw: Publisher | SharedPublisher = node.create_lifecycle_publisher(
+            kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
+
+    def publish(self, message, waited_s: float) -> None:
+        """Publish raw data that have waited so long, s: takers in this process leave out what is too old for them."""
+        if isinstance(self.raw, SharedPublisher):
+            self.raw.publish(message, waited_s)
+        else:
+            self.raw.publish(message)
 
     @property
     def wanted(self) -> bool:
@@ -115,6 +124,11 @@ class BaseStream:
             if self._node.context.ok():
                 raise
             return False
+
+    @property
+    def _waited_s(self) -> float:
+        """How long the present frame has waited here, s; of a recording each counts, however long it takes."""
+        return self._capture.waited_s if self.source.live else 0.0
 
     def _report(self, level: str, text: str) -> None:
         if level == 'error':

@@ -15,6 +15,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+_NS = 1e9
 _AT_ONCE = 20  # messages, after which others than this subscription have their turn
 
 Take = Callable[[object, int], None]  # a message, and when it was sent, ns
@@ -46,14 +47,15 @@ class SharedPublisher:
         """Of both kinds."""
         return len(self._takers) + self._publisher.get_subscription_count()
 
-    def publish(self, message) -> None:
-        """To the middleware first: takers work on it. Nothing, while a lifecycle publisher is not active."""
+    def publish(self, message, waited_s: float = 0.0) -> None:
+        """To the middleware first: takers work on it, for whom it was sent waited_s, s, ago. Nothing, while a lifecycle publisher is not
+        active."""
         if not getattr(self._publisher, 'is_activated', True):
             return
         if self._publisher.get_subscription_count():
             self._publisher.publish(message)
         for take in self._takers:
-            take(message, time.time_ns())
+            take(message, time.time_ns() - round(waited_s * _NS))
 
     def wait_for_all_acked(self, timeout: Duration) -> bool:
         """Takers are done when publish is."""

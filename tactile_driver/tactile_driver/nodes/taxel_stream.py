@@ -35,7 +35,7 @@ class TaxelStream(BaseStream):
         header = header_of(frame.stamp_ns, self._values['frame_id'])
         if self._publishers.raw.get_subscription_count():
             frame = replace(frame, image=self._order.ordered(frame.image))
-            self._publishers.raw.publish(image_to_message(frame, '', header))
+            self._publishers.publish(image_to_message(frame, '', header), self._waited_s)
         if frame.truth is not None:
             self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], header)
         if self.source.on_demand:

@@ -47,7 +47,7 @@ class VoltageStream(BaseStream):
     def _publish(self, block: SampleBlock) -> None:
         self.meter.add(block.volts)
         if self._publishers.raw.get_subscription_count():
-            self._publishers.raw.publish(voltages_message(block, self._values['frame_id']))
+            self._publishers.publish(voltages_message(block, self._values['frame_id']), self._waited_s)
             if self.source.on_demand:
                 self._publishers.raw.wait_for_all_acked(ACKNOWLEDGE)
         if block.truth is not None and self._publishers.truth.wanted:

@@ -116,6 +116,11 @@ class Capture:
         return frame
 
     @property
+    def waited_s(self) -> float:
+        """How long the frame that was taken last had waited, s."""
+        return self._slot.waited_s
+
+    @property
     def status(self) -> CaptureStatus:
         """How the capture goes, now."""
         with self._changed:

@@ -14,12 +14,13 @@ _RECENT = 2000
 
 
 class Waiting:
-    """Up to keep frames; not safe against threads. left_out: how many frames went out of it untaken."""
+    """Up to keep frames; not safe against threads. left_out: how many frames went out of it untaken; waited_s: how long the one that was
+    taken last had been in it."""
 
     def __init__(self, keep: int):
         self._keep = keep
         self._frames: deque[tuple[float, object]] = deque()
-        self.left_out = 0
+        self.left_out, self.waited_s = 0, 0.0
         self._late_s = self._last_late_s = -math.inf  # since when, and when for the last time, frames waited too long
         self._passed: deque[tuple[float, bool]] = deque(maxlen=_RECENT)  # monotonic s, whether it was taken
 
@@ -40,7 +41,9 @@ class Waiting:
         if not self._frames:
             return None
         self._passed.append((now, True))
-        return self._frames.popleft()[1]
+        came, frame = self._frames.popleft()
+        self.waited_s = now - came
+        return frame
 
     def _is_late(self, now: float) -> bool:
         """Whether the oldest has waited too long."""

@@ -60,6 +60,15 @@ def test_a_hiccup_is_worked_off(clock, step):
         clock[0] += 2.0
 
 
+def test_it_says_how_long_a_frame_has_waited(clock):
+    waiting = Waiting(3)
+    waiting.add(1)
+    clock[0] += 0.25
+    waiting.add(2)
+    clock[0] += 0.5
+    assert [(waiting.take(), waiting.waited_s) for _ in range(2)] == [(1, 0.75), (2, 0.5)]
+
+
 def test_what_is_forgotten_does_not_count(clock):
     waiting = Waiting(3)
     waiting.add(1)
