@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the benchmark of a hand starts, and what it makes of what it heard."""
 import importlib.util
-import mmap
-import os
 import struct
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,11 +34,23 @@ def test_the_nodes_of_each_sensor():
     assert [node.executable for node in groups['thumb']] == ['camera_node', 'dot_tracker_node', 'contact_region_node', 'markers_node']
 
 
+TAKER = """
+print('begun', flush=True)
+input()
+more = b'1' * (30 * 2**20)
+print('taken', flush=True)
+input()
+"""
+
+
 def test_memory_of_no_file_that_a_process_has_is_seen():
-    before = hand_live.anonymous(os.getpid())
-    with mmap.mmap(-1, 30 * 2**20, mmap.MAP_PRIVATE) as more:  # an array may get what another one had
-        more.write(b'1' * len(more))
-        assert 25 < hand_live.anonymous(os.getpid()) - before < 40
+    with subprocess.Popen([sys.executable, '-c', TAKER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1) as process:
+        seen = []
+        for word in ('begun', 'taken'):
+            assert process.stdout.readline() == f'{word}\n'
+            seen.append(hand_live.anonymous(process.pid))
+            process.stdin.write('\n')
+    assert seen[1] - seen[0] == pytest.approx(30, abs=1) and process.returncode == 0
 
 
 def heard_of(rate, late_s, lost=0):
