@@ -93,7 +93,6 @@ def _put_away(nodes: list[Node], begun: float) -> None:
     for node in nodes:
         node.destroy_node()
     rclpy.try_shutdown()
-    _be_deaf()  # rclpy has put back what was there before it
     gc.freeze()  # or the interpreter would look through all objects again and again before it ends
     faulthandler.cancel_dump_traceback_later()
 
@@ -123,7 +122,6 @@ def _spin(nodes: list[Node]) -> None:
         while not _spun(executor, nodes[0]):
             pass
     finally:
-        _be_deaf()
         uninstall_signal_handlers()  # waits for rclpy's thread, that uses what shutdown() takes away
         executor.shutdown(timeout_sec=_SHUTDOWN_S)
 
