@@ -31,28 +31,27 @@ def imported(package):
     return set(re.findall(r'^\s*(?:from|import) (\w+)', text, re.MULTILINE)) - {package}
 
 
-@pytest.mark.parametrize('package', PACKAGES)
-def test_manifest_is_complete(package):
-    root = manifest(package)
-    assert root.get('format') == '3'
-    assert [root.findtext(tag) for tag in ('name', 'license')] == [package, 'Apache-2.0']
-    assert root.findtext('export/build_type') == ('ament_cmake' if package == 'tactile_msgs' else 'ament_python')
-    assert root.findtext('version') == manifest('tactile_msgs').findtext('version')
+def test_manifests_are_complete():
+    for package in PACKAGES:
+        root = manifest(package)
+        assert root.get('format') == '3', package
+        assert [root.findtext(tag) for tag in ('name', 'license')] == [package, 'Apache-2.0']
+        assert root.findtext('export/build_type') == ('ament_cmake' if package == 'tactile_msgs' else 'ament_python'), package
+        assert root.findtext('version') == manifest('tactile_msgs').findtext('version'), package
 
 
-@pytest.mark.parametrize('package', PYTHON_PACKAGES)
-def test_setup_says_what_the_manifest_says(package):
-    root = manifest(package)
-    for name in ('version', 'description', 'license'):
-        assert keyword(package, name) == root.findtext(name)
-    assert (ROOT / package / 'resource' / package).is_file()
+def test_setup_says_what_the_manifest_says():
+    for package in PYTHON_PACKAGES:
+        said = {name: manifest(package).findtext(name) for name in ('version', 'description', 'license')}
+        assert {name: keyword(package, name) for name in said} == said
+        assert (ROOT / package / 'resource' / package).is_file()
 
 
-@pytest.mark.parametrize('package', PYTHON_PACKAGES)
-def test_every_import_is_declared(package):
-    declared = {element.text for element in manifest(package) if element.tag.endswith('depend')}
-    needed = {KEYS.get(name, name) for name in imported(package) if name in KEYS or ROS_MODULE.fullmatch(name)}
-    assert needed <= declared
+def test_every_import_is_declared():
+    for package in PYTHON_PACKAGES:
+        declared = {element.text for element in manifest(package) if element.tag.endswith('depend')}
+        needed = {KEYS.get(name, name) for name in imported(package) if name in KEYS or ROS_MODULE.fullmatch(name)}
+        assert needed <= declared, package
 
 
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)

@@ -8,8 +8,6 @@ import re
 import subprocess
 import sys
 
-import pytest
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADER = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 ROS_MODULES = re.compile(
@@ -31,61 +29,58 @@ PYTHON = sources('.py')
 CODE = [name for name in PYTHON if '/test/' not in name and not name.startswith('test/')]
 
 
+def text_of(name):
+    return (ROOT / name).read_text()
+
+
 def tree_of(name):
-    return ast.parse((ROOT / name).read_text(), filename=name)
+    return ast.parse(text_of(name), filename=name)
 
 
-@pytest.mark.parametrize('name', sources('.py', '.bash', '.msg', 'CMakeLists.txt', 'Makefile', '.yaml'))
-def test_has_the_licence_header(name):
-    assert HEADER in (ROOT / name).read_text()[:200]
+def test_files_have_the_licence_header():
+    names = sources('.py', '.bash', '.msg', 'CMakeLists.txt', 'Makefile', '.yaml')
+    assert [name for name in names if HEADER not in text_of(name)[:200]] == []
 
 
-@pytest.mark.parametrize('name', sources('.py', '.bash', '.msg', '.md', '.rst', '.yaml'))
-def test_has_no_trailing_blanks_and_ends_with_a_newline(name):
-    text = (ROOT / name).read_text()
-    assert not re.search(r'[ \t]+$', text, re.MULTILINE)
-    assert not text or (text.endswith('\n') and not text.endswith('\n\n'))
+def test_lines_have_no_trailing_blanks_and_files_end_with_one_newline():
+    texts = {name: text_of(name) for name in sources('.py', '.bash', '.msg', '.md', '.rst', '.yaml')}
+    assert [name for name, text in texts.items()
+            if re.search(r'[ \t]+$', text, re.MULTILINE) or (text and (not text.endswith('\n') or text.endswith('\n\n')))] == []
 
 
-@pytest.mark.parametrize('name', PYTHON)
-def test_file_is_not_too_long(name):
-    assert len((ROOT / name).read_text().splitlines()) <= LINES_OF_A_FILE
+def test_files_and_functions_are_not_too_long():
+    long = [name for name in PYTHON if len(text_of(name).splitlines()) > LINES_OF_A_FILE]
+    for name in PYTHON:
+        functions = [node for node in ast.walk(tree_of(name)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+        long += [f'{name}: {node.name}' for node in functions if node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION]
+    assert long == []
 
 
-@pytest.mark.parametrize('name', PYTHON)
-def test_functions_are_not_too_long(name):
-    functions = [node for node in ast.walk(tree_of(name)) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
-    long = {node.name: node.end_lineno - node.lineno + 1 for node in functions if node.end_lineno - node.lineno >= LINES_OF_A_FUNCTION}
-    assert not long
-
-
-@pytest.mark.parametrize('name', CODE)
-def test_ros_is_imported_in_nodes_only(name):
-    if MAY_IMPORT_ROS.match(name):
-        return
-    imported = []
+def imports_of(name):
+    """Yield the modules that a file imports by their full names."""
     for node in ast.walk(tree_of(name)):
         if isinstance(node, ast.Import):
-            imported += [alias.name for alias in node.names]
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level:
-            imported.append(node.module)
-    assert not [module for module in imported if ROS_MODULES.match(module)]
+            yield node.module
 
 
-@pytest.mark.parametrize('name', CODE)
-def test_simulation_and_estimators_share_nothing(name):
-    text = (ROOT / name).read_text()
-    if name.startswith('tactile_driver/'):
-        assert 'tactile_perception' not in re.sub(r'#.*|"""(.|\n)*?"""', '', text)
-    if name.startswith('tactile_perception/'):
-        # The converter of recordings writes their ground truth in the form that a simulated sensor has it: a record, no formula.
-        allowed = r'(?!\.truth )' if '/offline/' in name else ''
-        assert not re.search(r'(import|from) tactile_driver\.simulation' + allowed, text)
+def test_ros_is_imported_in_nodes_only():
+    without_ros = [name for name in CODE if not MAY_IMPORT_ROS.match(name)]
+    assert [(name, module) for name in without_ros for module in imports_of(name) if ROS_MODULES.match(module)] == []
 
 
-@pytest.mark.parametrize('name', CODE)
-def test_has_no_absolute_path(name):
-    assert not ABSOLUTE_PATH.search((ROOT / name).read_text())
+def test_simulation_and_estimators_share_nothing():
+    driver = {name: re.sub(r'#.*|"""(.|\n)*?"""', '', text_of(name)) for name in CODE if name.startswith('tactile_driver/')}
+    assert [name for name, text in driver.items() if 'tactile_perception' in text] == []
+    # The converter of recordings writes their ground truth in the form that a simulated sensor has it: a record, no formula.
+    forbidden = {name: r'(import|from) tactile_driver\.simulation' + (r'(?!\.truth )' if '/offline/' in name else '')
+                 for name in CODE if name.startswith('tactile_perception/')}
+    assert [name for name, pattern in forbidden.items() if re.search(pattern, text_of(name))] == []
+
+
+def test_code_has_no_absolute_path():
+    assert [name for name in CODE if ABSOLUTE_PATH.search(text_of(name))] == []
 
 
 def test_ruff_finds_nothing():
