@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tactile_perception.camera import CameraModel
 from tactile_perception.dots.dots import DotTracks
+from tactile_perception.pipeline import dome_places
 from tactile_perception.pipeline.dome_places import DomePlaces
 from tactile_perception.touch import regression_dome
 from tactile_perception.touch.regression_dome import DomeRegression
@@ -57,3 +58,12 @@ def test_without_a_calibration_markers_that_moved_have_no_place():
     found = places().locate(None, seen)
     near = np.hypot(*(REST[seen.id, :2] - [0.02, -0.015]).T) < 0.05
     assert np.isnan(found[near]).all() and np.array_equal(np.isnan(found[:, 0]), np.isnan(found[:, 2]))
+
+
+def test_a_dome_that_shrinks_towards_the_eye_is_held_by_the_markers_furthest_from_the_dents():
+    rest = np.array([[0.0, 0.0, 0.16], [0.01, 0.0, 0.16], [0.08, 0.0, 0.13], [-0.08, 0.0, 0.13], [np.nan] * 3])
+    dented = rest * 1.0
+    dented[:2, 2] -= 0.03
+    distance = np.array([0.0, 0.01, 0.08, 0.08, np.nan])
+    assert dome_places.still_scale(0.88 * dented, rest, distance) == pytest.approx(1 / 0.88)
+    assert dome_places.still_scale(dented, rest, np.full(5, np.nan)) == 1.0
