@@ -14,7 +14,7 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
 TOPICS = {'image_raw', 'camera_info', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench', 'markers',
-          'image_annotated', 'set_reference', 'diagnostics'}
+          'image_annotated', 'points', 'set_reference', 'diagnostics'}
 ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in PAGES for command in commands(page)] + \
       [pytest.param(ROOT / 'README.md', command, id=f'README: {command[:90]}') for command in dict.fromkeys(readme_commands())]
 

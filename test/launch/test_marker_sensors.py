@@ -12,13 +12,14 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import WrenchStamped  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
+from sensor_msgs.msg import Image, PointCloud2  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
-RESULTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped}
+RESULTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactRegion, 'wrench': WrenchStamped,
+           'points': PointCloud2}
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 RAW = {'image_raw': Image, 'ground_truth/contacts': Contacts}
 # sensor: its nodes, markers printed, m within which a touch is told: place, depth

@@ -11,13 +11,14 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
 from geometry_msgs.msg import WrenchStamped  # noqa: E402
-from sensor_msgs.msg import Image  # noqa: E402
+from sensor_msgs.msg import Image, PointCloud2  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, Slip  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
-TOPICS = {'image_raw': Image, 'markers': MarkerArray, **RESULTS, **{f'ground_truth/{topic}': kind for topic, kind in RESULTS.items()}}
+TOPICS = {'image_raw': Image, 'markers': MarkerArray, 'points': PointCloud2, **RESULTS,
+          **{f'ground_truth/{topic}': kind for topic, kind in RESULTS.items()}}
 
 
 def test_results_under_the_stamps_of_their_images(ros2, listen):
@@ -31,7 +32,7 @@ def test_results_under_the_stamps_of_their_images(ros2, listen):
     for topic in TOPICS:
         frames = {m.header.frame_id if hasattr(m, 'header') else m.markers[0].header.frame_id for m in ear.heard[f'/left/pad/{topic}']}
         assert frames == {'left_pad'}, topic
-    for topic in RESULTS:
+    for topic in (*RESULTS, 'points'):
         stamps, images = ear.stamps(f'/left/pad/{topic}'), ear.stamps('/left/pad/image_raw')
         assert stamps == sorted(set(stamps))
         # From the first image on that has come here: the middleware may join this test to the images later than to the results.

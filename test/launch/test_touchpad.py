@@ -11,13 +11,14 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
 from geometry_msgs.msg import WrenchStamped  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
 RAW = {'image_raw': Image, 'camera_info': CameraInfo}
-RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped,
+           'points': PointCloud2}
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 TRUTH = {'ground_truth/contact_region': ContactRegion, 'ground_truth/contacts': Contacts}
 RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image',

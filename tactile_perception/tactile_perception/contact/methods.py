@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,14 @@ from .outline import label_score
 from .paper_region import PaperRegion
 from .states import DotStates
 
+class AllDots(NamedTuple):
+    """All K dots of the grid, those not seen as the membrane has them. xyz: (K, 3) m; score, state: (K,); force: (K, 3) N on the sensor,
+    whose sum is the wrench's."""
+
+    xyz: np.ndarray
+    score: np.ndarray
+    state: np.ndarray
+    force: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -23,14 +32,15 @@ class Judgement:
     """What a method says of the seen dots of one frame.
 
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the
-    method knows no forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known; whole: see ContactDots.
+    method knows no forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known; whole: None where the method knows only
+    the dots that are seen.
     """
 
     state: np.ndarray
     score: np.ndarray
     force: np.ndarray | None
     wrench: np.ndarray
-    whole: tuple[np.ndarray, np.ndarray] | None = None
+    whole: AllDots | None = None
 
 
 class MembraneMethod:
@@ -49,19 +59,26 @@ class MembraneMethod:
         """The states of dots ids (N,) at xyz (N, 3), m."""
         moved, seen = self._balance.moves(ids, xyz)
         if self._balance.quiet(moved):
-            self._states.rest(self._balance.membrane.rest + moved, seen)
-            return Judgement(np.zeros(len(ids), np.uint8), np.zeros(len(ids)), np.zeros((len(ids), 3)), np.zeros(6))
+            return self._untouched(self._balance.membrane.rest + moved, seen, ids)
         loads = self._balance.loads(moved, seen)
         score = contact_score(self._balance.membrane, loads)
         state = self._states.update(loads, score)
-        return Judgement(state[ids], score[ids], loads.force[ids], self._wrench(loads, score), (loads.xyz, score))
+        carries = self._carrying(loads, score)
+        return Judgement(state[ids], score[ids], loads.force[ids], loads.wrench(carries),
+                         AllDots(loads.xyz, score, state, loads.force * carries[:, None]))
 
-    def _wrench(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
-        """(6,) from the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""
+    def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> Judgement:
+        """Of a frame in which no dot at xyz (K, 3), m, carries a load."""
+        self._states.rest(xyz, seen)
+        whole = AllDots(xyz, np.zeros(len(xyz)), np.zeros(len(xyz), np.uint8), np.zeros(xyz.shape))
+        return Judgement(whole.state[ids], whole.score[ids], whole.force[ids], np.zeros(6), whole)
+
+    def _carrying(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
+        """(K,) 1 for the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""
         if not (score > 0.5).any():
-            return np.zeros(6)
+            return np.zeros(len(score))
         loaded = (loads.load > 0.5).astype(float).reshape(self._shape)
-        return loads.wrench(np.minimum(around(loaded) + loaded, 1).ravel())
+        return np.minimum(around(loaded) + loaded, 1).ravel()
 
 
 class PaperMethod:

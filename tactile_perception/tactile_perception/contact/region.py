@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -30,8 +31,8 @@ class ContactDots:
 
     rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
     above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
-    deviation of a coordinate of xyz, m; whole: places (K, 3), m, and scores (K,) of all dots of the grid, of those not seen as the membrane
-    has them, where that is known. Raises BadArgument for shapes that differ or numbers that are not finite.
+    deviation of a coordinate of xyz, m; whole: places (K, 3), m, and scores (K,), and what follows them, of all dots of the grid, of those
+    not seen as the membrane has them, where that is known. Raises BadArgument for shapes that differ or numbers that are not finite.
     """
 
     rows: int
@@ -43,7 +44,7 @@ class ContactDots:
     state: np.ndarray
     force: np.ndarray | None = None
     sigma: float = 30e-6
-    whole: tuple[np.ndarray, np.ndarray] | None = None
+    whole: Sequence[np.ndarray] | None = None
 
     def __post_init__(self):
         count = len(self.ids)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""contact_point_node: dots of a sheet or a dome -> contacts, contact_region, wrench."""
+"""contact_point_node: dots of a sheet or a dome -> contacts, contact_region, wrench, points."""
 from __future__ import annotations
 
 import sys
@@ -12,6 +12,7 @@ from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
 from ..pipeline.marker_parameters import POINT_PARAMETERS
+from .point_cloud import POINTS
 from .stage_node import StageNode
 from .touch_stages import RESULTS, TouchMessages
 
@@ -20,7 +21,7 @@ class ContactPointNode(StageNode):
     """Tells where the sensor is touched, how deep, by how many, and how certain that is."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS, host)
+        super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS | POINTS, host)
         self.stage = TouchMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""contact_region_node: dots -> contact_region, contacts, slip, wrench."""
+"""contact_region_node: dots -> contact_region, contacts, slip, wrench, points."""
 from __future__ import annotations
 
 import sys
@@ -12,6 +12,7 @@ from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
 from ..pipeline.parameters import REGION_PARAMETERS
+from .point_cloud import POINTS
 from .stage_node import StageNode
 from .touchpad_stages import RESULTS, ContactMessages
 
@@ -20,7 +21,7 @@ class ContactRegionNode(StageNode):
     """Tells which dots touch, stick and slip, and what follows from it."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS, host)
+        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS | POINTS, host)
         self.stage = ContactMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:

@@ -18,6 +18,7 @@ from ..contact.region import ContactRegionEstimate
 from ..contact.slip import SlipEstimate
 from ..dots import dots
 from ..errors import BadFrame
+from .point_cloud import points_to_message
 
 _COLOUR = ('bgr8', 'rgb8', 'bgra8', 'rgba8', 'yuv422', 'yuv422_yuy2')
 _GREY = ('mono8', 'mono16')
@@ -148,6 +149,7 @@ _RESULTS = {
     'contacts': ('contacts', contacts_to_message),
     'slip': ('slip', slip_to_message),
     'wrench': ('wrench', wrench_to_message),
+    'points': ('points', lambda make, header: points_to_message(make(), header)),
 }
 
 

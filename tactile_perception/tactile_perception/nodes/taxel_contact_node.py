@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""taxel_contact_node: taxel images -> contact_region, contacts, slip, wrench, with the reference and its service."""
+"""taxel_contact_node: taxel images -> contact_region, contacts, slip, wrench, points, with the reference and its service."""
 from __future__ import annotations
 
 import sys
@@ -14,6 +14,7 @@ from tf2_msgs.msg import TFMessage
 
 from ..errors import BadFrame
 from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, frames_of, grasped_object
+from .point_cloud import POINTS
 from .stage_node import StageNode
 from .taxel_stages import RESULTS, TaxelMessages
 
@@ -27,7 +28,7 @@ class TaxelContactNode(StageNode):
     patience_s = 0.15  # slip is told from frame to frame: the queue is worked off
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS, host)
+        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS | POINTS, host)
         self.messages = TaxelMessages(self.settings.values())
         self.offer_reference(lambda: self.messages.estimator.set_reference())
         if frames_of(self.settings.values()):

@@ -16,6 +16,7 @@ from ..pipeline.clock import StampClock
 from ..pipeline.frame_tree import FrameTree
 from ..pipeline.taxel_parameters import frames_of, grasped_object, taxel_estimator
 from . import conversions as convert
+from .point_cloud import POINTS
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 _TYPES = {'mono8': np.dtype(np.uint8), 'mono16': np.dtype(np.uint16)}
@@ -35,7 +36,7 @@ def taxel_values(message: Image) -> np.ndarray:
 
 
 class TaxelMessages:
-    """image_raw -> contact_region, contacts, slip, wrench; values: of TAXEL_PARAMETERS."""
+    """image_raw -> contact_region, contacts, slip, wrench, points; values: of TAXEL_PARAMETERS."""
 
     def __init__(self, values: Mapping):
         self._values = dict(values)
@@ -43,7 +44,7 @@ class TaxelMessages:
         self._placed: tuple[int, str] = (0, '')  # state of the tree, and sensor frame, by which the object is told
         self.estimator = taxel_estimator(self._values)
 
-    def on_image(self, message: Image, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+    def on_image(self, message: Image, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the image's header, for the topics asked for. Raises BadFrame for an image that cannot be used."""
         values = taxel_values(message)
         stamp_s = convert.stamp_seconds(message.header)

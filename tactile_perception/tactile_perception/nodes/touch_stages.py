@@ -16,12 +16,13 @@ from ..pipeline.sensor import camera_pose
 from ..pipeline.touch_stage import TouchStage
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
+from .point_cloud import POINTS
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'wrench': WrenchStamped}
 
 
 class TouchMessages(CameraSide):
-    """dots -> contacts, contact_region, wrench; values: of POINT_PARAMETERS. Raises BadArgument without a calibration file."""
+    """dots -> contacts, contact_region, wrench, points; values: of POINT_PARAMETERS. Raises BadArgument without a calibration file."""
 
     def __init__(self, values: Mapping):
         super().__init__(values)
@@ -41,7 +42,7 @@ class TouchMessages(CameraSide):
         make_view = view_maker(self.sensor, matrices, self.calibration.stitching, camera_pose(self.values))
         return TouchStage(self.sensor, make_view, self.values, self.calibration) if make_view else None
 
-    def on_dots(self, message: DotTracks, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+    def on_dots(self, message: DotTracks, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the markers\' places need a calibrated camera')

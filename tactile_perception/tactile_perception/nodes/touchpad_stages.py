@@ -25,6 +25,7 @@ from ..touch.regression import RegressionTouch
 from ..touch.sensor import MARKER_SENSORS
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
+from .point_cloud import POINTS
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
 
@@ -104,14 +105,14 @@ class DotMessages(_TouchpadSide):
 
 
 class ContactMessages(_TouchpadSide):
-    """dots -> contact_region, contacts, slip, wrench; values: of REGION_PARAMETERS."""
+    """dots -> contact_region, contacts, slip, wrench, points; values: of REGION_PARAMETERS."""
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
         """See CameraSide; none where the camera is not calibrated."""
         camera = self._model(matrices)
         return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 
-    def on_dots(self, message: DotTracks, topics: Collection[str] = tuple(RESULTS)) -> dict[str, object]:
+    def on_dots(self, message: DotTracks, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')

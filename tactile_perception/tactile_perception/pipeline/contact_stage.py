@@ -3,21 +3,23 @@
 """From the dots of one frame to region, contacts, slip and wrench: what contact_region_node and process_bag run."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..calibration.files import CalibrationFile
 from ..camera import CameraModel
 from ..contact.contacts import AMBIGUOUS, ContactEstimate, ContactTracker
-from ..contact.methods import make_method
+from ..contact.methods import Judgement, make_method
 from ..contact.motion import ObjectMotion
 from ..contact.region import ContactDots, ContactRegionEstimate, describe, find_regions
 from ..contact.slip import SlipEstimate, SlipEstimator
 from ..dots.dots import DotTracks
 from ..dots.rest_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
+from ..surface_points import UNKNOWN, SurfacePoints, dot_points, spread
 from .rest_places import RestPlaces
 from .sensor import Touchpad
 
@@ -28,12 +30,14 @@ _FROM_REST = 0.15e-3  # m: what colour tells of all ranges alike is wrong by, wh
 
 @dataclass(frozen=True)
 class ContactResult:
-    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known."""
+    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known; points: makes the
+    surface's points, which few ask for."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
     slip: SlipEstimate
     wrench: np.ndarray
+    points: Callable[[], SurfacePoints]
 
 
 class ContactStage:
@@ -68,7 +72,7 @@ class ContactStage:
         ids, xyz, rest_xyz = self._usable(tracks)
         judged = self._method.judge(ids, xyz, stamp_s)
         dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force, whole=judged.whole)
-        return self._describe(dots, judged.wrench, stamp_s)
+        return self._describe(dots, judged, stamp_s)
 
     def _examine_rest(self) -> None:
         """Look whether the reference was taken under a press: a new one, one that has drifted, and one that was suspected."""
@@ -88,23 +92,30 @@ class ContactStage:
             raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
         return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
 
-    def _describe(self, dots: ContactDots, wrench: np.ndarray, stamp_s: float) -> ContactResult:
+    def _describe(self, dots: ContactDots, judged: Judgement, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
         motion = self._motion.process(dots, stamp_s)
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
         region = describe(dots, regions, motion.motion, motion.interval)
         contacts = [self._with_common_error(contact) for contact in contacts]
+        wrench, force = judged.wrench, judged.whole and judged.whole.force
         if self._suspected:
-            contacts, wrench = [_doubted(contact) for contact in contacts], np.full(6, np.nan)
-        return ContactResult(region, contacts, slip, wrench)
-
+            contacts, wrench, force = [_doubted(contact) for contact in contacts], np.full(6, np.nan), None
+        return ContactResult(region, contacts, slip, wrench, partial(_points, dots, judged, self._rest.xyz.copy(), force))
 
     def _with_common_error(self, contact: ContactEstimate) -> ContactEstimate:
         """The same contact with what its dots' ranges are wrong by all alike: a movement does not show it, a place does."""
         ray = contact.position - self._eye
         along = ray * (self._range_sigma / np.linalg.norm(ray))
         return replace(contact, position_covariance=contact.position_covariance + np.outer(along, along))
+
+
+def _points(dots: ContactDots, judged: Judgement, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
+    """The points of all dots of the grid; rest: (K, 3) m, force: (K, 3) N or None."""
+    xyz, state = (spread(dots.xyz, dots.ids, len(rest)), spread(judged.state, dots.ids, len(rest), UNKNOWN)) if judged.whole is None \
+        else (judged.whole.xyz, judged.whole.state)
+    return dot_points((dots.rows, dots.columns), xyz, rest, state, force)
 
 
 def _doubted(contact: ContactEstimate) -> ContactEstimate:

@@ -15,10 +15,12 @@ from ..contact.region import ContactRegionEstimate
 from ..dots.dots import DotTracks
 from ..dots.known_rest import KnownRest
 from ..errors import BadFrame
+from ..surface_points import UNKNOWN, SurfacePoints, dot_points, spread
 from ..touch.estimate import TouchEstimate
 from ..touch.field import MarkerField
 from ..touch.methods import make_method
 from ..touch.rest_markers import RestMarkers
+from ..touch.rest_surface import rest_points
 from ..touch.sensor import MarkerSensor
 from ..touch.touch_region import region_of
 from ..touch.touch_tracks import Touch, TouchTracker
@@ -31,11 +33,13 @@ _NO_DOTS = np.zeros(0, bool)
 
 @dataclass(frozen=True)
 class TouchResult:
-    """region, contacts of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known."""
+    """region, contacts of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known; points: makes the
+    surface's points, which few ask for."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
     wrench: np.ndarray
+    points: Callable[[], SurfacePoints]
 
 
 class TouchStage:
@@ -67,7 +71,16 @@ class TouchStage:
         touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(field, estimates)
         force = -float(wrench[2]) if len(touches) == 1 else np.nan
         contacts = [self._contact(touch, force) for touch in touches]
-        return TouchResult(region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius), contacts, wrench)
+        region = region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius)
+        return TouchResult(region, contacts, wrench, partial(self._points, tracks, field, region))
+
+    def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
+        """The points of all markers of the pattern; those not seen have no place, and no marker's force is known."""
+        count, shape = len(field), (self._sensor.rows, self._sensor.columns)
+        xyz = np.full((count, 3), np.nan) if tracks.xyz is None else spread(tracks.xyz, tracks.id, count)
+        state = spread(region.dot_state, region.dot_id, count, UNKNOWN)
+        rest = rest_points(field.rest, field.eye, self._sensor)
+        return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 
     def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
         """(6,) N and N m; NaN where nothing touches, and where several do: the map was fitted to one at a time."""

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -12,12 +14,14 @@ from ..contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate
 from ..contact.region import ContactRegionEstimate, axes
 from ..contact.slip import SlipEstimate
 from ..errors import BadArgument, BadFrame
+from ..surface_points import SurfacePoints
 from .array import SoftPad, TaxelArray
 from .baseline import Baseline
 from .contacts import NumberedRegion, RegionNumbers
 from .direction import ContinuousDirection
 from .imprint import Imprint, ImprintMotion
 from .paper import PaperMethod
+from .points import taxel_forces, taxel_points, taxel_states
 from .regions import Regions, TaxelRegion, find_regions
 from .repair import DeadTaxels, dead_mask
 from .response import Response
@@ -51,7 +55,7 @@ class TaxelSettings:
 @dataclass(frozen=True)
 class TaxelResult:
     """region, contacts, slip of one frame; wrench (6,) N and N m, NaN where not known; direction: rad, of the region, continuous in time;
-    pressure: (rows, columns), Pa where known."""
+    pressure: (rows, columns), Pa where known; points: makes the surface's points, which few ask for."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -59,6 +63,7 @@ class TaxelResult:
     wrench: np.ndarray
     direction: float
     pressure: np.ndarray
+    points: Callable[[], SurfacePoints]
 
 
 class MechanicsMethod:
@@ -155,7 +160,8 @@ class TaxelEstimator:
         direction = self._direction.process(region.orientation)
         if not regions.all:
             self._direction.reset()
-        return TaxelResult(region, contacts, slip, self._wrench(regions, normal), direction, pressure)
+        return TaxelResult(region, contacts, slip, self._wrench(regions, normal), direction, pressure,
+                           partial(self._points, regions, surface, normal, slip, motion))
 
     def _normal_forces(self, regions: Regions) -> list[float]:
         """N, of each region: by depth and area where the depth is known (eq 5), else by pressure; NaN where neither is, and where there are
@@ -175,6 +181,12 @@ class TaxelEstimator:
         contact = regions.total.centroid.copy()
         contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)
+
+    def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ImprintMotion | None):
+        """The SurfacePoints of one frame."""
+        in_pascal = self.settings.response.known
+        forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or np.isfinite(self.grasped.depth)))
+        return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
     def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, regions: Regions):
         depth = self.grasped.depth

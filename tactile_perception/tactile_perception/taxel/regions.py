@@ -40,12 +40,14 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest; broken:
-    whether there are more than any contact has, so that these are some of them."""
+    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest; near: labels
+    gone on with to the taxels around, which bear a part of a region's force; broken: whether there are more than any contact has, so
+    that these are some of them."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
     touched: np.ndarray
+    near: np.ndarray
     broken: bool = False
 
     @property
@@ -59,7 +61,7 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     touched = score > LEVEL
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(touched.view(np.uint8), connectivity=4)
     if count < 2:
-        return Regions([], labels, touched)
+        return Regions([], labels, touched, labels)
     if count > _MOST + 1:
         kept = np.zeros(count, bool)
         kept[1 + np.argsort(boxes[1:, cv2.CC_STAT_AREA], kind='stable')[-_MOST:]] = True
@@ -70,7 +72,7 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     outlines = group_loops(loops, array.places(np.concatenate(loops)))
     near = _around_touched(touched) if count == 2 else np.where(touched, labels, largest_near(labels, _AROUND))
     regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
-    return Regions([region for region in regions if region.moments.area > 0], labels, touched, count > _MOST + 1)
+    return Regions([region for region in regions if region.moments.area > 0], labels, touched, near, count > _MOST + 1)
 
 
 def _around_touched(touched: np.ndarray) -> np.ndarray:

@@ -55,7 +55,7 @@ def test_results_go_under_the_images_header():
         stage.on_image(image(np.full((44, 44), 3, np.uint8), 1 + 0.01 * k))
     found = stage.on_image(image(pressed(), 1.5))
     assert {topic: message.header.stamp.nanosec for topic, message in found.items()} == dict.fromkeys(
-        ('contact_region', 'contacts', 'slip', 'wrench'), 500_000_000)
+        ('contact_region', 'contacts', 'slip', 'wrench', 'points'), 500_000_000)
     assert found['contact_region'].area == pytest.approx(375e-6, rel=0.1) and len(found['contacts'].contacts) == 1
     assert np.isnan(found['wrench'].wrench.force.z)
 

@@ -9,6 +9,7 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_perception.errors import BadCalibration, BadFrame  # noqa: E402
+from tactile_perception.nodes.point_cloud import POINTS  # noqa: E402
 from tactile_perception.nodes.touchpad_stages import RESULTS, ContactMessages, DotMessages  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -28,8 +29,8 @@ def done(ball_messages):
 def test_the_header_goes_through_unchanged(ball_messages, done):
     dots, results = done
     for image, message, result in zip(ball_messages[1], dots, results):
-        assert message.header == image.header and set(result) == set(RESULTS)
-        assert all(type(part) is RESULTS[topic] and part.header == image.header for topic, part in result.items())
+        assert message.header == image.header and set(result) == {*RESULTS, 'points'}
+        assert all(type(part) is (RESULTS | POINTS)[topic] and part.header == image.header for topic, part in result.items())
 
 
 def test_a_ball_is_one_contact_and_rest_is_none(ball_messages, done):

@@ -15,7 +15,7 @@ from tactile_perception.offline import process_bag as module
 from tactile_perception.offline.bags import BagReader
 from tactile_perception.offline.stream import Task
 
-RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')
+RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench', 'points')
 
 
 def run(source, target, *more):

@@ -53,9 +53,9 @@ def test_items_come_frame_by_frame(tmp_path):
     assert head == Head('/pad/', 5, {})
     assert last.total == 0
     kinds = [item.topic.removeprefix('/pad/') if isinstance(item, (RawMessage, Skipped)) else type(item).__name__ for item in items]
-    each = ['contact_region', 'contacts', 'slip', 'wrench', 'FrameDone']
+    each = ['contact_region', 'contacts', 'slip', 'wrench', 'points', 'FrameDone']
     assert kinds == each * 2 + ['image_raw', 'FrameDone'] + each * 2
-    assert Counter(type(item) for item in items) == {RawMessage: 16, Skipped: 1, FrameDone: 5}
+    assert Counter(type(item) for item in items) == {RawMessage: 20, Skipped: 1, FrameDone: 5}
     assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
 
 
@@ -67,7 +67,7 @@ def test_transforms_tell_of_the_grasped_object_and_are_not_written_again(tmp_pat
     bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
     _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'), Checkpoint(0), 1)
     assert {item.topic for item in items if isinstance(item, RawMessage)} == {
-        f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench')}
+        f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points')}
     force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
     assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
 

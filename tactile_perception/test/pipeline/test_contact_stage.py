@@ -10,6 +10,7 @@ from tactile_perception.contact.contacts import AMBIGUOUS, OUT_OF_RANGE
 from tactile_perception.dots.dots import DotTracks
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.pipeline.contact_stage import ContactStage
+from tactile_perception.surface_points import UNKNOWN
 
 
 def tracks_of(ball, truth, keep=slice(None)):
@@ -119,3 +120,55 @@ def test_covariance_holds_what_all_ranges_are_wrong_by(ball):
         stage.process(tracks_of(ball, ball.untouched), 1.0)
         stage.process(tracks_of(ball, ball.truth), 1.1)
         assert along_the_ray(ball, stage.process(tracks_of(ball, ball.truth), 1.2).contacts[0]) == pytest.approx(expected, rel=0.3)
+
+
+def test_points_are_the_dots_and_their_forces_the_wrench(ball):
+    _, result = pressed(ball)
+    points, truth = result.points(), ball.truth
+    assert points.shape == (23, 23) and points.xyz == pytest.approx(truth.dot_xyz, abs=1e-12)
+    assert points.force.sum(axis=0) == pytest.approx(result.wrench[:3], rel=1e-9)
+    assert np.cross(points.xyz, points.force).sum(axis=0) == pytest.approx(result.wrench[3:], rel=1e-6, abs=1e-12)
+    assert np.linalg.norm(points.force.sum(axis=0) - truth.wrench[:3]) < 0.1 * np.linalg.norm(truth.wrench[:3])
+    assert np.array_equal(points.state[result.region.dot_id], result.region.dot_state)
+    far = np.linalg.norm(points.xyz - truth.contacts[0].position, axis=1) > 8e-3
+    assert not points.force[far].any() and points.normal_force.max() > 0
+
+
+def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):
+    _, result = pressed(ball)
+    points, inner = result.points(), np.pad(np.ones((21, 21), bool), 1).ravel()
+    moved = ball.truth.dot_xyz - ball.untouched.dot_xyz
+    assert np.median(np.linalg.norm(points.displacement - moved, axis=1)) < 0.05e-3
+    assert np.linalg.norm(points.normal, axis=1) == pytest.approx(np.ones(529)) and (points.normal[inner, 2] > 0.3).all()
+
+
+def test_points_of_an_untouched_pad_carry_nothing(ball):
+    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    points = stage.process(tracks_of(ball, ball.untouched), 1.0).points()
+    assert not points.force.any() and not points.state.any() and np.abs(points.normal_force).max() == 0
+
+
+def test_a_dot_that_is_not_seen_is_where_the_membrane_has_it(ball):
+    stage, whole = pressed(ball)
+    keep = np.arange(529) % 50 != 7
+    result = stage.process(tracks_of(ball, ball.truth, keep), 1.3)
+    points = result.points()
+    assert np.linalg.norm(points.xyz[~keep] - ball.truth.dot_xyz[~keep], axis=1).max() < 0.3e-3
+    assert points.force.sum(axis=0) == pytest.approx(result.wrench[:3], rel=1e-9)
+    assert result.wrench[2] == pytest.approx(whole.wrench[2], rel=0.1)
+
+
+def test_the_papers_method_knows_the_places_of_the_dots_that_are_seen_and_no_forces(ball):
+    stage, _ = pressed(ball, contact='paper')
+    keep = np.arange(529) % 50 != 7
+    points = stage.process(tracks_of(ball, ball.truth, keep), 1.3).points()
+    assert np.isnan(points.xyz[~keep]).all() and (points.state[~keep] == UNKNOWN).all() and np.isfinite(points.xyz[keep]).all()
+    assert np.isnan(points.force).all() and np.isnan(points.normal_force).all()
+
+
+def test_forces_on_dots_are_not_told_from_a_reference_under_a_press(ball):
+    stage = ContactStage(ball.sensor, ball.camera, ball.values)
+    at_press = tracks_of(ball, ball.truth)
+    at_press.duv = np.zeros_like(at_press.duv)
+    points = [stage.process(at_press, 1.0 + 0.1 * k).points() for k in range(3)][-1]
+    assert np.isnan(points.force).all() and np.isfinite(points.xyz).all()

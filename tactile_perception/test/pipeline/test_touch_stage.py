@@ -11,6 +11,7 @@ from tactile_perception.errors import BadCalibration, BadFrame
 from tactile_perception.pipeline import touch_stage
 from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS
 from tactile_perception.pipeline.touch_stage import TouchStage
+from tactile_perception.surface_points import UNKNOWN
 from tactile_perception.touch.estimate import AT_EDGE, TouchEstimate
 from tactile_perception.touch.methods import TOUCH_METHODS
 from tactile_perception.touch.sensor import MARKER_SENSORS
@@ -107,3 +108,19 @@ def test_markers_that_were_touched_when_their_places_were_taken_tell_nothing(mak
             stage.process(tracks(1), 1.0 + k)
     good = make_stage(rest=REST + [2.0, 1.0])
     assert good.process(tracks(1), 1.0).contacts
+
+
+def test_points_are_the_markers_as_tracked_and_no_force_is_known(make_stage):
+    stage, seen = make_stage({'a': 1}), tracks(2)
+    seen.xyz = np.column_stack([SENSOR.grid(), np.full(117, -1e-3)])
+    keep = np.arange(117) != 5
+    points = stage.process(seen.take(keep), 1.0).points()
+    assert points.shape == (9, 13) and points.xyz[keep] == pytest.approx(seen.xyz[keep]) and np.isnan(points.xyz[5]).all()
+    assert points.displacement[keep] == pytest.approx(np.tile([0, 0, -1e-3], (116, 1)), abs=1e-9)
+    assert points.normal[keep] == pytest.approx(np.tile([0, 0, 1.0], (116, 1))) and points.state[5] == UNKNOWN
+    assert np.isnan(points.force).all() and set(points.state[keep]) == {0, 1}
+
+
+def test_markers_without_places_are_points_without_places(make_stage):
+    points = make_stage().process(tracks(2), 1.0).points()
+    assert np.isnan(points.xyz).all() and points.state.any()

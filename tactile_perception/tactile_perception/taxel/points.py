@@ -1,0 +1,58 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A taxel array's surface point by point: each taxel's share of the force, and how far the pad gives over it."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..contact.slip import NONE, SlipEstimate
+from ..surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
+from .array import SoftPad, TaxelArray
+from .imprint import ImprintMotion
+from .regions import Regions
+
+
+def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bool, forces: np.ndarray, state: np.ndarray) -> SurfacePoints:
+    """The points of all taxels where they lie on the untouched surface.
+
+    surface: (rows, columns) pressure on the pad, in Pa where known; forces: (rows, columns) N, and state: (rows, columns), see
+    taxel_forces, taxel_states. A pressure array tells forces and displacements along the normal alone.
+    """
+    places = np.zeros((array.rows, array.columns, 3))
+    places[..., 0], places[..., 1] = array.x, array.y[:, None]
+    depth = surface * (pad.thickness / pad.stiffness) if known else np.full(array.shape, np.nan)
+    return SurfacePoints(array.shape, places.reshape(-1, 3), np.tile([0.0, 0.0, 1.0], (array.rows * array.columns, 1)), _along_z(-depth),
+                         _along_z(-forces), forces.ravel(), state.ravel())
+
+
+def taxel_forces(regions: Regions, surface: np.ndarray, normal: Sequence[float], known: bool) -> np.ndarray:
+    """(rows, columns) N that the object presses each taxel with: of each region's normal force, N, the taxel's share of its pressure; 0
+    beside the regions. All NaN where forces are not known."""
+    forces = np.full(surface.shape, 0.0 if known else np.nan)
+    if not known or not regions.all:
+        return forces
+    load = np.maximum(surface, 0)
+    for region, force in zip(regions.all, normal):
+        own = regions.near == region.label
+        total = float(load[own].sum())
+        forces[own] = load[own] * (force / total) if total > 0 else np.nan
+    return forces
+
+
+def taxel_states(regions: Regions, slip: SlipEstimate, motion: ImprintMotion | None) -> np.ndarray:
+    """(rows, columns) uint8: the state of each taxel; UNKNOWN in contact where a slip is told, but not of which taxels."""
+    state = np.where(regions.touched, STICKING, 0).astype(np.uint8)
+    if motion is not None:
+        state[regions.touched & motion.slipping] = SLIPPING
+    elif slip.state != NONE:
+        state[regions.touched] = UNKNOWN
+    return state
+
+
+def _along_z(values: np.ndarray) -> np.ndarray:
+    """(K, 3) with values (rows, columns) along z; what is along the surface is NaN."""
+    vectors = np.full((values.size, 3), np.nan)
+    vectors[:, 2] = values.ravel()
+    return vectors

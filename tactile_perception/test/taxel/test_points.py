@@ -1,0 +1,106 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Taxels as points: forces that add up to the contacts', pad and states as the estimator tells them."""
+import numpy as np
+import pytest
+from tactile_perception.contact.slip import GROSS, NONE, SlipEstimate
+from tactile_perception.surface_points import SLIPPING, STICKING, UNKNOWN
+from tactile_perception.taxel.array import SoftPad
+from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
+from tactile_perception.taxel.imprint import ImprintMotion
+from tactile_perception.taxel.points import taxel_forces, taxel_points, taxel_states
+from tactile_perception.taxel.regions import find_regions
+from tactile_perception.taxel.response import Response
+from tactile_perception.taxel.wrench import GraspedObject
+from taxel_pictures import ARRAY, bar, both, disc, picture
+
+PAD, PER_COUNT = SoftPad(), 500.0  # Pa
+KNOWN = TaxelSettings(response=Response((PER_COUNT, 0.0, 0.0), known=True))
+TWO = both(bar(-11, 0, 0, 8, 8), disc(10, 3, 5))
+
+
+def result_of(image, settings=KNOWN, grasped=GraspedObject()):
+    """The estimator's result of a picture after some untouched ones."""
+    estimator = TaxelEstimator(ARRAY, PAD, settings)
+    estimator.grasped = grasped
+    for k in range(8):
+        estimator.process(np.full((44, 44), 3, np.uint8), 1 + 0.01 * k)
+    return estimator.process(np.clip(np.round(image + 3), 0, 255).astype(np.uint8), 1.1)
+
+
+@pytest.mark.parametrize('method', TAXEL_METHODS)
+def test_forces_add_up_to_the_wrench_and_its_moment(method):
+    result = result_of(picture(TWO), TaxelSettings(method=method, response=KNOWN.response))
+    points = result.points()
+    assert len(result.contacts) == 2 and points.normal_force.sum() == pytest.approx(sum(c.force for c in result.contacts), rel=1e-5)
+    assert points.force[:, 2].sum() == pytest.approx(result.wrench[2], rel=1e-5)
+    assert -(points.xyz[:, 1] @ points.normal_force) == pytest.approx(result.wrench[3], rel=1e-4)
+    assert points.xyz[:, 0] @ points.normal_force == pytest.approx(result.wrench[4], rel=1e-4)
+
+
+def test_forces_are_those_that_press_the_pad():
+    """A bar of 8 x 8 mm at 60 counts of 500 Pa, and a disc of 5 mm radius."""
+    points = result_of(picture(TWO)).points()
+    left = points.xyz[:, 0] < 0
+    assert points.normal_force[left].sum() == pytest.approx(60 * PER_COUNT * 64e-6, rel=0.02)
+    assert points.normal_force[~left].sum() == pytest.approx(60 * PER_COUNT * np.pi * 25e-6, rel=0.02)
+    far = np.hypot(points.xyz[:, 0] - 10e-3, points.xyz[:, 1] - 3e-3) > 9e-3
+    assert not points.normal_force[far & ~left].any()
+
+
+def test_a_point_lies_where_its_taxel_is_and_the_pad_gives_as_it_is_pressed():
+    points = result_of(picture(disc(0, 0, 9))).points()
+    assert points.shape == (44, 44) and points.xyz[0] == pytest.approx([-21.5e-3, -21.5e-3, 0])
+    assert points.xyz[43] == pytest.approx([21.5e-3, -21.5e-3, 0]) and (points.normal == [0, 0, 1]).all()
+    middle = 22 * 44 + 22
+    assert points.displacement[middle, 2] == pytest.approx(-60 * PER_COUNT * PAD.thickness / PAD.stiffness, rel=0.05)
+    assert np.isnan(points.displacement[:, :2]).all() and np.isnan(points.force[:, :2]).all()
+    assert points.state[middle] == STICKING and points.state[0] == 0
+
+
+def test_nothing_touches_nothing_presses():
+    points = result_of(np.zeros((44, 44))).points()
+    assert not points.normal_force.any() and not points.state.any()
+
+
+def test_without_calibration_forces_and_displacements_are_not_known():
+    points = result_of(picture(TWO), TaxelSettings()).points()
+    assert np.isnan(points.normal_force).all() and np.isnan(points.displacement).all() and points.state.any()
+
+
+def test_a_known_depth_tells_the_force_and_pressure_only_its_shares():
+    result = result_of(picture(TWO), TaxelSettings(), GraspedObject(depth=4e-4))
+    points = result.points()
+    assert points.normal_force.sum() == pytest.approx(-result.wrench[2], rel=1e-5)
+    assert points.normal_force.sum() == pytest.approx(PAD.stiffness / PAD.thickness * 4e-4 * result.region.area, rel=1e-5)
+    assert np.isnan(points.displacement).all()
+
+
+def test_a_broken_image_has_no_forces():
+    even = np.indices((44, 44)).sum(axis=0) % 2 * 120.0
+    assert np.isnan(result_of(even).points().normal_force).all()
+
+
+def test_a_region_without_pressure_has_no_shares():
+    score = (picture(disc(0, 0, 5)) > 30).astype(np.float32)
+    regions = find_regions(score, np.zeros((44, 44), np.float32), ARRAY)
+    forces = taxel_forces(regions, np.zeros((44, 44), np.float32), [1.0], True)
+    assert np.isnan(forces[regions.touched]).all() and forces[0, 0] == 0
+
+
+def test_states():
+    score = (picture(disc(0, 0, 5)) > 30).astype(np.float32)
+    regions = find_regions(score, score, ARRAY)
+    slipping = np.zeros((44, 44), bool)
+    slipping[:22] = True
+    motion = ImprintMotion(np.zeros(2), 0.0, True, slipping, np.zeros(2), 0.0)
+    state = taxel_states(regions, SlipEstimate(state=GROSS), motion)
+    assert (state[:22][regions.touched[:22]] == SLIPPING).all() and (state[22:][regions.touched[22:]] == STICKING).all()
+    assert not state[~regions.touched].any()
+    assert (taxel_states(regions, SlipEstimate(state=GROSS), None)[regions.touched] == UNKNOWN).all()
+    assert (taxel_states(regions, SlipEstimate(state=NONE), None)[regions.touched] == STICKING).all()
+
+
+def test_forces_of_no_sensor():
+    points = taxel_points(ARRAY, PAD, np.zeros((44, 44), np.float32), False, np.full((44, 44), np.nan), np.zeros((44, 44), np.uint8))
+    assert np.isnan(points.force).all() and np.isfinite(points.xyz).all()
