@@ -8,10 +8,11 @@ import time
 
 import cv2
 import numpy as np
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
+from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
 from tactile_driver.nodes.conversions import image_to_message
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
@@ -42,7 +43,7 @@ class MarkersNode(DrawingNode):
         self.markers = MarkerSet(self.settings)
         self._camera: Projection | None = None
         self._stitching = _stitching_in(self.settings['calibration'])
-        self._inputs: dict[str, object] = {}
+        self._inputs: dict[str, AdaptiveSubscription] = {}
         self._expected: set[str] = set()
         self._asked_s = 0.0
         self._marker_sync = StampSync(self._publish_markers, lambda: self._expected - {'image_raw'})
@@ -74,16 +75,15 @@ class MarkersNode(DrawingNode):
         if pictures and (tracked or time.monotonic() - self._asked_s > _PATIENCE_S):
             wanted |= {'image_raw', 'camera_info'}
             if 'image_raw' not in self._inputs:
-                self._inputs['camera_info'] = self.create_subscription(CameraInfo, 'camera_info', self._on_camera_info,
-                                                                       qos_profile_sensor_data)
-                self._subscribe('image_raw', Image, qos_profile_sensor_data)
+                self._inputs['camera_info'] = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, _QUEUE)
+                self._subscribe('image_raw', Image, _QUEUE)
         for topic in self._inputs.keys() - wanted:
-            self.destroy_subscription(self._inputs.pop(topic))
+            self._inputs.pop(topic).close()
         if not wanted:
             self._asked_s = 0.0
 
     def _subscribe(self, topic: str, kind: type, qos: QoSProfile) -> None:
-        self._inputs[topic] = self.create_subscription(kind, topic, lambda message: self._on_message(topic, message), qos)
+        self._inputs[topic] = AdaptiveSubscription(self, kind, topic, lambda message, _ns: self._on_message(topic, message), qos)
 
     def _on_message(self, topic: str, message) -> None:
         stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
@@ -92,7 +92,7 @@ class MarkersNode(DrawingNode):
         if self._picture_output.get_subscription_count():
             self._picture_sync.add(topic, stamp_ns, message)
 
-    def _on_camera_info(self, message: CameraInfo) -> None:
+    def _on_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
         if self._camera is None or self._camera.key != Projection.key_of(message):
             try:
                 self._camera = Projection(message, camera_matrices(message), self.settings['camera.rotation'],

@@ -28,8 +28,7 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) 
               'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
               'nominal rate (Hz)': nominal if nominal > 0 else math.nan, 'frames': status.received, 'corrupt': status.corrupt,
               'last error': status.error}
-    if 'unpaired' in about:
-        values['unpaired'] = about['unpaired']
+    values |= {shown: about[name] for name, shown in (('unpaired', 'unpaired'), ('lost', 'lost frames')) if name in about}
     level, message = _judged(status, nominal, live, bool(about.get('idle')), remark)
     if level == OK and remark:
         level, message = WARN, remark

@@ -5,20 +5,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from rclpy.subscription import Subscription
+
+from .adaptive_subscription import AdaptiveSubscription, Take
 
 _NS = 1e9
-_AT_ONCE = 20  # messages, after which others than this subscription have their turn
-
-Take = Callable[[object, int], None]  # a message, and when it was sent, ns
 
 
 class SharedPublisher:
@@ -91,29 +88,7 @@ class Host:
         return own is not None and own.has_takers
 
     def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
-        """Call take with each message on a topic, by the publisher in this process where there is one; what ends it."""
+        """Call take with each message on a topic, by the publisher in this process where there is one, else with the reliability and
+        durability that publishers offer; what ends it. qos: history and depth."""
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
-        if own is not None:
-            return own.attach(take)
-
-        def taken(message, info):
-            """Pass on the message, and those that wait behind it."""
-            take(message, info['source_timestamp'])
-            for message, info in waiting(subscription):
-                take(message, info['source_timestamp'])
-        subscription = node.create_subscription(kind, topic, taken, qos)
-        return lambda: node.destroy_subscription(subscription)
-
-
-def waiting(subscription: Subscription) -> Iterator[tuple[object, dict]]:
-    """(message, info) of what has come meanwhile, some at once: the executor's way to each costs 0.2 to 0.4 ms, as much as the work on a
-    small message. They end where the subscription does."""
-    for _ in range(_AT_ONCE):
-        try:
-            with subscription.handle:
-                found = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-        except InvalidHandle:
-            return
-        if found is None:
-            return
-        yield found
+        return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos).close

@@ -7,29 +7,33 @@ import threading
 from collections import deque
 
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 
 from ..errors import BadArgument
 from ..frame import CameraCalibration, Frame, frame_of_bytes
 from ..sources.pacing import NS
 from ..sources.protocol import NothingYet
+from ..stamp_gaps import StampGaps
+from .adaptive_subscription import AdaptiveSubscription
 
 _MOMENT_S = 0.1
 _LONGEST_QUEUE = 4
+_QUEUE = QoSProfile(depth=10)
 
 
 class TopicSource:
     """topic: of sensor_msgs/Image, relative to node's namespace; subscribed to only while its frames are wanted."""
 
-    live, on_demand, corrupt, remark = True, False, 0, ''
+    live, on_demand, corrupt = True, False, 0
 
     def __init__(self, node: Node, topic: str):
         if not topic:
             raise BadArgument('topic: source topics needs the names of two image topics')
         self.skipped = 0
         self._node, self._topic = node, topic
-        self._image = None
+        self._image: AdaptiveSubscription | None = None
+        self._gaps = StampGaps(topic)
         self._queue: deque[Image] = deque()
         self._arrived = threading.Condition()
 
@@ -49,14 +53,16 @@ class TopicSource:
 
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:
-            self._image = self._node.create_subscription(Image, self._topic, self._take, qos_profile_sensor_data)
+            self._gaps.restart()
+            self._image = AdaptiveSubscription(self._node, Image, self._topic, self._take, _QUEUE)
         elif not wanted and self._image is not None:
-            self._node.destroy_subscription(self._image)
+            self._image.close()
             self._image = None
             self._queue.clear()
 
-    def _take(self, message: Image) -> None:
+    def _take(self, message: Image, _received_ns: int) -> None:
         with self._arrived:
+            self._gaps.add(message.header.stamp.sec * NS + message.header.stamp.nanosec)
             self._queue.append(message)
             if len(self._queue) > _LONGEST_QUEUE:
                 self._queue.popleft()
@@ -68,8 +74,13 @@ class TopicSource:
         self._subscribe(False)
 
     def describe(self) -> dict:
-        """The topic, and whether it is not subscribed to at present."""
-        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None}
+        """The topic, whether it is not subscribed to at present, and how many frames did not arrive, by the gaps in their stamps."""
+        return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
+
+    @property
+    def remark(self) -> str:
+        """That frames are lost on their way, ''."""
+        return self._gaps.remark
 
     def calibration(self) -> CameraCalibration | None:
         """None: camera_info is published by whoever publishes the images."""

@@ -53,8 +53,9 @@ def test_without_a_source():
     assert missing.level == ERROR and 'tried again' in missing.message and missing.values['last error'] == 'no such device'
 
 
-def test_pairs_without_mates_are_told():
-    assert capture_health(GOOD, {**ABOUT, 'unpaired': 3}, True, '').values['unpaired'] == 3
+def test_pairs_without_mates_and_frames_that_did_not_arrive_are_told():
+    values = capture_health(GOOD, {**ABOUT, 'unpaired': 3, 'lost': 4}, True, '').values
+    assert (values['unpaired'], values['lost frames']) == (3, 4)
 
 
 def test_topics_that_nobody_wants_are_no_complaint():

@@ -12,6 +12,7 @@ from rcl_interfaces.msg import ParameterDescriptor  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.lifecycle import LifecycleNode  # noqa: E402
 from rclpy.node import Node  # noqa: E402
+from rclpy.qos import QoSProfile  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
 from tactile_driver.nodes.host import Host, SharedPublisher  # noqa: E402
@@ -72,7 +73,7 @@ def test_a_host_shares_topics_by_their_full_name(node):
     publisher = host.publisher(node.create_publisher(String, 'words', 10))
     other = Node('taker', namespace='/pad')
     assert not host.has_takers(other, 'words')
-    end = Host(shared=shared).listen(other, String, 'words', lambda message, _ns: taken.append(message.data), 10)
+    end = Host(shared=shared).listen(other, String, 'words', lambda message, _ns: taken.append(message.data), QoSProfile(depth=10))
     assert host.has_takers(other, 'words') and other.count_subscribers('/pad/words') == 0
     publisher.publish(String(data='a'))
     end()
@@ -80,10 +81,11 @@ def test_a_host_shares_topics_by_their_full_name(node):
     other.destroy_node()
 
 
-def test_alone_a_node_hears_by_the_middleware_and_when_it_was_sent(node):
+def test_alone_a_node_hears_by_the_middleware_and_when_it_was_received(node):
     host, taken = Host(), []
     publisher = host.publisher(node.create_publisher(String, 'words', 10))
-    end = host.listen(node, String, 'words', lambda message, sent_ns: taken.append((message.data, time.time_ns() - sent_ns)), 10)
+    end = host.listen(node, String, 'words', lambda message, received_ns: taken.append((message.data, time.time_ns() - received_ns)),
+                      QoSProfile(depth=10))
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     deadline = time.monotonic() + 10
@@ -103,7 +105,7 @@ def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node):
         if message.data == 'd':
             ends[0]()
     publisher = node.create_publisher(String, 'words', 10)
-    ends.append(Host().listen(node, String, 'words', take, 10))
+    ends.append(Host().listen(node, String, 'words', take, QoSProfile(depth=10)))
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     deadline = time.monotonic() + 10

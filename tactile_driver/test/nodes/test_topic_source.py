@@ -42,17 +42,25 @@ def test_images_come_in_their_order_and_the_oldest_are_dropped(node):
     source = TopicSource(node, 'image_raw')
     source._subscribe(True)
     for k in range(6):
-        source._take(message(k))
+        source._take(message(k), 0)
     frames = [source.read() for _ in range(4)]
     assert [f.stamp_ns - 10**9 for f in frames] == [2, 3, 4, 5] and source.skipped == 2
     assert all((f.image == f.stamp_ns - 10**9).all() for f in frames)
     source.close()
 
 
+def test_images_that_do_not_arrive_are_counted_and_told(node):
+    source = TopicSource(node, 'left/image_raw')
+    for k in range(60):
+        if k < 20 or k % 5:
+            source._take(Image(header=header_of(10**18 + 33_333_333 * k, 'pad')), 0)
+    assert source.describe()['lost'] == 8 and source.remark.startswith('15 % of left/image_raw did not arrive')
+
+
 def test_a_message_that_makes_no_image_is_a_bad_frame(node):
     source = TopicSource(node, 'image_raw')
     source._subscribe(True)
-    source._take(Image(encoding='32FC1', height=1, width=1, step=4, data=bytes(4)))
+    source._take(Image(encoding='32FC1', height=1, width=1, step=4, data=bytes(4)), 0)
     with pytest.raises(BadFrame, match='32FC1'):
         source.read()
     source.close()

@@ -6,14 +6,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection
 
-from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import DotTracks
 
 from ..pipeline.parameters import DOT_PARAMETERS
-from .stage_node import StageNode
+from .stage_node import CAMERA_QUEUE, StageNode
 from .touchpad_stages import DotMessages
 
 
@@ -21,7 +20,7 @@ class DotTrackerNode(StageNode):
     """Finds, numbers and places the printed dots; while nobody subscribes to dots it only keeps the reference that it has."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, qos_profile_sensor_data), {'dots': DotTracks}, host)
+        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
         self.stage = DotMessages(self.settings.values())
         self.offer_reference(lambda: self.stage.set_reference())
 

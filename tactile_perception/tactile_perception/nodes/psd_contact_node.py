@@ -3,10 +3,11 @@
 """psd_contact_node: voltages of a PSD finger -> contacts, with the reference and its service."""
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Collection
 
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_msgs.msg import Contacts, PsdVoltages
@@ -15,7 +16,7 @@ from ..pipeline.psd_parameters import PSD_PARAMETERS
 from .psd_stages import PsdMessages
 from .stage_node import StageNode
 
-_QUEUE = QoSProfile(depth=200, reliability=ReliabilityPolicy.BEST_EFFORT)  # a second of blocks: every sample counts
+_QUEUE = QoSProfile(depth=200)  # a second of blocks: every sample counts
 
 
 class PsdContactNode(StageNode):
@@ -31,6 +32,11 @@ class PsdContactNode(StageNode):
     def on_message(self, message: PsdVoltages, topics: Collection[str]) -> dict[str, object]:
         """The contacts of one block."""
         return {'contacts': self.messages.on_voltages(message)}
+
+    def covered_ns(self, message: PsdVoltages) -> int:
+        """Blocks are as long as the driver makes them; 0 where sample_period tells nothing."""
+        seconds = len(message.voltages) / 4 * message.sample_period
+        return round(seconds * 1e9) if math.isfinite(seconds) and seconds > 0 else 0
 
     def remarks(self) -> tuple[str, dict]:
         """Whether outputs can be trusted."""

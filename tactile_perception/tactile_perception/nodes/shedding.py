@@ -11,22 +11,22 @@ _NS = 1e-9
 
 
 class Shedding:
-    """Follows when messages were sent; a node that takes too long leaves out every n-th, and does the others at most longest_s late."""
+    """Follows when messages are received; a node that takes too long leaves out every n-th, and does the others at most longest_s late."""
 
     def __init__(self, longest_s: float = LONGEST_S):
         self._longest_s = longest_s
         self._last: tuple[int, int] | None = None
-        self._steps = [0.0, 0.0]  # s between messages, as they are sent and as they are stamped
+        self._steps = [0.0, 0.0]  # s between messages, as they are received and as they are stamped
 
-    def is_late(self, stamp_ns: int, sent_ns: int, now_ns: int) -> bool:
-        """Whether to leave out, at now_ns, a message stamped stamp_ns that was sent at sent_ns (0: not known) by the clock of now_ns."""
-        if not sent_ns:
+    def is_late(self, stamp_ns: int, received_ns: int, now_ns: int) -> bool:
+        """Whether to leave out, at now_ns, a message stamped stamp_ns that was received at received_ns by the same clock; 0: not known."""
+        if not received_ns:
             return False
         if self._last is not None:
-            self._follow(sent_ns - self._last[0], stamp_ns - self._last[1])
-        self._last = sent_ns, stamp_ns
-        sent_s, stamped_s = self._steps
-        return sent_s > _FASTER * stamped_s and _NS * (now_ns - sent_ns) > max(self._longest_s, _PERIODS * sent_s)
+            self._follow(received_ns - self._last[0], stamp_ns - self._last[1])
+        self._last = received_ns, stamp_ns
+        received_s, stamped_s = self._steps
+        return received_s > _FASTER * stamped_s and _NS * (now_ns - received_ns) > max(self._longest_s, _PERIODS * received_s)
 
     def _follow(self, *steps_ns: int) -> None:
         if min(steps_ns) > 0:  # clocks that go back tell nothing

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_sensor_data, qos_profile_system_default
+from rclpy.qos import QoSProfile, qos_profile_system_default
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
@@ -24,14 +24,17 @@ from .work_log import WorkLog
 _PATIENCE_S = 5.0
 _STALE_S = 2.0
 _NS = 1_000_000_000
+#: of images and camera_info: what comes at once where a part that was lost has been sent again
+CAMERA_QUEUE = QoSProfile(depth=10)
 
 
 class StageNode(Node):
     """A node over one stage.
 
-    source: (topic, type, QoS) of what it processes; results: topic -> type. Subclasses say in on_message(message, topics) what
-    is computed, and set self.stage, the messages' side of it (touchpad_stages.py), which takes camera_info, or with_camera to
-    False. Frames that raise a TactileError are counted, said once, skipped.
+    source: (topic, type, QoS) of what it processes, where reliability and durability are what its publishers offer; results: topic ->
+    type. Subclasses say in on_message(message, topics) what is computed, and set self.stage, the messages' side of it
+    (touchpad_stages.py), which takes camera_info, or with_camera to False. Frames that raise a TactileError are counted, said once,
+    skipped.
     """
 
     with_camera = True
@@ -68,7 +71,8 @@ class StageNode(Node):
         with self._host.lock:
             if self.wanted and not self._inputs:
                 topic, kind, qos = self._source
-                cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, qos_profile_sensor_data)] \
+                self.log.listen_anew()
+                cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, CAMERA_QUEUE)] \
                     if self.with_camera else []
                 self._inputs = [*cameras, self._host.listen(self, kind, topic, self._take, qos)]
             elif not self.wanted and self._inputs:
@@ -76,17 +80,18 @@ class StageNode(Node):
                     end()
                 self._inputs = []
 
-    def _take_camera_info(self, message: CameraInfo, _sent_ns: int) -> None:
+    def _take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
         with self._host.lock:
             try:
                 self.stage.on_camera_info(message)
             except TactileError as error:
                 self._refuse(error)
 
-    def _take(self, message, sent_ns: int) -> None:
+    def _take(self, message, received_ns: int) -> None:
         with self._host.lock:
-            stamp = message.header.stamp
-            if self._shedding.is_late(stamp.sec * _NS + stamp.nanosec, sent_ns, time.time_ns()):
+            stamp_ns = message.header.stamp.sec * _NS + message.header.stamp.nanosec
+            self.log.arrive(stamp_ns, self.covered_ns(message))
+            if self._shedding.is_late(stamp_ns, received_ns, time.time_ns()):
                 self.log.leave_out()
             else:
                 self._process(message)
@@ -128,6 +133,10 @@ class StageNode(Node):
         Raises TactileError for a message that cannot be used.
         """
         raise NotImplementedError
+
+    def covered_ns(self, message) -> int:
+        """The time that the samples of a message take, ns; 0 where messages come at a fixed rate."""
+        return 0
 
     def offer_reference(self, take: Callable[[], object]) -> None:
         """Offer the service set_reference; take: makes the next message the reference."""

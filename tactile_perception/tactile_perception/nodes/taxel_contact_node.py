@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
@@ -18,7 +18,7 @@ from .point_cloud import POINTS
 from .stage_node import StageNode
 from .taxel_stages import RESULTS, TaxelMessages
 
-_QUEUE = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # slip is told from motion: frames should not be lost
+_QUEUE = QoSProfile(depth=100)  # slip is told from motion: frames should not be lost
 
 
 class TaxelContactNode(StageNode):

@@ -9,6 +9,7 @@ from collections import deque
 from statistics import median
 
 from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health, common_values
+from tactile_driver.stamp_gaps import StampGaps
 
 _RECENT = 120
 _SILENCE_S, _WINDOW_S = 2.0, 4.0
@@ -16,10 +17,10 @@ _FEW = 3  # so many left out within the window are no news: the machine did some
 
 
 class WorkLog:
-    """Counts frames as they are done or refused; input: the topic that is processed, for the messages."""
+    """Counts frames as they are done, refused, left out or lost on their way; topic: what is processed, for the messages."""
 
     def __init__(self, topic: str):
-        self._topic = topic
+        self._topic, self._gaps = topic, StampGaps(topic)
         self.done = self.refused = self.shed = 0
         self.last_error = ''
         self._in_error = False
@@ -40,6 +41,14 @@ class WorkLog:
         """A frame had waited so long that it was left out."""
         self.shed += 1
         self._left_out.append(time.monotonic())
+
+    def arrive(self, stamp_ns: int, covered_ns: int = 0) -> None:
+        """A frame with this stamp has come, whose samples take covered_ns (0: frames come at a fixed rate)."""
+        self._gaps.add(stamp_ns, covered_ns)
+
+    def listen_anew(self) -> None:
+        """What was sent up to now is not missing: nobody listened."""
+        self._gaps.restart()
 
     def refuse(self, error: str) -> None:
         """A frame could not be used."""
@@ -62,7 +71,8 @@ class WorkLog:
         """For /diagnostics; idle: nobody subscribes; remark: something to warn of; values: more of them."""
         middle = {'time per frame (ms)': self._seconds, 'latency (ms)': self._latencies}
         shown = {**common_values('idle' if idle else 'running', self.rate, self.age, self.shed), 'frames': self.done,
-                 'refused frames': self.refused, **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
+                 'lost frames': self._gaps.lost, 'refused frames': self.refused,
+                 **{name: 1e3 * median(list(kept)) if kept else math.nan for name, kept in middle.items()},
                  'last error': self.last_error, **(values or {})}
         return Health(*self._judged(idle, remark), shown)
 
@@ -74,6 +84,7 @@ class WorkLog:
         if not self.done or self.age > _SILENCE_S:
             return WARN, f'nothing comes on {self._topic}: is its publisher running and active?'
         shed = len(_recent(self._left_out))
+        remark = self._gaps.remark or remark
         if shed > _FEW:
             share = 100 * shed / (shed + len(_recent(self._stamps)))
             remark = (f'{share:.0f} % of {self._topic} is left out: this machine is too slow; lower the rate, choose a faster method '

@@ -4,14 +4,18 @@
 request.
 """
 import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
@@ -24,7 +28,7 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # 
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
 from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
-from tactile_perception.nodes.stage_node import StageNode  # noqa: E402
+from tactile_perception.nodes.stage_node import CAMERA_QUEUE, StageNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -161,3 +165,44 @@ def test_a_node_that_is_too_slow_leaves_out_messages_says_so_and_stays_up_to_dat
     assert health.level == WARN and 'of voltages is left out' in health.message and health.values['dropped'] == node.log.shed
     steps = np.diff([sent.index(stamp) for stamp in heard[10:]])
     assert np.median(steps) <= 3 and np.mean(steps) > 1.2
+
+
+CAMERA = Path(__file__).parents[3] / 'tactile_driver/test/nodes/foreign_camera.py'
+#: what makes Fast DDS something else than it is by itself
+PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')
+
+
+class PictureNode(StageNode):
+    """Takes the images of a camera as a tracker does."""
+
+    with_camera = False
+
+    def __init__(self):
+        super().__init__('picture_node', (), ('image_raw', Image, CAMERA_QUEUE), {'contacts': Contacts})
+
+    def on_message(self, message, topics):
+        return {'contacts': Contacts(header=message.header)}
+
+
+@pytest.mark.parametrize(('skip', 'lost'), [(0, 0), (10, 15)])
+def test_images_of_another_process_without_our_profile_come_and_what_was_left_out_is_in_diagnostics(skip, lost, monkeypatch):
+    for name in PROFILES:
+        monkeypatch.delenv(name, raising=False)
+    rclpy.init(domain_id=61)
+    node, listener, executor = PictureNode(), rclpy.create_node('listener'), SingleThreadedExecutor()
+    listener.create_subscription(Contacts, 'contacts', lambda _message: None, 200)
+    reports = []
+    listener.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
+    executor.add_node(node), executor.add_node(listener)
+    camera = subprocess.Popen([sys.executable, str(CAMERA), 'reliable', 'image_raw', '150', str(skip)],
+                              env={**os.environ, 'ROS_DOMAIN_ID': '61'}, stdout=subprocess.PIPE, text=True)
+    end = time.monotonic() + 60
+    while camera.poll() is None and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown(), node.destroy_node(), listener.destroy_node()
+    rclpy.try_shutdown()
+    values = {pair.key: pair.value for pair in reports[-1].status[0].values}
+    arrived, sent = int(values['frames']) + int(values['dropped']), int(camera.stdout.read())
+    assert sent == 150 - lost and arrived >= 0.99 * sent
+    assert int(values['lost frames']) == pytest.approx(150 - arrived - bool(skip), abs=1), 'nobody sees that the very first is missing'
+    assert any(b'\1' == report.status[0].level and 'did not arrive' in report.status[0].message for report in reports) == bool(skip)

@@ -43,6 +43,21 @@ def test_a_remark_is_a_warning():
     assert log.health(False, 'taken while pressed', {'reference': 'x'}).message == 'taken while pressed'
 
 
+def test_what_does_not_arrive_is_counted_and_warned_of():
+    log, period = WorkLog('image_raw'), 33_333_333
+    log.add(0.001, 0.002)
+    for k in range(40):
+        log.arrive(10**18 + k * period)
+    assert log.health(False).level == OK and log.health(False).values['lost frames'] == 0
+    log.arrive(10**18 + 50 * period)
+    health = log.health(False)
+    assert health.values['lost frames'] == 10
+    assert health.level == WARN and health.message.startswith('22 % of image_raw did not arrive, by the gaps in its stamps')
+    log.listen_anew()
+    log.arrive(10**18 + 80 * period)
+    assert log.health(False).values['lost frames'] == 10, 'nobody listened meanwhile'
+
+
 def test_what_is_left_out_is_counted_and_warned_of_with_its_share():
     log = WorkLog('dots')
     for _ in range(30):

@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A camera driver of somebody else, in a process of its own: 640 x 480 bgr8, at 30 Hz, by the middleware's own transports.
+
+python3 foreign_camera.py RELIABILITY TOPIC FRAMES SKIP: reliable or best_effort; every SKIP-th frame is left out (0: none).
+"""
+import sys
+import time
+
+import rclpy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
+
+RATE, HEIGHT, WIDTH = 30.0, 480, 640
+
+
+def main(reliability, topic, frames, skip):
+    rclpy.init()
+    node = rclpy.create_node('foreign_camera')
+    qos = QoSProfile(depth=10, reliability=ReliabilityPolicy[reliability.upper()])
+    publisher = node.create_publisher(Image, topic, qos)
+    image = Image(height=HEIGHT, width=WIDTH, step=3 * WIDTH, encoding='bgr8', data=bytes(3 * WIDTH * HEIGHT))
+    until = time.monotonic() + 20
+    while not publisher.get_subscription_count() and time.monotonic() < until:
+        time.sleep(0.05)
+    begin = time.monotonic() + 1  # a subscription may be made anew first
+    sent = 0
+    for k in range(frames):
+        time.sleep(max(0.0, begin + k / RATE - time.monotonic()))
+        image.header.stamp.sec, image.header.stamp.nanosec = 100 + k // 30, round(k % 30 / RATE * 1e9)
+        if not skip or k % skip:
+            publisher.publish(image)
+            sent += 1
+    time.sleep(1)
+    print(sent)
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == '__main__':
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
