@@ -11,9 +11,9 @@ import numpy as np
 import yaml
 
 from .errors import BadArgument, BadFrame
+from .pixels import picture_of
 
 ENCODINGS = ('bgr8', 'mono8')
-_TO_BGR = {'rgb8': cv2.COLOR_RGB2BGR, 'bgra8': cv2.COLOR_BGRA2BGR, 'rgba8': cv2.COLOR_RGBA2BGR}
 
 
 @dataclass(frozen=True)
@@ -67,18 +67,10 @@ def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
     return Frame(image, stamp_ns, 'bgr8' if image.ndim == 3 else 'mono8')
 
 
-def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, stamp_ns: int, place: str) -> Frame:
+def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, stamp_ns: int, place: str,
+                   big_endian: bool = False) -> Frame:
     """A Frame of an Image message's bytes; size: (height, width, step in bytes). Raises BadFrame for another encoding or size."""
-    height, width, step = size
-    if encoding not in (*ENCODINGS, *_TO_BGR):
-        raise BadFrame(f'{place} has encoding {encoding!r}; usable are {", ".join((*ENCODINGS, *_TO_BGR))}; it is skipped')
-    channels = 1 if encoding == 'mono8' else 4 if encoding in ('bgra8', 'rgba8') else 3
-    if height * width == 0 or step < width * channels or len(data) != height * step:
-        raise BadFrame(f'{place}: {len(data)} bytes do not make {width} x {height} {encoding} with {step} bytes a row; it is skipped')
-    image = np.asarray(data, np.uint8).reshape(height, step)[:, :width * channels].reshape(height, width, channels)
-    if encoding in _TO_BGR:
-        image = cv2.cvtColor(image, _TO_BGR[encoding])
-    return frame_of(image, place, stamp_ns)
+    return frame_of(picture_of(data, size, encoding, big_endian, place), place, stamp_ns)
 
 
 def as_encoding(frame: Frame, encoding: str) -> np.ndarray:

@@ -40,10 +40,9 @@ def test_bytes_with_padded_rows_and_swapped_colours():
     assert frame.image.tolist() == [[[3, 2, 1]] * 3] * 2
 
 
-@pytest.mark.parametrize(('size', 'encoding', 'length'), [((2, 3, 9), 'yuv422', 18), ((2, 3, 9), 'bgr8', 17), ((2, 3, 8), 'bgr8', 16),
-                                                          ((0, 3, 9), 'bgr8', 0)])
+@pytest.mark.parametrize(('size', 'encoding', 'length'), [((2, 3, 9), 'nv12', 18), ((2, 3, 9), 'bgr8', 17), ((0, 3, 9), 'bgr8', 0)])
 def test_bytes_that_make_no_image(size, encoding, length):
-    with pytest.raises(BadFrame, match='skipped'):
+    with pytest.raises(BadFrame, match='here'):
         frame_of_bytes(np.zeros(length, np.uint8), size, encoding, 0, 'here')
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From frames and arrays to messages."""
+"""Between messages and what drivers work with: frames, arrays, stamps."""
 from __future__ import annotations
 
 from array import array
@@ -11,13 +11,28 @@ from geometry_msgs.msg import Point, Point32, Polygon, Vector3
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
-from ..frame import CameraCalibration, Frame, as_encoding
+from ..errors import BadFrame
+from ..frame import CameraCalibration, Frame, as_encoding, frame_of_bytes
 from ..sources.pacing import NS
 
 
 def header_of(stamp_ns: int, frame_id: str) -> Header:
     """A header with the stamp stamp_ns, ns."""
     return Header(stamp=Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS), frame_id=frame_id)
+
+
+def stamp_ns_of(header: Header) -> int:
+    """The header's stamp, ns. Raises BadFrame for one that is no time: before 1970, or with a second or more of nanoseconds."""
+    stamp = header.stamp
+    if stamp.sec < 0 or stamp.nanosec >= NS:
+        raise BadFrame(f'stamp {stamp.sec} s + {stamp.nanosec} ns is no time; whoever publishes has to stamp with a clock from 1970 on')
+    return stamp.sec * NS + stamp.nanosec
+
+
+def frame_of_message(message: Image, place: str) -> Frame:
+    """The Frame of an Image, whatever anybody has put into it; place: names it in messages. Raises BadFrame where it makes none."""
+    size = message.height, message.width, message.step
+    return frame_of_bytes(message.data, size, message.encoding, stamp_ns_of(message.header), place, bool(message.is_bigendian))
 
 
 def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:

@@ -11,11 +11,12 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 
 from ..errors import BadArgument
-from ..frame import CameraCalibration, Frame, frame_of_bytes
+from ..frame import CameraCalibration, Frame
 from ..sources.pacing import NS
 from ..sources.protocol import NothingYet
 from ..stamp_gaps import StampGaps
 from .adaptive_subscription import AdaptiveSubscription
+from .conversions import frame_of_message
 
 _MOMENT_S = 0.1
 _LONGEST_QUEUE = 4
@@ -47,9 +48,7 @@ class TopicSource:
             if not self._arrived.wait_for(lambda: self._queue, _MOMENT_S):
                 raise NothingYet
             message = self._queue.popleft()
-        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec
-        size = message.height, message.width, message.step
-        return frame_of_bytes(message.data, size, message.encoding, stamp, f'the image of {self._topic} at {stamp} ns')
+        return frame_of_message(message, f'the image of {self._topic}')
 
     def _subscribe(self, wanted: bool) -> None:
         if wanted and self._image is None:

@@ -114,7 +114,8 @@ class BagSource:
         if name == _COMPRESSED:
             data = np.asarray(message.data, np.uint8)
             return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, place, stamp)
-        return frame_of_bytes(message.data, (message.height, message.width, message.step), message.encoding, stamp, place)
+        size = message.height, message.width, message.step
+        return frame_of_bytes(message.data, size, message.encoding, stamp, place, bool(message.is_bigendian))
 
     def close(self) -> None:
         """Close the bag."""

@@ -7,10 +7,10 @@ from array import array
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from cv_bridge import CvBridge, CvBridgeError
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
 from sensor_msgs.msg import CameraInfo, Image
-from tactile_driver.nodes.conversions import point, polygon, vector
+from tactile_driver.nodes.conversions import point, polygon, stamp_ns_of, vector
+from tactile_driver.pixels import picture_of
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
 from ..contact.contacts import ContactEstimate
@@ -18,32 +18,22 @@ from ..contact.region import ContactRegionEstimate
 from ..contact.slip import SlipEstimate
 from ..dots import dots
 from ..errors import BadFrame
+from .checks import check_dots
 from .point_cloud import points_to_message
 
-_COLOUR = ('bgr8', 'rgb8', 'bgra8', 'rgba8', 'yuv422', 'yuv422_yuy2')
-_GREY = ('mono8', 'mono16')
-_BRIDGE = CvBridge()
+#: What plumb_bob numbers may be: a lens beyond is none, and its numbers overflow on the way through the algorithms.
+_SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
+_NO_DISTORTION = 1e-12  # less bends no ray, and divides by nearly zero
 
 
 def image_to_array(message: Image) -> np.ndarray:
     """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one. Raises BadFrame for an encoding or size that cannot be used."""
-    if message.encoding not in _COLOUR + _GREY:
-        raise BadFrame(
-            f'image: encoding {message.encoding!r} is not supported; the driver has to publish one of {", ".join(_COLOUR + _GREY)}'
-        )
-    if message.height * message.step != len(message.data) or not message.height * message.width:
-        raise BadFrame(
-            f'image: {message.height} rows of {message.step} bytes do not make the {len(message.data)} bytes of data; the frame is cut'
-        )
-    try:
-        return _BRIDGE.imgmsg_to_cv2(message, 'mono8' if message.encoding in _GREY else 'bgr8')
-    except (CvBridgeError, ValueError, TypeError) as error:
-        raise BadFrame(f'image: {message.width} x {message.height} {message.encoding} cannot be decoded: {error}') from error
+    return picture_of(message.data, (message.height, message.width, message.step), message.encoding, bool(message.is_bigendian), 'image')
 
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
     """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another
-    model.
+    model, and for numbers that are no camera.
     """
     matrix = np.array(message.k, float).reshape(3, 3)
     if not matrix.any():
@@ -52,13 +42,28 @@ def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None
         raise BadFrame(f'camera_info: distortion model {message.distortion_model!r} is not supported; use plumb_bob')
     if len(message.d) > 5:
         raise BadFrame(f'camera_info: {len(message.d)} distortion coefficients; plumb_bob has 5')
+    _check_camera(matrix, np.asarray(message.d, float))
     distortion = np.zeros(5)
     distortion[:len(message.d)] = message.d
+    distortion[np.abs(distortion) < _NO_DISTORTION] = 0.0
     return matrix, distortion
 
 
+def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
+    """Raise BadFrame unless K (3, 3) and plumb_bob coefficients are those of a camera; NaN is none."""
+    focus, middle = matrix[[0, 1], [0, 1]], matrix[:2, 2]
+    rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
+    if not ((focus >= _SHORTEST_FOCUS) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
+            or rest.tolist() != [0, 0, 0, 0, 1]:
+        raise BadFrame(f'camera_info: k {matrix.ravel().tolist()} is not of a camera, [fx 0 cx, 0 fy cy, 0 0 1] in px with fx and fy from '
+                       f'{_SHORTEST_FOCUS:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
+    if not (np.abs(distortion) <= _STRONGEST_DISTORTION).all():
+        raise BadFrame(f'camera_info: distortion {distortion.tolist()} is none; calibrate the camera')
+
+
 def stamp_seconds(header) -> float:
-    """A header's stamp, s."""
+    """A header's stamp, s. Raises BadFrame for one that is no time."""
+    stamp_ns_of(header)
     return header.stamp.sec + 1e-9 * header.stamp.nanosec
 
 
@@ -79,15 +84,9 @@ def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
 
 
 def tracks_from_message(message: DotTracks) -> dots.DotTracks:
-    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame where arrays differ in length."""
+    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that are none."""
+    check_dots(message)
     count = len(message.id)
-    for name in ('u', 'v', 'area', 'du', 'dv'):
-        if len(getattr(message, name)) != count:
-            raise BadFrame(
-                f'dots: {name} has {len(getattr(message, name))} entries, id has {count}; whoever publishes dots has to fill both alike'
-            )
-    if {len(message.x), len(message.y), len(message.z)} not in ({0}, {count}):
-        raise BadFrame(f'dots: x, y, z have {len(message.x)}, {len(message.y)}, {len(message.z)} entries, id has {count}')
     columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
     xyz = np.column_stack([columns['x'], columns['y'], columns['z']]) if count and len(message.x) else None
     return dots.DotTracks(message.rows, message.columns, np.asarray(message.id, np.int64), np.column_stack([columns['u'], columns['v']]),

@@ -10,21 +10,20 @@ from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from ..contact.contacts import ContactEstimate
 from ..contact.region import ContactRegionEstimate
 from ..contact.slip import SlipEstimate
-from ..errors import BadFrame
+from .checks import check_contacts, check_region, check_slip, check_wrench
 
 
 def contacts_from_message(message: Contacts) -> list[ContactEstimate]:
-    """The contacts; which dots belong to each, which the message does not carry, is empty."""
+    """The contacts; which dots belong to each, which the message does not carry, is empty. Raises BadFrame for numbers that are none."""
+    check_contacts(message)
     return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3),
                             c.flags, np.zeros(0, bool)) for c in message.contacts]
 
 
 def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
-    """The region. Raises BadFrame where dots and their states differ in number, or a state is none."""
+    """The region. Raises BadFrame where dots and their states differ in number, a state or an outline is none, or a number is infinite."""
+    check_region(message)
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
-    if len(ids) != len(states) or (states > ContactRegion.SLIPPING).any():
-        raise BadFrame(f'contact_region: {len(ids)} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both arrays have to '
-                       'run in parallel')
     turn = message.motion.rotation
     return ContactRegionEstimate(ids, states, [_loop(loop) for loop in message.outlines], [_loop(loop) for loop in message.holes],
                                  message.area, _xyz(message.centroid), _xyz(message.normal), message.orientation, message.major_axis,
@@ -33,16 +32,16 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
 
 
 def slip_from_message(message: Slip) -> SlipEstimate:
-    """The slip. Raises BadFrame for a state that is none."""
-    if message.state > Slip.GROSS:
-        raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
+    """The slip. Raises BadFrame for a state that is none, arrays that are not in parallel, or an infinite number."""
+    check_slip(message)
     places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),
                         _xyz(message.rotation_center), *places)
 
 
 def wrench_from_message(message: WrenchStamped) -> np.ndarray:
-    """(6,) N and N m."""
+    """(6,) N and N m. Raises BadFrame for an infinite number."""
+    check_wrench(message)
     return np.concatenate([_xyz(message.wrench.force), _xyz(message.wrench.torque)])
 
 

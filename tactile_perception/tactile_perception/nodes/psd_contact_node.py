@@ -3,7 +3,6 @@
 """psd_contact_node: voltages of a PSD finger -> contacts, with the reference and its service."""
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Collection
 
@@ -17,6 +16,7 @@ from .psd_stages import PsdMessages
 from .stage_node import StageNode
 
 _QUEUE = QoSProfile(depth=200)  # a second of blocks: every sample counts
+_LONGEST_S = 3600.0  # of a block: more is no sample_period
 
 
 class PsdContactNode(StageNode):
@@ -33,10 +33,14 @@ class PsdContactNode(StageNode):
         """The contacts of one block."""
         return {'contacts': self.messages.on_voltages(message)}
 
+    def begin_anew(self) -> None:
+        """See StageNode."""
+        self.messages.begin_anew()
+
     def covered_ns(self, message: PsdVoltages) -> int:
         """Blocks are as long as the driver makes them; 0 where sample_period tells nothing."""
         seconds = len(message.voltages) / 4 * message.sample_period
-        return round(seconds * 1e9) if math.isfinite(seconds) and seconds > 0 else 0
+        return round(seconds * 1e9) if 0 < seconds < _LONGEST_S else 0
 
     def remarks(self) -> tuple[str, dict]:
         """Whether outputs can be trusted."""

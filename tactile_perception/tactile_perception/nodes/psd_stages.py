@@ -3,6 +3,7 @@
 """The PSD finger's stage from message to message: what psd_contact_node computes, process_bag computes by the same lines."""
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -19,6 +20,8 @@ from ..psd.model import FingerModel
 from . import conversions as convert
 
 _NS = 1_000_000_000
+_SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: no converter is faster, and a touch may be over between two that are further apart
+_LAST_S = 2**31 - 1  # of the seconds of a stamp, an int32
 
 
 class PsdMessages:
@@ -35,21 +38,36 @@ class PsdMessages:
 
         Raises BadFrame for a block that cannot be used.
         """
-        if len(message.voltages) % 4 or not len(message.voltages):
-            raise BadFrame(f'{len(message.voltages)} voltages; there are four a sample: the driver has to publish whole ones')
+        check_block(message)
         stamp_s = convert.stamp_seconds(message.header)
-        if self._clock.begins_anew(stamp_s):
-            self.stage = PsdStage(self._model, self._values)
         volts = np.frombuffer(message.voltages, np.float32).reshape(-1, 4)
-        return [contacts_message(touches, later(message.header, k * message.sample_period if k else 0.0))
-                for k, touches in self.stage.process(volts, stamp_s, message.sample_period)]
+        with self._clock.at(stamp_s) as anew:
+            if anew:
+                self.begin_anew()
+            found = self.stage.process(volts, stamp_s, message.sample_period)
+        return [contacts_message(touches, later(message.header, k * message.sample_period if k else 0.0)) for k, touches in found]
+
+    def begin_anew(self) -> None:
+        """Forget all earlier samples."""
+        self.stage = PsdStage(self._model, self._values)
+
+
+def check_block(message: PsdVoltages) -> None:
+    """Raise BadFrame for voltages that are no whole samples, a period that is none, and samples beyond the end of all stamps."""
+    count, period_s = len(message.voltages), message.sample_period
+    if count % 4 or not count:
+        raise BadFrame(f'{count} voltages; there are four a sample: the driver has to publish whole ones')
+    if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
+        raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} (NaN only for a single sample)')
+    if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
+        raise BadFrame(f'stamp {message.header.stamp.sec} s is at the end of all stamps; whoever publishes has to stamp with a clock')
 
 
 def later(header: Header, seconds: float) -> Header:
     """The header, s later."""
     if not seconds:
         return header
-    stamp = header.stamp.sec * _NS + header.stamp.nanosec + round(seconds * _NS)
+    stamp = convert.stamp_ns_of(header) + round(seconds * _NS)
     return Header(frame_id=header.frame_id, stamp=Time(sec=stamp // _NS, nanosec=stamp % _NS))
 
 

@@ -3,6 +3,7 @@
 """What the processing nodes share: messages in, results out, only while somebody subscribes to them."""
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Collection, Sequence
 
@@ -13,17 +14,18 @@ from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.host import Host
+from tactile_driver.nodes.last_net import LastNet, guard_services
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
 
 from ..errors import BadArgument, ClockSetBack, TactileError
-from .conversions import stamp_seconds
+from .conversions import stamp_ns_of, stamp_seconds
 from .shedding import LONGEST_S, Shedding
 from .work_log import WorkLog
 
 _PATIENCE_S = 5.0
 _STALE_S = 2.0
-_NS = 1_000_000_000
+_CALM_S = 1.0  # since the last refused frame: the next one is news
 #: of images and camera_info: what comes at once where a part that was lost has been sent again
 CAMERA_QUEUE = QoSProfile(depth=10)
 
@@ -50,12 +52,14 @@ class StageNode(Node):
         self._source, self._inputs, self._shedding = source, [], Shedding(self.patience_s)
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
-        self.say = SayOnce(self)
+        self.say, self.net = SayOnce(self), LastNet(self)
+        self._refused_s = -math.inf
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched), self._follow_demand)
             for topic, kind in results.items()}
         self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
+        guard_services(self)
         self._follow_demand()
 
     @property
@@ -82,19 +86,31 @@ class StageNode(Node):
 
     def _take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
         with self._host.lock:
-            try:
-                self.stage.on_camera_info(message)
-            except TactileError as error:
-                self._refuse(error)
+            self._try(lambda: self.stage.on_camera_info(message), 'camera_info')
 
     def _take(self, message, received_ns: int) -> None:
         with self._host.lock:
-            stamp_ns = message.header.stamp.sec * _NS + message.header.stamp.nanosec
-            self.log.arrive(stamp_ns, self.covered_ns(message))
-            if self._shedding.is_late(stamp_ns, received_ns, time.time_ns()):
-                self.log.leave_out()
-            else:
-                self._process(message)
+            self._try(lambda: self._process_in_time(message, received_ns), self._source[0])
+
+    def _try(self, work: Callable[[], None], topic: str) -> None:
+        """Whatever somebody has sent: it is done, or counted and told."""
+        try:
+            work()
+        except TactileError as error:
+            self._refuse(error)
+        except Exception as error:
+            if not self.context.ok():  # ROS ends
+                raise
+            self.log.refuse(self.net.catch(error, topic))
+            self.begin_anew()
+
+    def _process_in_time(self, message, received_ns: int) -> None:
+        stamp_ns = stamp_ns_of(message.header)
+        self.log.arrive(stamp_ns, self.covered_ns(message))
+        if self._shedding.is_late(stamp_ns, received_ns, time.time_ns()):
+            self.log.leave_out()
+        elif not self._is_early():
+            self._process(message)
 
     def _is_early(self) -> bool:
         """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
@@ -104,23 +120,18 @@ class StageNode(Node):
         return time.monotonic() - self._first_s < _PATIENCE_S
 
     def _process(self, message) -> None:
-        if self._is_early():
-            return
         begin = time.perf_counter()
-        try:
-            results = self.on_message(message, self._wanted_topics())
-        except TactileError as error:
-            self._refuse(error)
-            return
-        for topic, result in results.items():
+        for topic, result in self.on_message(message, self._wanted_topics()).items():
             for part in result if isinstance(result, list) else [result]:
                 self._outputs[topic].publish(part)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
-        self.say.forget('frame')
+        if time.monotonic() - self._refused_s > _CALM_S:
+            self.say.forget('frame')
         self._follow_demand()
 
     def _refuse(self, error: TactileError) -> None:
+        self._refused_s = time.monotonic()
         self.log.refuse(str(error))
         if isinstance(error, ClockSetBack):
             self.get_logger().info(str(error), once=True)  # a recording in a loop does it again and again, and nothing is wrong
@@ -133,6 +144,10 @@ class StageNode(Node):
         Raises TactileError for a message that cannot be used.
         """
         raise NotImplementedError
+
+    def begin_anew(self) -> None:
+        """Forget all earlier messages: one of them has met a defect of this software."""
+        self.stage.begin_anew()
 
     def covered_ns(self, message) -> int:
         """The time that the samples of a message take, ns; 0 where messages come at a fixed rate."""
@@ -170,4 +185,4 @@ class StageNode(Node):
     def _examine(self) -> Health:
         with self._host.lock:
             remark, values = self.remarks()
-            return self.log.health(not self.wanted, remark, values)
+            return self.log.health(not self.wanted, remark, {**values, 'defects met': self.net.caught})

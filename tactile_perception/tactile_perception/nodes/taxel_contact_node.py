@@ -40,6 +40,10 @@ class TaxelContactNode(StageNode):
         """The contact that one image shows."""
         return self.messages.on_image(message, topics)
 
+    def begin_anew(self) -> None:
+        """See StageNode."""
+        self.messages.begin_anew()
+
     def remarks(self) -> tuple[str, dict]:
         """Whether the reference can be trusted."""
         baseline = self.messages.estimator.baseline
@@ -59,6 +63,8 @@ class TaxelContactNode(StageNode):
                 self.messages.on_transforms(message)
             except BadFrame as error:
                 self.say.warning('transform', str(error))
+            except Exception as error:
+                self.net.catch(error, 'tf')
 
 
 def main(args: list[str] | None = None) -> None:

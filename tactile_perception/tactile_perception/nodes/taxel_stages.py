@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image
+from tactile_driver.pixels import GREY, pixels_of
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 from tf2_msgs.msg import TFMessage
 
@@ -19,20 +20,12 @@ from . import conversions as convert
 from .point_cloud import POINTS
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
-_TYPES = {'mono8': np.dtype(np.uint8), 'mono16': np.dtype(np.uint16)}
 
 
 def taxel_values(message: Image) -> np.ndarray:
     """(rows, columns) uint8 or uint16 of an Image, a pixel a taxel. Raises BadFrame for another encoding or a cut frame."""
-    if message.encoding not in _TYPES:
-        raise BadFrame(f'taxel image: encoding {message.encoding!r} is not supported; the driver has to publish one of {", ".join(_TYPES)}')
-    kind = _TYPES[message.encoding].newbyteorder('>' if message.is_bigendian else '<')
-    width = message.width * kind.itemsize
-    if message.height * message.step != len(message.data) or message.step < width or not message.height * message.width:
-        raise BadFrame(f'taxel image: {len(message.data)} bytes do not make {message.height} rows of {message.width} {message.encoding} '
-                       f'with {message.step} bytes a row; the frame is cut')
-    rows = np.frombuffer(message.data, np.uint8).reshape(message.height, message.step)[:, :width]
-    return np.ascontiguousarray(rows).view(kind)
+    size = message.height, message.width, message.step
+    return pixels_of(message.data, size, message.encoding, bool(message.is_bigendian), 'taxel image', GREY)
 
 
 class TaxelMessages:
@@ -48,11 +41,17 @@ class TaxelMessages:
         """Topic -> message under the image's header, for the topics asked for. Raises BadFrame for an image that cannot be used."""
         values = taxel_values(message)
         stamp_s = convert.stamp_seconds(message.header)
-        if self._clock.begins_anew(stamp_s):
-            self.estimator = taxel_estimator(self._values)
-            self._placed = -1, ''
-        self._place_object(message.header.frame_id)
-        return convert.results_to_messages(self.estimator.process(values, stamp_s), message.header, topics)
+        with self._clock.at(stamp_s) as anew:
+            if anew:
+                self.begin_anew()
+            self._place_object(message.header.frame_id)
+            result = self.estimator.process(values, stamp_s)
+        return convert.results_to_messages(result, message.header, topics)
+
+    def begin_anew(self) -> None:
+        """Forget all earlier frames."""
+        self.estimator = taxel_estimator(self._values)
+        self._placed = -1, ''
 
     def on_transforms(self, message: TFMessage) -> None:
         """Take where frames are. Raises BadFrame for a transform that is none, after the others of the message are taken."""

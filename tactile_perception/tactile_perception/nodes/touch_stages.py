@@ -44,8 +44,10 @@ class TouchMessages(CameraSide):
 
     def on_dots(self, message: DotTracks, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
+        tracks = convert.tracks_from_message(message)
+        self.take_camera_of(tracks)
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the markers\' places need a calibrated camera')
-        stamp_s = self.stamp_of(message)
-        result = self.stage.process(convert.tracks_from_message(message), stamp_s)
+        with self.stamp_of(message) as stamp_s:
+            result = self.stage.process(tracks, stamp_s)
         return convert.results_to_messages(result, message.header, topics)

@@ -95,12 +95,13 @@ class DotMessages(_TouchpadSide):
         """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
         if self.needs_camera:
             raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
+        image = convert.image_to_array(message)
+        self.take_camera(lambda size: not any(size) or size == image.shape[1::-1])
         if self.stage is None:
             self.stage = self.make_stage(None, None)
-        image = convert.image_to_array(message)
         self.check_size(image)
-        stamp_s = self.stamp_of(message)
-        tracks = self.stage.process(image, stamp_s)
+        with self.stamp_of(message) as stamp_s:
+            tracks = self.stage.process(image, stamp_s)
         return convert.tracks_to_message(tracks, message.header)
 
 
@@ -114,8 +115,10 @@ class ContactMessages(_TouchpadSide):
 
     def on_dots(self, message: DotTracks, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
         """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
+        tracks = convert.tracks_from_message(message)
+        self.take_camera_of(tracks)
         if self.stage is None:
             raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
-        stamp_s = self.stamp_of(message)
-        result = self.stage.process(convert.tracks_from_message(message), stamp_s)
+        with self.stamp_of(message) as stamp_s:
+            result = self.stage.process(tracks, stamp_s)
         return convert.results_to_messages(result, message.header, topics)

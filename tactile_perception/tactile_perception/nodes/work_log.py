@@ -13,7 +13,7 @@ from tactile_driver.stamp_gaps import StampGaps
 
 _RECENT = 120
 _SILENCE_S, _WINDOW_S = 2.0, 4.0
-_FEW = 3  # so many left out within the window are no news: the machine did something else for a moment
+_FEW = 3  # so many left out, or refused, within the window are no news: the machine did something else for a moment
 
 
 class WorkLog:
@@ -26,6 +26,7 @@ class WorkLog:
         self._in_error = False
         self._stamps: deque[float] = deque(maxlen=_RECENT)
         self._left_out: deque[float] = deque(maxlen=_RECENT)
+        self._bad: deque[float] = deque(maxlen=_RECENT)
         self._seconds: deque[float] = deque(maxlen=_RECENT)
         self._latencies: deque[float] = deque(maxlen=_RECENT)
 
@@ -53,6 +54,7 @@ class WorkLog:
     def refuse(self, error: str) -> None:
         """A frame could not be used."""
         self.refused += 1
+        self._bad.append(time.monotonic())
         self.last_error = error
         self._in_error = True
 
@@ -83,10 +85,12 @@ class WorkLog:
             return ERROR, self.last_error
         if not self.done or self.age > _SILENCE_S:
             return WARN, f'nothing comes on {self._topic}: is its publisher running and active?'
-        shed = len(_recent(self._left_out))
         remark = self._gaps.remark or remark
+        shed, bad, done = (len(_recent(times)) for times in (self._left_out, self._bad, self._stamps))
+        if bad > _FEW:
+            remark = f'{100 * bad / (bad + done):.0f} % of {self._topic} is refused: {self.last_error}'
         if shed > _FEW:
-            share = 100 * shed / (shed + len(_recent(self._stamps)))
+            share = 100 * shed / (shed + done)
             remark = (f'{share:.0f} % of {self._topic} is left out: this machine is too slow; lower the rate, choose a faster method '
                       'or end what else it does')
         return (WARN, remark) if remark else (OK, f'{self.rate:.1f} Hz')

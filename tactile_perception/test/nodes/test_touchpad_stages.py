@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """From message to message: what nodes and process_bag both run."""
+import contextlib
 import copy
 
 import numpy as np
@@ -71,18 +72,37 @@ def test_without_a_surface_dots_need_no_camera(ball_messages):
     assert len(message.id) > 515 and len(message.x) == 0
 
 
-def test_the_same_camera_info_changes_nothing_another_begins_anew(ball_messages):
+def test_the_same_camera_info_changes_nothing_another_begins_anew_with_the_next_image(ball_messages):
     info, images, values, _ = ball_messages
     dots = DotMessages(values)
     dots.on_camera_info(info)
-    stage = dots.stage
-    later = copy.deepcopy(info)
+    dots.on_image(images[0])
+    stage, later = dots.stage, copy.deepcopy(info)
     later.header.stamp.sec += 5
     dots.on_camera_info(later)
+    dots.on_image(images[1])
     assert dots.stage is stage
     later.k = np.where(np.arange(9) == 2, later.k + 1, later.k)
     dots.on_camera_info(later)
+    assert dots.stage is stage, 'nothing of it has come yet'
+    dots.on_image(images[2])
     assert dots.stage is not stage
+
+
+@pytest.mark.parametrize('stray', [{'width': 320, 'height': 240}, {'k': np.zeros(9)}, {'k': np.zeros(9), 'width': 0, 'height': 0}])
+def test_a_stray_camera_info_among_good_ones_changes_nothing(ball_messages, stray):
+    info, images, values, _ = ball_messages
+    dots, stages = DotMessages(values), []
+    other = copy.deepcopy(info)
+    for name, value in stray.items():
+        setattr(other, name, value)
+    dots.on_camera_info(info)
+    for image in images:
+        dots.on_image(image)
+        stages.append(dots.stage)
+        with pytest.raises(BadFrame, match='not calibrated') if 'k' in stray else contextlib.nullcontext():
+            dots.on_camera_info(other)
+    assert len(set(map(id, stages))) == 1
 
 
 def test_images_have_to_be_of_camera_infos_size(ball_messages):

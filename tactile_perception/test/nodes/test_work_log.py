@@ -69,3 +69,12 @@ def test_what_is_left_out_is_counted_and_warned_of_with_its_share():
         log.leave_out()
     health = log.health(False)
     assert health.level == WARN and health.message.startswith('25 % of dots is left out') and health.values['dropped'] == 10
+
+
+def test_frames_that_are_refused_between_good_ones_are_warned_of_with_their_share():
+    log = WorkLog('dots')
+    for _ in range(10):
+        log.refuse('dots: a number stands twice in id')
+        log.add(0.001, 0.002)
+    health = log.health(False)
+    assert health.level == WARN and health.message == '50 % of dots is refused: dots: a number stands twice in id'

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from tactile_perception.errors import ClockSetBack
+from tactile_perception.errors import BadFrame, ClockSetBack
 from tactile_perception.pipeline.clock import StampClock
 
 
@@ -28,11 +28,43 @@ def test_one_stamp_from_the_past_changes_nothing(clock):
         clock.begins_anew(4.0)
 
 
-def test_one_stamp_from_the_future_costs_two_frames(clock):
-    assert not clock.begins_anew(1e6)
-    with pytest.raises(ClockSetBack):
-        clock.begins_anew(105.0)
-    assert clock.begins_anew(105.1)
+def test_one_stamp_from_the_future_changes_nothing(clock):
+    for stamp in (1e6, 2e9, 3e5):
+        with pytest.raises(ClockSetBack, match='ahead'):
+            clock.begins_anew(stamp)
+    assert not clock.begins_anew(105.0)
+    with pytest.raises(ClockSetBack, match='ahead'):
+        clock.begins_anew(1e6)
+
+
+def test_a_sensor_that_has_rested_for_an_hour_goes_on_with_its_second_frame(clock):
+    with pytest.raises(ClockSetBack, match='ahead'):
+        clock.begins_anew(4000.0)
+    assert [clock.begins_anew(t) for t in (4000.1, 4000.2)] == [False, False]
+
+
+def test_stamps_anywhere_in_the_past_do_not_begin_anew(clock):
+    for stamp in (-1e9, 3.0, -1e6):
+        with pytest.raises(ClockSetBack):
+            clock.begins_anew(stamp)
+    assert not clock.begins_anew(105.0)
+
+
+def test_a_frame_that_is_refused_leaves_no_stamp(clock):
+    for error in (BadFrame, IndexError):
+        with pytest.raises(error), clock.at(2000.0) as anew:
+            assert not anew
+            raise error('the picture is black')
+    with clock.at(105.0) as anew:
+        assert not anew
+    with pytest.raises(ClockSetBack), clock.at(50.0):
+        pass
+    for _ in range(2):
+        with pytest.raises(BadFrame), clock.at(50.1) as anew:
+            assert anew
+            raise BadFrame('the picture is black')
+    with clock.at(50.1) as anew:
+        assert anew
 
 
 @pytest.mark.parametrize('stamp', [104.9, math.nan, math.inf])
