@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 from tactile_driver.frame import Frame
@@ -11,6 +12,8 @@ from tactile_driver.nodes.conversions import header_of, image_to_message
 from tactile_driver.nodes.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.taxel_scene import open_taxel_scene
 from tactile_perception.offline.message_bag import write_messages
+
+from .introduction import introduction, place
 
 SENSOR_TYPE = 'taxel_array'
 _SECOND_NS = 10**9
@@ -22,7 +25,11 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     Raises BadArgument for an unknown scene or a bag that exists.
     """
     scene = open_taxel_scene(name, rate, seed)
-    write_messages(path, namespace, _messages(scene, rate, namespace))
+    pad = scene.specimen
+    told = introduction(_SECOND_NS, SENSOR_TYPE, namespace, {'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
+                                                             'height': pad.rows, 'encoding': 'mono8'},
+                        [place(namespace, 'taxels', (0.0, 0.0, -pad.thickness))])
+    write_messages(path, namespace, chain(told, _messages(scene, rate, namespace)))
     return scene.frames
 
 

@@ -4,14 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
+import cv2
 from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.scene import TwoCameraScene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
 from tactile_perception.offline.message_bag import write_messages
+
+from .introduction import camera_pose, introduction, place
 
 _FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
 _SECOND_NS = 10**9
@@ -24,8 +28,20 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
     """
     scene = _open(name, rate, seed)
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
-    write_messages(path, namespace, (found for number in range(count) for found in _messages(scene, number, numbers, namespace)))
+    told = _introduction(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
+    frames_of = chain.from_iterable(_messages(scene, number, numbers, namespace) for number in range(count))
+    write_messages(path, namespace, chain(told, frames_of))
     return count
+
+
+def _introduction(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
+    """Description and the cameras' places."""
+    two = isinstance(scene, TwoCameraScene)
+    cameras = dict(zip(('left_camera', 'right_camera'), scene.cameras)) if two else {'camera': scene.camera}
+    places = [place(frame_id, name, *camera_pose(cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation))
+              for name, camera in cameras.items()]
+    size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
+    return introduction(_FIRST_NS, scene.sensor, frame_id, {**about, **size, 'encoding': 'bgr8'}, places)
 
 
 def _open(name: str, rate: float, seed: int):

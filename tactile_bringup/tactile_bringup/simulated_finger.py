@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,11 @@ from tactile_driver.nodes.conversions import header_of
 from tactile_driver.nodes.ground_truth import TouchNumbers, contacts_message
 from tactile_driver.nodes.voltage_stream import instants, voltages_message
 from tactile_driver.samples import SampleBlock
+from tactile_driver.simulation.psd_finger import COVER_RADIUS
 from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_perception.offline.message_bag import write_messages
+
+from .introduction import introduction, place
 
 SENSOR_TYPE = 'psd_finger'
 _SECOND_NS = 10**9
@@ -25,7 +29,9 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     Raises BadArgument for an unknown scene or a bag that exists.
     """
     scene = open_psd_scene(name, rate, seed)
-    write_messages(path, namespace, _messages(scene, rate, namespace))
+    told = introduction(_SECOND_NS, SENSOR_TYPE, namespace, {'scene': name, 'seed': seed, 'rate': rate},
+                        [place(namespace, 'tip', (0.0, 0.0, COVER_RADIUS))])
+    write_messages(path, namespace, chain(told, _messages(scene, rate, namespace)))
     return scene.samples
 
 

@@ -5,9 +5,13 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
+from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from rosbags.interfaces import QosDurability, QosReliability  # noqa: E402
+from rosbags.rosbag2 import Reader  # noqa: E402
 from tactile_bringup.simulate import main  # noqa: E402
 from tactile_driver.nodes.ground_truth import TRUTH  # noqa: E402
 from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.offline.process_bag import main as process_bag  # noqa: E402
 
 
 def topics(path):
@@ -28,6 +32,20 @@ def test_each_kind_of_sensor_with_its_truth(tmp_path, capsys):
     assert topics(tmp_path / 'pad')['/taxel_array/image_raw'] == 15
     assert main(['psd_finger', 'rest', str(tmp_path / 'finger'), '--rate', '100']) == 0
     assert topics(tmp_path / 'finger')['/psd_finger/voltages'] == 1000
+
+
+def test_descriptions_and_frames_go_with_a_recording_as_ros2_bag_play_will_offer_them(tmp_path):
+    bag, params = tmp_path / 'pad', get_package_share_directory('tactile_bringup') + '/params/taxel_array_sim.yaml'
+    assert main(['taxel_array', 'rest', str(bag), '--rate', '5']) == 0
+    assert process_bag([str(bag), str(tmp_path / 'estimates'), '--params', params]) == 0
+    latched, passing = (QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL), (QosReliability.RELIABLE, QosDurability.VOLATILE)
+    for path, raw in ((bag, '/taxel_array/image_raw'), (tmp_path / 'estimates', '/taxel_array/contacts')):
+        with Reader(path) as reader:
+            found = {connection.topic: [(qos.reliability, qos.durability) for qos in connection.ext.offered_qos_profiles]
+                     for connection in reader.connections}
+            assert reader.ros_distro == 'jazzy'
+        assert found['/taxel_array/description'] == found['/tf_static'] == [latched] and found[raw] == [passing]
+        assert topics(path)['/taxel_array/description'] == topics(path)['/tf_static'] == 1
 
 
 def test_what_is_wrong_is_said_in_one_line(tmp_path, capsys):

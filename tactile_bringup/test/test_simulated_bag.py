@@ -4,6 +4,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
@@ -33,6 +34,11 @@ def stamp_ns(message):
 def test_one_camera_with_truth(tmp_path):
     assert write_scene(tmp_path / 'bag', 'areal_single_press', 1.0, seed=4, namespace='sheet', frames=4) == 4
     found, scene = messages_of(tmp_path / 'bag'), open_scene('areal_single_press', 1.0, seed=4)
+    about, tree = yaml.safe_load(found.pop('/sheet/description')[0].data), found.pop('/tf_static')[0].transforms
+    assert about['sensor_type'] == 'areal_single' and about['source'] == 'sim' and (about['width'], about['height']) == (640, 480)
+    assert [(told.header.frame_id, told.child_frame_id, stamp_ns(told)) for told in tree] == [('sheet', 'sheet_camera', 10**9)]
+    moved = tree[0].transform.translation
+    np.testing.assert_allclose([moved.x, moved.y, moved.z], scene.camera.centre, atol=1e-12)
     assert set(found) == {f'/sheet/{name}' for name in ('image_raw', 'camera_info', *(f'ground_truth/{truth}' for truth in TRUTH))}
     assert [stamp_ns(image) for image in found['/sheet/image_raw']] == [10**9, 2 * 10**9, 3 * 10**9, 4 * 10**9]
     np.testing.assert_array_equal(image_to_array(found['/sheet/image_raw'][2]), scene.render(2.0).image)
@@ -49,6 +55,7 @@ def test_two_cameras_the_second_a_little_late(tmp_path):
     lefts, rights = ([stamp_ns(image) for image in found[f'/areal_dual/{side}/image_raw']] for side in ('left', 'right'))
     assert len(lefts) == len(rights) == 2 and all(3e6 <= right - left <= 4e6 for left, right in zip(lefts, rights))
     assert [stamp_ns(message) for message in found['/areal_dual/ground_truth/contacts']] == lefts
+    assert [told.child_frame_id for told in found['/tf_static'][0].transforms] == ['areal_dual_left_camera', 'areal_dual_right_camera']
     assert len(found['/areal_dual/left/camera_info']) == len(found['/areal_dual/right/camera_info']) == 2
 
 

@@ -85,7 +85,7 @@ def frames_of(items):
     """Raw message by raw message, {topic: [bytes]} of the estimates."""
     found, frame = [], {}
     for item in items:
-        if isinstance(item, RawMessage) and item.topic.split('/', 2)[2] not in KEPT:
+        if isinstance(item, RawMessage) and item.topic.split('/', 2)[-1] not in KEPT and item.topic not in KEPT:
             frame.setdefault(item.topic, []).append((item.type_name, item.data))
         elif isinstance(item, FrameDone):
             found.append(frame)

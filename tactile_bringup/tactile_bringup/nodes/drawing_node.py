@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from geometry_msgs.msg import TransformStamped
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -17,10 +16,12 @@ from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
-from tactile_perception.nodes.conversions import stamp_seconds, vector
+from tactile_perception.nodes.conversions import stamp_seconds
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
+
+from ..introduction import place
 
 
 class DrawingNode(Node):
@@ -66,13 +67,8 @@ class DrawingNode(Node):
 
         tf2_ros' broadcaster needs a C++ extension; this does not.
         """
-        frame = self.settings['frame_id']
-        place = TransformStamped(child_frame_id=f'{frame}_{name}')
-        place.header.frame_id, place.header.stamp = frame, self.get_clock().now().to_msg()
-        place.transform.translation = vector(translation)
-        turned = place.transform.rotation
-        turned.x, turned.y, turned.z, turned.w = map(float, rotation)
-        self._place_output.publish(TFMessage(transforms=[place]))
+        told = place(self.settings['frame_id'], name, translation, rotation, self.get_clock().now().to_msg())
+        self._place_output.publish(TFMessage(transforms=[told]))
 
     def destroy_node(self) -> None:
         """Take the markers away first."""

@@ -6,7 +6,6 @@ from __future__ import annotations
 import sys
 import time
 
-import cv2
 import numpy as np
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
@@ -22,6 +21,7 @@ from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.conversions import camera_matrices, image_to_array
 from tactile_perception.nodes.touchpad_stages import RESULTS
 
+from ..introduction import camera_pose
 from ..parameters import MARKERS_PARAMETERS
 from ..picture import annotate
 from ..stamp_sync import StampSync
@@ -57,9 +57,7 @@ class MarkersNode(DrawingNode):
         rotation, translation = (np.array(self.settings[f'camera.{name}']) for name in ('rotation', 'translation'))
         if rotation.shape != (3,) or translation.shape != (3,):
             raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
-        angle = float(np.linalg.norm(rotation))
-        axis = -rotation * (np.sin(angle / 2) / angle) if angle else np.zeros(3)
-        self.publish_place('camera', -cv2.Rodrigues(rotation)[0].T @ translation, (*axis, np.cos(angle / 2)))
+        self.publish_place('camera', *camera_pose(rotation, translation))
 
     def follow_demand(self) -> None:
         """Subscribe to what is wanted now, and see which of it exists."""

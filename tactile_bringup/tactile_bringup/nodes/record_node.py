@@ -9,29 +9,32 @@ import time
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.qos import HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
+from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
 from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
 from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from tactile_perception.nodes.serialization import MessageCodec, type_name_of
+from tactile_perception.offline.rosbag2_writer import recorded_qos
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from ..live_bag import LiveBag
 from ..parameters import RECORD_PARAMETERS
 
-RAW = {'image_raw': Image, 'left/image_raw': Image, 'right/image_raw': Image, 'camera_info': CameraInfo, 'voltages': PsdVoltages}
+RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
+                                   for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}
 RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped,
            'ground_truth/contacts': Contacts, 'ground_truth/contact_region': ContactRegion, 'ground_truth/slip': Slip,
            'ground_truth/wrench': WrenchStamped}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
-_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # reliable: nothing is lost here while the disk keeps up
-_LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # of reliable publishers nothing is lost here while the disk keeps up
 _LOOK_S = 0.05
 _FLUSH_S = 1.0  # a process that is killed loses no more than this
 
@@ -47,12 +50,14 @@ class RecordNode(Node):
         self._say = SayOnce(self)
         self._begin_s, self._patience_s = time.monotonic(), settings['patience']
         self.written = self._lost = 0
+        self._topics: set[str] = set()
         self._last_s, self._problem = math.nan, ''
         self._path = settings['bag']
         self._writer = self._opened()
         for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
-            self._record(topic, kind, _KEEP_ALL)
-        self._record('description', String, _LATCHED)
+            self._record(topic, kind)
+        self._record('description', String)
+        self._record('/tf_static', TFMessage)
         # Raw data after those who work on it: a recording that is played begins with its first subscriber.
         self._waiting = steady_timer(self, _LOOK_S, self._record_raw)
         steady_timer(self, _FLUSH_S, self._writer.flush)
@@ -80,15 +85,22 @@ class RecordNode(Node):
         if any(self.count_subscribers(topic) for topic in RAW) or time.monotonic() - self._begin_s > self._patience_s:
             self._waiting.cancel()
             for topic, kind in RAW.items():
-                self._record(topic, kind, _KEEP_ALL)
+                self._record(topic, kind)
 
-    def _record(self, topic: str, kind: type, qos: QoSProfile) -> None:
+    def _record(self, topic: str, kind: type) -> None:
         name, type_name = self.resolve_topic_name(topic), type_name_of(kind)
-        self.create_subscription(kind, topic, lambda data: self._write(name, type_name, data), qos, raw=True)
+        AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), _KEEP_ALL, raw=True)
+
+    def _add_topic(self, topic: str, type_name: str) -> None:
+        """Tell the bag what is offered, once a message is there: its publisher is known by then."""
+        self._topics.add(topic)
+        self._writer.add_topic(topic, type_name, [recorded_qos(each.qos_profile) for each in self.get_publishers_info_by_topic(topic)])
 
     def _write(self, topic: str, type_name: str, data: bytes) -> None:
         if self._writer is None:
             return
+        if topic not in self._topics:
+            self._add_topic(topic, type_name)
         try:
             self._writer.write(topic, type_name, self.get_clock().now().nanoseconds, data)
         except OSError as error:

@@ -3,16 +3,17 @@
 """Recordings as rosbag2: raw messages in, raw messages out, in both storages; the container is the library rosbags' work."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.interfaces import Qos
 
 from ..errors import BadArgument, BadRecording
 from .left_out import LeftOut
+from .rosbag2_writer import Rosbag2Writer
 from .storage import StorageFile, bag_files, unpacked
 
 
@@ -83,8 +84,7 @@ class BagWriter:
         if Path(path).exists():
             raise BadArgument(f'bag {path}: exists already; choose another name or remove it')
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        self._writer = Writer(Path(path), version=9, storage_plugin=StoragePlugin.MCAP)
-        self._store = store
+        self._writer = Rosbag2Writer(Path(path), store)
         self._connections = {}
 
     def __enter__(self) -> BagWriter:
@@ -94,8 +94,12 @@ class BagWriter:
     def __exit__(self, *_exc) -> None:
         self._writer.close()
 
+    def add_topic(self, topic: str, type_name: str, offered: Sequence[Qos] = ()) -> None:
+        """Name the QoS that publishers of a topic offer, before its first message; else it is the usual one."""
+        self._connections[topic] = self._writer.add_topic(topic, type_name, offered)
+
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
         """Appends one serialised message; type_name such as 'sensor_msgs/msg/Image'."""
         if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, type_name, typestore=self._store)
+            self.add_topic(topic, type_name)
         self._writer.write(self._connections[topic], stamp_ns, data)

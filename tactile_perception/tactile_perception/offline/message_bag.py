@@ -11,9 +11,10 @@ from .bags import BagWriter
 
 
 def write_messages(path: str | Path, namespace: str, messages: Iterable[tuple[int, str, object]]) -> None:
-    """Write (stamp, ns, topic, message), with topics under /namespace, to a new bag. Raises BadArgument for one that exists."""
+    """Write (stamp, ns, topic, message), with topics that do not begin with / under /namespace, to a new bag. Raises BadArgument for one
+    that exists."""
     codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
     with BagWriter(path, codec.store) as writer:
         for stamp_ns, topic, message in messages:
             type_name, data = codec.encode(message)
-            writer.write(prefix + topic, type_name, stamp_ns, data)
+            writer.write(topic if topic.startswith('/') else prefix + topic, type_name, stamp_ns, data)

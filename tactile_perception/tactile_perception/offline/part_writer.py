@@ -10,7 +10,8 @@ import shutil
 from pathlib import Path
 
 import yaml
-from rosbags.rosbag2 import StoragePlugin, Writer
+
+from .rosbag2_writer import Rosbag2Writer
 
 UNFINISHED = 'unfinished'
 _INFORMATION = 'rosbag2_bagfile_information'
@@ -23,7 +24,7 @@ class PartWriter:
 
     def __init__(self, path: Path, store, metadata: dict | None = None):
         self._path, self._store, self.metadata = path, store, metadata or {}
-        self._writer: Writer | None = None
+        self._writer: Rosbag2Writer | None = None
         self._connections: dict[str, object] = {}
         (path / UNFINISHED).mkdir(parents=True, exist_ok=True)
         for file in path.glob('*.mcap'):
@@ -41,10 +42,10 @@ class PartWriter:
         if self._writer is None:
             folder = self._path / UNFINISHED / f'{self._path.name}_{self.parts}'
             shutil.rmtree(folder, ignore_errors=True)
-            self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer = Rosbag2Writer(folder, self._store)
             self._writer.open()
         if topic not in self._connections:
-            self._connections[topic] = self._writer.add_connection(topic, type_name, typestore=self._store)
+            self._connections[topic] = self._writer.add_topic(topic, type_name)
         self._writer.write(self._connections[topic], stamp_ns, data)
 
     def end_part(self) -> None:

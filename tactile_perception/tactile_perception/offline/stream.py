@@ -19,8 +19,10 @@ from .stamped import find_prefix
 from .stitched_bag import bag_opener
 from .stored_state import load_state, store_state
 
-TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told; not sensors' own, so that they are not written again
-KEPT = ('camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench')
+TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told
+#: what is written again, under the sensor's namespace but for /tf_static
+KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip',
+        'ground_truth/wrench')
 
 
 class Head(NamedTuple):
@@ -82,7 +84,7 @@ def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
     replay, codec = task.replay(), MessageCodec()
     with task.open(replay) as reader:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
-        kept = {prefix + name for name in KEPT}
+        kept = {name if name.startswith('/') else prefix + name for name in KEPT}
         definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
         for kind in {replay.raw_type, reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
             if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
@@ -120,7 +122,10 @@ def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoi
         if isinstance(item, Checkpoint):
             yield item._replace(states=(*item.states, store_state(stage)))
         elif isinstance(item, RawMessage) and item.topic in TRANSFORMS:
-            yield from _transformed(item, stage, codec)
+            if isinstance(stage, TaxelReplay):
+                yield from _transformed(item, stage, codec)
+            if item.topic in KEPT:
+                yield item
         elif isinstance(item, RawMessage) and item.topic in (raw, camera):
             yield from _taken(item, stage, item.topic == camera, number == 0, prefix, codec)
         else:

@@ -59,7 +59,7 @@ def test_items_come_frame_by_frame(tmp_path):
     assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
 
 
-def test_transforms_tell_of_the_grasped_object_and_are_not_written_again(tmp_path):
+def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_again(tmp_path):
     link = TransformStamped(child_frame_id='pad')
     link.header.frame_id = 'world'
     link.transform.rotation.z, link.transform.rotation.w = math.sqrt(0.5), math.sqrt(0.5)
@@ -67,7 +67,7 @@ def test_transforms_tell_of_the_grasped_object_and_are_not_written_again(tmp_pat
     bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
     _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'), Checkpoint(0), 1)
     assert {item.topic for item in items if isinstance(item, RawMessage)} == {
-        f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points')}
+        '/tf_static', *(f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points'))}
     force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
     assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
 
