@@ -41,6 +41,8 @@ setup(
             'snapshot = tactile_bringup.nodes.start:snapshot',
             'simulate = tactile_bringup.simulate:main',
             'demo = tactile_bringup.nodes.start:demo',
+            'grip_reflex = tactile_bringup.nodes.grip_reflex:main',
+            'simulated_gripper = tactile_bringup.nodes.simulated_gripper:main',
         ],
     },
 )

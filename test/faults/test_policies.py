@@ -25,7 +25,8 @@ pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
-SENSOR_NODES = {*NODES, 'record_node'} - {'hand_frames_node'}
+EXAMPLES = ('grip_reflex', 'simulated_gripper')
+SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'} - {'hand_frames_node'}
 #: What makes a node use all that it can.
 MORE = {'taxel_contact_node': {'object.gravity_frame': 'world'}}
 
@@ -118,9 +119,18 @@ def test_a_recorder_does_so_too(bench, tmp_path):
     assert process.wait() == 0
 
 
+@pytest.mark.parametrize('name', EXAMPLES)
+def test_the_examples_of_a_controller_do_so_too(bench, name):
+    space = bench.fresh('policed')
+    process = bench.zygote.start(f'tactile_bringup.nodes.{name}', space)
+    agree(Seen(bench.ear.node, name, space), 30.0)
+    process.send(signal.SIGINT)
+    assert process.wait() == 0
+
+
 def test_every_node_has_a_policy_in_the_form_that_sros2_reads():
     files = sorted(FOLDER.glob('*.policy.xml'))
-    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*NODES, 'record_node'])
+    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*NODES, *EXAMPLES, 'record_node'])
     for path in files:
         root = Tree.parse(path).getroot()
         assert (root.tag, root.get('version')) == ('policy', '0.2.0')

@@ -15,7 +15,7 @@ from .taxel_pad import FINE, PadSpecimen, PadState, ThreadPad
 from .taxel_shapes import FACES, face_named
 from .truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
 
-_STEP_S = 0.005  # of the object's motion: heads must not jump over each other
+STEP_S = 0.005  # of the object's motion: heads must not jump over each other
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
 
@@ -106,7 +106,7 @@ class TaxelScene:
         time = time % self.duration
         if time < self._now:
             self._begin()
-        begin, steps = self._now, max(math.ceil((time - self._now) / _STEP_S), 1)
+        begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S), 1)
         slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
         for k in range(1, steps + 1):
             place = self._at(begin + (time - begin) * k / steps)

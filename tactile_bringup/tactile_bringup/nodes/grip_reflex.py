@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""grip_reflex: contacts, slip -> grip_command; a model of a controller on tactile results, see docs/controllers.md."""
+from __future__ import annotations
+
+import sys
+
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from tactile_msgs.msg import Contacts, Slip
+
+from ..grip.reflex import Reflex
+
+#: name -> default, highest (lowest is 0), what it is
+PARAMETERS = {
+    'hold': (1.0, 50.0, 'N, grip force from the first touch on'),
+    'most': (10.0, 100.0, 'N, largest grip force'),
+    'closing': (20.0, 1000.0, 'N/s, by which it grows while the object slips'),
+}
+JOINT = 'gripper'
+
+
+class GripReflexNode(Node):
+    """Answers each Slip with a command under the same stamp, so that the command tells which instant it answers."""
+
+    def __init__(self):
+        super().__init__('grip_reflex')
+        self._reflex = Reflex(**{name: self._declared(name, *about) for name, about in PARAMETERS.items()})
+        self._force, self._touched, self._last_s = 0.0, False, float('nan')
+        self._commands = self.create_publisher(JointState, 'grip_command', 10)
+        self.create_subscription(Contacts, 'contacts', self._take_contacts, 10)
+        self.create_subscription(Slip, 'slip', self._take_slip, 10)
+
+    def _declared(self, name: str, default: float, highest: float, text: str) -> float:
+        allowed = FloatingPointRange(from_value=0.0, to_value=highest)
+        return self.declare_parameter(name, default, ParameterDescriptor(description=text, floating_point_range=[allowed], read_only=True)
+                                      ).value
+
+    def _take_contacts(self, message: Contacts) -> None:
+        self._touched = bool(message.contacts)
+
+    def _take_slip(self, message: Slip) -> None:
+        stamp = message.header.stamp
+        now_s = stamp.sec + 1e-9 * stamp.nanosec
+        self._force = self._reflex.next_force(self._force, self._touched, message.state != Slip.NONE, now_s - self._last_s)
+        self._last_s = now_s
+        self._commands.publish(JointState(header=message.header, name=[JOINT], effort=[self._force]))
+
+
+def main(args: list[str] | None = None) -> None:
+    """The process grip_reflex; exit code 1 and a line where a parameter is wrong."""
+    rclpy.init(args=args)
+    node = None
+    try:
+        node = GripReflexNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except ParameterException as error:
+        sys.exit(f'grip_reflex: {error}')
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
