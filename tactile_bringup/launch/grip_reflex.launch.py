@@ -7,9 +7,9 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.conditions import LaunchConfigurationEquals
+from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 from launch_ros.actions import Node
 
 SENSORS = ('taxel_array', 'touchpad')
@@ -18,7 +18,7 @@ SENSORS = ('taxel_array', 'touchpad')
 def generate_launch_description():
     """The arguments and the nodes that they make."""
     share = Path(get_package_share_directory('tactile_bringup'))
-    array, pad = (LaunchConfigurationEquals('sensor', sensor) for sensor in SENSORS)
+    array, pad = (IfCondition(EqualsSubstitution(LaunchConfiguration('sensor'), sensor)) for sensor in SENSORS)
     known = [str(share / 'params' / 'taxel_array_sim.yaml'), {'calibration': str(share / 'calibration' / 'taxel_array_sim.yaml')}]
     touchpad = IncludeLaunchDescription(PythonLaunchDescriptionSource(str(share / 'launch' / 'touchpad.launch.py')),
                                         launch_arguments={'scene': 'rectangle_drag'}.items(), condition=pad)

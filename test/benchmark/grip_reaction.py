@@ -4,8 +4,9 @@
 
     python test/benchmark/grip_reaction.py [--sensor taxel_array] [--rounds 5]
 
-Launches grip_reflex.launch.py, listens to ground_truth/slip and grip_command, and prints a line for each slip: from its onset (a twentieth of
-the contact slips) and from where the whole contact slips, by the stamps of the data, and from the onset to the receipt here, by the clock.
+Launches grip_reflex.launch.py, listens to ground_truth/slip and grip_command, and prints a line for each slip: from its onset (a twentieth
+of the contact slips) and from where the whole contact slips, by the stamps of the data, and from the onset to the receipt here, by the
+clock.
 """
 from __future__ import annotations
 
@@ -24,11 +25,12 @@ from tactile_msgs.msg import Slip
 
 _REST_S = 0.5  # without slip that parts two slips
 _LONGEST_S = 120.0  # that a round may take
+_LOOK_S = 3.0  # between looks at what was heard: a look may take longer than a frame
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """s from the onset of a slip to the command: by stamps, from where the whole contact slips too (NaN: it never did), and by the clock."""
+    """s to the command: from the onset of a slip by stamps, from where the whole contact slips (NaN: it never did), by the clock."""
 
     stamps: float
     from_gross: float
@@ -36,19 +38,31 @@ class Reaction:
 
 
 def reactions(truth: Sequence[tuple[float, int]], commands: Sequence[tuple[float, float, float]]) -> list[Reaction]:
-    """Of the slips in truth, (stamp s, state), by commands, (stamp s, receipt s, force N), in order; NaN where none closed until the next.
+    """Of the slips in truth, (stamp s, state), by commands, (stamp s, receipt s, force N), in order; NaN where none closed until half
+    a second after its end.
 
     A command closes where its force is more than the one before, which was more than none: the first touch is no slip.
     """
-    slips = [(stamp, state) for stamp, state in truth if state != Slip.NONE]
-    onsets = [stamp for (stamp, _), last in zip(slips, [-np.inf, *(stamp for stamp, _ in slips)]) if stamp - last > _REST_S]
     closing = [(stamp, received) for (_, _, before), (stamp, received, force) in zip(commands, commands[1:]) if force > before > 0]
     found = []
-    for onset, end in zip(onsets, [*onsets[1:], np.inf]):
+    for slip in _slips(truth):
+        onset, end = slip[0][0], slip[-1][0] + _REST_S
         stamp, received = next((one for one in closing if onset <= one[0] < end), (np.nan, np.nan))
-        gross = next((at for at, state in slips if state == Slip.GROSS and onset <= at < end), np.nan)
+        gross = next((at for at, state in slip if state == Slip.GROSS), np.nan)
         found.append(Reaction(stamp - onset, stamp - gross, received - onset))
     return found
+
+
+def _slips(truth: Sequence[tuple[float, int]]) -> list[list[tuple[float, int]]]:
+    """(stamp, state) of the frames of each slip."""
+    slips: list[list[tuple[float, int]]] = []
+    for stamp, state in truth:
+        if state == Slip.NONE:
+            continue
+        if not slips or stamp - slips[-1][-1][0] > _REST_S:
+            slips.append([])
+        slips[-1].append((stamp, state))
+    return slips
 
 
 def table(found: Sequence[Reaction]) -> str:
@@ -68,7 +82,9 @@ def listen(sensor: str, rounds: int) -> tuple[list, list]:
                              lambda m: commands.append((_seconds(m), time.time(), m.effort[0])), 100)
     end = time.monotonic() + rounds * _LONGEST_S
     while len(reactions(truth, commands)) <= rounds and time.monotonic() < end:
-        rclpy.spin_once(node, timeout_sec=0.1)
+        pause = time.monotonic() + _LOOK_S
+        while time.monotonic() < pause:
+            rclpy.spin_once(node, timeout_sec=0.1)
     node.destroy_node()
     return truth, commands
 

@@ -41,7 +41,7 @@ def test_time_that_is_not_known_or_a_gap_does_not_close_it_far(interval, counts)
 
 
 def grip(reflex, until):
-    """(scene, frames' true states, forces commanded), with the estimator's results of each frame commanding the gripper from the next on."""
+    """(scene, true states, forces commanded) frame by frame; what the estimator tells of one commands the gripper in the next."""
     scene, truth, forces = HeldScene(RATE), [], [0.0]
     estimator = taxel_estimator({**defaults(TAXEL_PARAMETERS), 'calibration': str(CALIBRATION)})
     for k in range(round(until * RATE)):

@@ -21,8 +21,8 @@ _LOST = 6e-3  # m: an object that has slid so far has left the fingers
 class HeldScene(TaxelScene):
     """A round: the object is put between the fingers, pulled ever harder, and taken away.
 
-    grip: N, that the gripper adds to the fingers' touch; it may be set between frames. slid: m, how far the object is from where it was put;
-    lost: whether it has left the fingers in this round. rate, seed: as of TaxelScene.
+    grip: N, that the gripper adds to the fingers' touch; it may be set between frames. slid: m, how far the object is from where it was
+    put; lost: whether it has left the fingers in this round. rate, seed: as of TaxelScene.
     """
 
     def __init__(self, rate: float = 100.0, seed: int = 0, specimen: PadSpecimen = PadSpecimen()):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The held object: statics while friction suffices, loss where it does not."""
+"""The held object: balance of forces while friction suffices, loss where it does not."""
 import numpy as np
 import pytest
 from tactile_driver.simulation.held_object import HeldScene
