@@ -3,53 +3,47 @@
 """One RViz configuration for all sensors of a hand, each in its place. No ROS here."""
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
-import yaml
+from scipy.spatial.transform import Rotation
 
 from .hand_file import Hand, HandSensor
+from .sensor_launch import share
+from .visualization import rviz_page
+from .visualization.camera_view import view_of
+from .visualization.sensor_shape import SensorShape, shape_of
 
 #: sensors that have a picture with what they feel drawn into it
 ANNOTATED = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion')
-_CELL, _CELLS = 0.01, 40
-_TOPIC = {'History Policy': 'Keep Last', 'Durability Policy': 'Volatile'}
+#: sensor type -> what the frames are called that it has besides, and that would only crowd the view
+_BESIDES = {'psd_finger': 'tip', 'taxel_array': 'taxels'}
 
 
 def rviz_configuration(hand: Hand) -> str:
     """The file's text: the hand's frame, each sensor's markers, and the annotated pictures of those that have some."""
-    displays = [_display('Grid', 'Base', **{'Cell Size': _CELL, 'Plane Cell Count': _CELLS, 'Plane': 'XY', 'Color': '110; 110; 120',
-                                            'Reference Frame': '<Fixed Frame>'}),
-                _display('TF', 'Frames', **{'Marker Scale': 0.05, 'Show Arrows': False, 'Show Axes': True, 'Show Names': True})]
-    displays += [_markers(sensor) for sensor in hand.sensors]
-    displays += [_picture(sensor) for sensor in hand.sensors if sensor.type in ANNOTATED]
-    places = np.array([sensor.xyz for sensor in hand.sensors])
-    manager = {'Class': '', 'Displays': displays, 'Enabled': True, 'Name': 'root', 'Value': True,
-               'Global Options': {'Background Color': '32; 32; 38', 'Fixed Frame': hand.frame, 'Frame Rate': 30},
-               'Tools': [{'Class': f'rviz_default_plugins/{name}'} for name in ('MoveCamera', 'Select', 'Measure')],
-               'Views': {'Current': _view(places), 'Saved': None}}
-    page = {'Panels': [{'Class': 'rviz_common/Displays', 'Name': 'Displays'}, {'Class': 'rviz_common/Views', 'Name': 'Views'}],
-            'Visualization Manager': manager, 'Window Geometry': {'Height': 1000, 'Width': 1600}}
-    return yaml.safe_dump(page, sort_keys=False)
+    shapes = [_shape(sensor) for sensor in hand.sensors]
+    points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
+    pictures = [rviz_page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors
+                if sensor.type in ANNOTATED]
+    hidden = [f'{sensor.frame}_{_BESIDES.get(sensor.type, "camera")}' for sensor in hand.sensors]
+    displays = [rviz_page.grid('Base', float(np.ptp(points[:, :2], axis=0).max())),
+                rviz_page.frames(float(np.median([shape.width for shape in shapes])), hidden),
+                *(rviz_page.markers(sensor.name, f'/{sensor.name}/markers') for sensor in hand.sensors), *pictures]
+    return rviz_page.page(displays, hand.frame, view_of(points, rviz_page.room(len(pictures))))
 
 
-def _display(kind: str, name: str, **properties) -> dict:
-    return {'Class': f'rviz_default_plugins/{kind}', 'Name': name, 'Enabled': True, **properties, 'Value': True}
+def _shape(sensor: HandSensor) -> SensorShape:
+    own = sensor.settings.get('params') or share('params', f'{sensor.type}.yaml')
+    return shape_of(Path(own).read_text())
 
 
-def _markers(sensor: HandSensor) -> dict:
-    topic = {'Value': f'/{sensor.name}/markers', 'Depth': 5, 'Reliability Policy': 'Reliable', **_TOPIC}
-    return _display('MarkerArray', sensor.name, Topic=topic)
+def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]:
+    """From points (N, 3), m, in the sensor's frame to the hand's; a parent that is no sensor of the hand stands at the hand's frame."""
+    by_frame = {other.frame: other for other in hand.sensors}
 
-
-def _picture(sensor: HandSensor) -> dict:
-    return _display('Image', f'{sensor.name}: annotated', **{
-        'Topic': {'Value': f'/{sensor.name}/image_annotated', 'Depth': 1, 'Reliability Policy': 'Reliable', **_TOPIC},
-        'Normalize Range': False})
-
-
-def _view(places: np.ndarray) -> dict:
-    """A view of all sensors: towards their middle, from so far that the furthest is in sight."""
-    middle = places.mean(axis=0)
-    distance = 0.15 + 2.0 * float(np.linalg.norm(places - middle, axis=1).max())
-    return {'Class': 'rviz_default_plugins/Orbit', 'Name': 'Current View', 'Distance': round(distance, 3),
-            'Focal Point': dict(zip('XYZ', (round(float(x), 4) for x in middle))), 'Pitch': 0.7, 'Yaw': 0.8, 'Near Clip Distance': 0.001,
-            'Target Frame': '<Fixed Frame>', 'Value': 'Orbit (rviz_default_plugins)'}
+    def placed(points: np.ndarray) -> np.ndarray:
+        points = Rotation.from_quat(sensor.quaternion).apply(points) + sensor.xyz
+        return _place(hand, by_frame[sensor.parent])(points) if sensor.parent in by_frame else points
+    return placed

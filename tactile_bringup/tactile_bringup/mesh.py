@@ -1,10 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles that fill a region with holes. No ROS here."""
+"""Triangles: of a region with holes, and of the skin between its dots. No ROS here."""
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import Delaunay, QhullError
+
+_LONGEST = 3.0  # times the median edge: longer ones bridge a notch in the pattern's border
+_AMBIENT = 0.35  # of the light
+_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # where the light comes from: obliquely from above
 
 
 def inside(points: np.ndarray, rings: list[np.ndarray]) -> np.ndarray:
@@ -35,3 +39,24 @@ def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
         return np.zeros((0, 3))
     kept = triangles[inside(corners[triangles].mean(axis=1)[:, :2], flat)]
     return corners[kept].reshape(-1, 3)
+
+
+def skin(places: np.ndarray) -> np.ndarray:
+    """(T, 3) indices of the triangles between places (N, 3), m, seen along z."""
+    if len(places) < 3:
+        return np.zeros((0, 3), np.int64)
+    try:
+        triangles = Delaunay(places[:, :2]).simplices.astype(np.int64)
+    except QhullError:  # all on one line
+        return np.zeros((0, 3), np.int64)
+    edges = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
+    return triangles[edges.max(axis=1) < _LONGEST * np.median(edges)]
+
+
+def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(T,) how bright dull triangles between places (N, 3), m, are, 0 to 1 (Lambert's cosine law)."""
+    a, b, c = places[triangles].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)  # outwards
+    cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
+    return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)

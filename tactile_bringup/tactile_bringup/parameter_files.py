@@ -41,6 +41,8 @@ _MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the c
 _MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of type {}.
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
+#: By sensor type: N and N m of the longest arrows, the largest of the simulated specimens' scenes with room for twice as much.
+_FULL_WRENCH = {'areal_single': (3.0, 0.05), 'areal_dual': (2.0, 0.05), 'air_cushion': (25.0, 0.7)}
 # What the launch files set for each sensor anew is left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
 
@@ -80,13 +82,14 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
               'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
               'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
               'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
+              'force_length': 12 * size, 'full_force': _FULL_WRENCH[sensor_type][0], 'full_torque': _FULL_WRENCH[sensor_type][1],
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
     camera = [('/**/camera_node', CAMERA_PARAMETERS), ('/**/dual_camera_node', DUAL_CAMERA_PARAMETERS)][sensor_type == 'areal_dual']
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
     sections = [('/**', MARKER_SENSOR_PARAMETERS), (camera[0], _without(camera[1], MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
-    return _text(about, sections, values)
+    return _text(about, sections, values, ('cap.',))
 
 
 def finger_file(about: str) -> str:

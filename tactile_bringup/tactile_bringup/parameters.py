@@ -5,6 +5,16 @@ from __future__ import annotations
 
 from tactile_driver.nodes.parameters import Parameter
 
+
+def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
+    """The parameters of a wrench's arrows, with their defaults."""
+    return (Parameter('force_length', float, length, 'm', 'length of the arrows of full_force and full_torque; none is longer', 0.0, 10.0,
+                      read_only=read_only),
+            Parameter('full_force', float, force, 'N', 'force whose arrow has its full length: the largest of the calibrated range', 1e-6,
+                      1e6, read_only=read_only),
+            Parameter('full_torque', float, torque, 'N m', 'torque whose arrow has its full length', 1e-9, 1e6, read_only=read_only))
+
+
 MARKERS_PARAMETERS = (
     Parameter('frame_id', str, 'touchpad', '', 'the sensor frame; /tf_static tells where its camera is', read_only=True),
     Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0,
@@ -16,13 +26,14 @@ MARKERS_PARAMETERS = (
     Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are in proportion', 1e-5, 1.0),
     Parameter('dot_colour', str, 'state', '', 'what colours dots tell: contact state, or depth under the untouched sheet or dome',
               choices=('state', 'depth')),
-    Parameter('dome.rim_radius', float, 0.0, 'm', 'dot_colour depth: radius of the rim of a dome; 0: untouched, the surface is z = 0',
-              0.0, 10.0),
-    Parameter('dome.height', float, 0.0, 'm', 'dot_colour depth: height of a dome over its rim', 0.0, 10.0),
-    Parameter('full_depth', float, 0.005, 'm', 'dot_colour depth: where the scale of colours ends', 1e-5, 1.0),
+    Parameter('sensor_type', str, 'touchpad', '', 'tells what the untouched surface is: a cap, a sheet or a dome', read_only=True),
+    Parameter('cap.curvature_radius', float, 0.020, 'm', 'touchpad: radius of the untouched sphere', 1e-4, 10.0, read_only=True),
+    Parameter('cap.height', float, 0.013, 'm', 'touchpad: height over the rim', 1e-4, 10.0, read_only=True),
+    Parameter('dome.rim_radius', float, 0.0, 'm', 'air_cushion: radius of the rim', 0.0, 10.0, read_only=True),
+    Parameter('dome.height', float, 0.0, 'm', 'air_cushion: height over the rim', 0.0, 10.0, read_only=True),
+    Parameter('full_depth', float, 0.003, 'm', 'depth under the untouched surface where the scale of colours ends', 1e-5, 1.0),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
-    Parameter('force_scale', float, 0.004, 'm/N', 'length of the force arrow for each N', 0.0, 1000.0),
-    Parameter('torque_scale', float, 0.4, 'm/(N m)', 'length of the torque arrow for each N m', 0.0, 1e6),
+    *_arrows(0.009, 4.0, 0.03),
 )
 
 FINGER_MARKERS_PARAMETERS = (
@@ -41,8 +52,7 @@ TAXEL_MARKERS_PARAMETERS = (
     Parameter('cell_height', float, 0.002, 'm', 'of the pad: so far under its surface the cells are drawn', 1e-5, 0.1, read_only=True),
     Parameter('full_value', float, 120.0, '', 'value of a taxel where the scale of colours ends', 1.0, 65535.0, read_only=True),
     Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
-    Parameter('force_scale', float, 0.001, 'm/N', 'length of the force arrow for each N', 0.0, 1000.0, read_only=True),
-    Parameter('torque_scale', float, 0.1, 'm/(N m)', 'length of the torque arrow for each N m', 0.0, 1e6, read_only=True),
+    *_arrows(0.009, 120.0, 1.0, read_only=True),
     Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
     Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
 )

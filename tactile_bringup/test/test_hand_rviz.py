@@ -1,13 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import pathlib
+
 import pytest
 import yaml
-
-from tactile_bringup.hand_file import Hand, HandSensor
+from tactile_bringup.hand_file import Hand, HandSensor, read_hand
 from tactile_bringup.hand_rviz import rviz_configuration
 
 HAND = Hand('palm', (HandSensor('left/thumb', 'touchpad', 'palm', (0.1, 0.0, 0.0)),
-                     HandSensor('tip', 'psd_finger', 'palm', (-0.1, 0.0, 0.0))))
+                     HandSensor('tip', 'psd_finger', 'left_thumb', (-0.2, 0.0, 0.0))))
 
 
 def test_every_sensor_has_its_markers_and_each_camera_its_picture_in_the_frame_of_the_hand():
@@ -16,5 +17,37 @@ def test_every_sensor_has_its_markers_and_each_camera_its_picture_in_the_frame_o
     assert shown == {'/left/thumb/markers': 'rviz_default_plugins/MarkerArray', '/tip/markers': 'rviz_default_plugins/MarkerArray',
                      '/left/thumb/image_annotated': 'rviz_default_plugins/Image'}
     assert page['Global Options']['Fixed Frame'] == 'palm'
-    view = page['Views']['Current']
-    assert view['Focal Point'] == {'X': 0.0, 'Y': 0.0, 'Z': 0.0} and view['Distance'] == pytest.approx(0.35)
+    frames = next(d for d in page['Displays'] if d['Class'].endswith('/TF'))['Frames']
+    assert frames == {'All Enabled': True, 'left_thumb_camera': {'Value': False}, 'tip_tip': {'Value': False}}
+
+
+def test_the_view_is_towards_the_middle_of_sensors_that_hang_on_each_other():
+    view = yaml.safe_load(rviz_configuration(HAND))['Visualization Manager']['Views']['Current']
+    assert [view['Focal Point'][axis] for axis in 'XYZ'] == pytest.approx([0.0, 0.0, 0.01], abs=0.03)
+
+
+def test_sensors_turned_away_take_other_room():
+    turned = Hand('palm', (HandSensor('pad', 'touchpad', 'palm', quaternion=(1.0, 0.0, 0.0, 0.0)),))
+    view = yaml.safe_load(rviz_configuration(turned))['Visualization Manager']['Views']['Current']
+    assert view['Focal Point']['Z'] < 0
+
+
+def test_a_parameter_file_of_its_own_tells_a_sensors_size(tmp_path):
+    folder = pathlib.Path(__file__).parents[1] / 'params'
+    page = yaml.safe_load((folder / 'taxel_array.yaml').read_text())
+    page['/**']['ros__parameters'].update(rows=88, columns=88)
+    (tmp_path / 'large.yaml').write_text(yaml.safe_dump(page))
+
+    def distance(**settings):
+        hand = Hand('palm', (HandSensor('pad', 'taxel_array', 'palm', settings=settings),))
+        return yaml.safe_load(rviz_configuration(hand))['Visualization Manager']['Views']['Current']['Distance']
+    assert distance(params=str(tmp_path / 'large.yaml')) > 1.6 * distance()
+
+
+def test_the_example_has_a_panel_for_each_picture():
+    hand = read_hand(pathlib.Path(__file__).parents[1] / 'hands' / 'example_hand.yaml')
+    page = yaml.safe_load(rviz_configuration(hand))
+    names = [d['Name'] for d in page['Visualization Manager']['Displays'] if d['Class'].endswith('/Image')]
+    assert names == ['thumb: annotated', 'index: annotated', 'palm: annotated']
+    state = bytes.fromhex(page['Window Geometry']['QMainWindow State'])
+    assert all(name.encode('utf-16-be') in state for name in names)

@@ -42,3 +42,17 @@ def test_what_has_no_area_gives_no_triangles(rings):
 def test_inside_counts_rings():
     points = np.array([(0, 0), (0.007, 0), (0.02, 0)])
     assert mesh.inside(points, [circle(0.01)[:, :2], circle(0.005)[:, :2]]).tolist() == [False, True, False]
+
+
+def test_the_skin_does_not_bridge_a_notch_in_the_border():
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(9.0), np.arange(9.0)))
+    kept = ~((x > 2) & (x < 6) & (y > 1))  # a notch as wide as four pitches
+    places = np.column_stack([x, y, 0 * x])[kept]
+    assert area(places[mesh.skin(places)].reshape(-1, 3)) < 42, 'of 36 without the notch, 64 with it'
+    assert len(mesh.skin(places[:2])) == 0 and len(mesh.skin(np.zeros((5, 3)))) == 0
+
+
+def test_light_falls_from_above():
+    places = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, -9)], float)
+    level, steep = mesh.light(places, np.array([[0, 1, 2], [0, 2, 3]]))
+    assert mesh.light(places, np.array([[2, 1, 0]]))[0] == level and 0 < steep < level <= 1

@@ -16,12 +16,16 @@ from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
+from tactile_driver.nodes.timers import steady_timer
 from tactile_perception.nodes.conversions import stamp_seconds
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from ..introduction import place
+
+_STALE_S = 2.0  # markers stay so long after the last data
+_LOOK_S = 0.25
 
 
 class DrawingNode(Node):
@@ -41,6 +45,8 @@ class DrawingNode(Node):
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._place_output = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._drawn_s: float | None = None  # when markers were published that are still shown
+        steady_timer(self, _LOOK_S, self._clear_stale)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
 
     def demanded(self, kind: type, topic: str) -> Publisher:
@@ -53,7 +59,15 @@ class DrawingNode(Node):
         """Publish what draw makes, and note how long that took; header: of what is drawn."""
         begin = time.perf_counter()
         output.publish(draw())
+        if output is self.marker_output:
+            self._drawn_s = time.monotonic()
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
+
+    def _clear_stale(self) -> None:
+        """Take markers away of which nothing new has come for a while: they say what is not known any more."""
+        if self._drawn_s is not None and time.monotonic() - self._drawn_s > _STALE_S:
+            self._drawn_s = None
+            self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
         return self.log.health(not any(output.get_subscription_count() for output in self._outputs))

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
-from rclpy.duration import Duration
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
@@ -16,8 +15,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from .. import colours, mesh
 from ..picture import states_of
+from .skin_markers import SkinMarkers
 
-_LIFETIME = Duration(seconds=0.5).to_msg()
 _WITHIN_95 = 2.796  # standard deviations: three dimensions
 _THINNEST = 1e-5  # m: RViz warns of a scale of zero
 _LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
@@ -44,16 +43,24 @@ def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]
     return [_array(polygon.points) for polygon in region.outlines], [_array(polygon.points) for polygon in region.holes]
 
 
-class MarkerSet:
-    """Makes the markers of each frame, and takes away those of the frame before that are no more.
+def untouched_cap(sizes: Mapping) -> Cap | None:
+    """The untouched surface of a touchpad or an air cushion; None for a sheet."""
+    if sizes['sensor_type'] == 'touchpad':
+        return Cap(sizes['cap.curvature_radius'], sizes['cap.height'])
+    rim, height = sizes['dome.rim_radius'], sizes['dome.height']
+    return Cap((rim**2 + height**2) / (2 * height), height) if min(rim, height) > 0 else None
 
-    sizes: dot_size (m), dot_colour, dome.rim_radius (m), dome.height (m), full_depth (m), normal_length (m), force_scale (m/N),
-    torque_scale (m/(N m)).
+
+class MarkerSet:
+    """Makes the markers of each frame, and takes away those of the frame before that are no more. They stay until then.
+
+    sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
+    untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
     """
 
     def __init__(self, sizes: Mapping):
-        self._sizes = sizes
-        self._shown: set[tuple[str, int]] = set()
+        self._sizes, self._skin = sizes, SkinMarkers()
+        self._shown: set[tuple[str, int]] | None = None  # None: not known, as a node of this name may have been here before
         self._made: list[Marker] = []
         self._header = Header()
 
@@ -82,6 +89,9 @@ class MarkerSet:
 
     def _gone(self) -> list[Marker]:
         made = {(marker.ns, marker.id) for marker in self._made}
+        if self._shown is None:
+            self._shown = made
+            return [Marker(header=self._header, action=Marker.DELETEALL)]
         gone = [Marker(header=self._header, ns=ns, id=number, action=Marker.DELETE) for ns, number in sorted(self._shown - made)]
         self._shown = made
         return gone
@@ -89,28 +99,34 @@ class MarkerSet:
     def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
              number: int = 0) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
-                        points=points, lifetime=_LIFETIME)
+                        points=points)
         marker.pose.orientation.w = 1.0
         self._made.append(marker)
         return marker
 
     def _dots(self, dots: DotTracks, places: np.ndarray, region: ContactRegion) -> None:
         known = np.isfinite(places).all(axis=1)
-        size = self._sizes['dot_size']
-        marker = self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points_of(places[known]))
-        if self._sizes['dot_colour'] == 'depth':
-            depth = self._untouched(places[known, :2]) - places[known, 2]
-            marker.colors = [_colour(rgb) for rgb in colours.of_depth(depth / self._sizes['full_depth']).tolist()]
-            return
-        state = states_of(np.asarray(dots.id, np.int64), np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
-        marker.colors = [_STATES[max(s, 0)] for s in state[known].tolist()]
+        places, id, size = places[known], np.asarray(dots.id, np.int64)[known], self._sizes['dot_size']
+        points, share = points_of(places), self._depths(places) / self._sizes['full_depth']
+        self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points).colors = self._dot_colours(id, share, region)
+        corners = self._skin.corners(id, places, dots.columns)
+        if len(corners):
+            skin = self._add('skin', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.CONTACT), [points[k] for k in corners])
+            skin.colors = self._skin.colours(places, share)
 
-    def _untouched(self, xy: np.ndarray) -> np.ndarray:
-        """(N,) m, height of the untouched sheet or dome over xy (N, 2), m."""
-        rim, height = self._sizes['dome.rim_radius'], self._sizes['dome.height']
-        if not min(rim, height) > 0:
-            return np.zeros(len(xy))
-        return Cap((rim**2 + height**2) / (2 * height), height).heights(xy)
+    def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
+        """Of dots id (N,) at a share (N,) of the full depth."""
+        if self._sizes['dot_colour'] == 'depth':
+            return [_colour(rgb) for rgb in colours.of_depth(share).tolist()]
+        state = states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
+        return [_STATES[max(s, 0)] for s in state.tolist()]
+
+    def _depths(self, places: np.ndarray) -> np.ndarray:
+        """(N,) m, of places (N, 3), m, under the untouched surface, along its normal."""
+        cap = untouched_cap(self._sizes)
+        if cap is None:
+            return -places[:, 2]
+        return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
 
     def _region(self, region: ContactRegion, places: np.ndarray) -> None:
         outlines, holes = rings_of(region)
@@ -121,7 +137,8 @@ class MarkerSet:
                 self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
         corners = mesh.fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
         if len(corners):
-            self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), points_of(corners))
+            lifted = points_of(corners + (0.0, 0.0, 0.5 * _LIFTED))
+            self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), lifted)
 
     def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
         if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
@@ -147,12 +164,21 @@ class MarkerSet:
         marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
 
     def _wrench(self, wrench, region: ContactRegion) -> None:
-        """Force as it points, its tip where the region's centroid is; torque at the frame's origin, where it is given."""
-        force, torque = _array([wrench.force])[0], _array([wrench.torque])[0]
-        tip = _array([region.centroid])[0] if region.outlines else np.full(3, np.nan)
-        self._arrow('force', 0, np.stack([tip - self._sizes['force_scale'] * force, tip]), colours.FORCE)
-        if region.outlines:
-            self._arrow('torque', 0, np.stack([np.zeros(3), self._sizes['torque_scale'] * torque]), colours.TORQUE)
+        """Force as it points, towards the region's centroid, over which its tip stands off by a normal's length so as not to hide the
+        touch; torque at the frame's origin. What is not known is not drawn."""
+        if not region.outlines:
+            return
+        force = self._arrow_of(_array([wrench.force])[0], self._sizes['full_force'])
+        torque = self._arrow_of(_array([wrench.torque])[0], self._sizes['full_torque'])
+        away = -force / max(float(np.linalg.norm(force)), 1e-12)
+        tip = _array([region.centroid])[0] + self._sizes['normal_length'] * away
+        self._arrow('force', 0, np.stack([tip - force, tip]), colours.FORCE)
+        self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
+
+    def _arrow_of(self, vector: np.ndarray, full: float) -> np.ndarray:
+        """(3,) m, the arrow of a vector (3,): force_length for one of the size full and for larger ones."""
+        share = float(np.linalg.norm(vector)) / full
+        return vector * (self._sizes['force_length'] / full / max(1.0, share))
 
     def _slip(self, slip: Slip, region: ContactRegion) -> None:
         centre = _array([slip.rotation_center])[0]

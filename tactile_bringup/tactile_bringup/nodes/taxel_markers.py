@@ -19,6 +19,8 @@ from .marker_messages import MarkerSet, points_of, rings_of
 _SLIP_TEXT = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
 _SLIP_COLOURS = {Slip.NONE: colours.STATE_COLOURS[1], Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
 _MOST_ARROWS = 200
+_TONES = 64  # steps of the cells' colours: finer than is seen
+_SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
 
 
 def _colour(rgb, opacity: float = 1.0) -> ColorRGBA:
@@ -32,12 +34,13 @@ def _known(wrench: Wrench) -> Wrench:
 
 
 class TaxelMarkers(MarkerSet):
-    """sizes: pitch, cell_height, normal_length (m), full_value, force_scale (m/N), torque_scale (m/(N m)), flow_scale (s)."""
+    """sizes: pitch, cell_height, normal_length, force_length (m), full_value, full_force (N), full_torque (N m), flow_scale (s)."""
 
     def __init__(self, sizes: Mapping):
-        super().__init__({'dot_size': sizes['pitch'], 'normal_length': sizes['normal_length'], 'force_scale': sizes['force_scale'],
-                          'torque_scale': sizes['torque_scale']})
+        super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
         self._array = sizes
+        self._tones = [_colour(rgb, 0.9) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._places: tuple[tuple[int, ...], list[Point]] = (), []  # of the cells of an array of some shape
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
         """The markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
@@ -57,14 +60,21 @@ class TaxelMarkers(MarkerSet):
         return MarkerArray(markers=self._gone() + self._made)
 
     def _cells(self, image: Image) -> None:
-        """A plate a taxel, under the pad's surface, coloured by its value."""
+        """A plate a taxel, just under the pad's surface, on which the outlines are, coloured by its value."""
         values = taxel_values(image).astype(float)
-        rows, columns = values.shape
-        pitch, height = self._array['pitch'], self._array['cell_height']
-        row, column = (index.ravel() for index in np.indices(values.shape))
-        places = np.stack([(column - 0.5 * (columns - 1)) * pitch, (row - 0.5 * (rows - 1)) * pitch, np.full(values.size, -height)], axis=1)
-        marker = self._add('cells', Marker.CUBE_LIST, (pitch, pitch, 0.1 * height), _colour(colours.STATE_COLOURS[0]), points_of(places))
-        marker.colors = [_colour(rgb, 0.9) for rgb in colours.of_depth(values.ravel() / self._array['full_value']).tolist()]
+        pitch, thick = self._array['pitch'], 0.1 * self._array['cell_height']
+        if self._places[0] != values.shape:
+            self._places = values.shape, self._cell_places(values.shape, thick)
+        marker = self._add('cells', Marker.CUBE_LIST, (pitch, pitch, thick), self._tones[0], self._places[1])
+        tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array['full_value']), 0, _TONES - 1).astype(int)
+        marker.colors = [self._tones[k] for k in tone.tolist()]
+
+    def _cell_places(self, shape: tuple[int, int], thick: float) -> list[Point]:
+        """The cells' centres, row by row."""
+        row, column = (index.ravel() for index in np.indices(shape))
+        pitch = self._array['pitch']
+        return points_of(np.column_stack([(column - 0.5 * (shape[1] - 1)) * pitch, (row - 0.5 * (shape[0] - 1)) * pitch,
+                                          np.full(row.size, -0.5 * thick)]))
 
     def _lines(self, region: ContactRegion) -> None:
         """Outlines, holes, and the axes of the region."""

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """What nodes that draw share: who looks is heard of, places stand on /tf_static, bad parameters are named."""
+import time
+
 import pytest
 
 pytest.importorskip('rclpy')
@@ -8,8 +10,9 @@ import rclpy  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.nodes.parameters import Parameter  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
+from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from tactile_bringup.nodes.drawing_node import DrawingNode  # noqa: E402
 
@@ -17,11 +20,17 @@ pytestmark = pytest.mark.ros
 
 
 class Lookers(DrawingNode):
-    """Notes how many look."""
+    """Notes how many look; draws a marker, and takes it away."""
 
     def __init__(self):
         super().__init__('lookers', (Parameter('frame_id', str, 'pad', '', 'sensor frame'),))
-        self.looking = []
+        self.looking, self.markers = [], self
+
+    def nothing(self, header):
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+
+    def draw(self):
+        self.publish_drawn(self.marker_output, Header(frame_id='pad'), lambda: MarkerArray(markers=[Marker(ns='dots')]))
 
     def follow_demand(self):
         self.looking.append(self.marker_output.get_subscription_count())
@@ -42,7 +51,25 @@ def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
     assert until(lambda: node.looking[-1:] == [1])
     other.destroy_subscription(look)
     assert until(lambda: node.looking[-1:] == [0])
-    node.markers = None  # nobody looks any more: nothing is taken away
+
+
+def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_ends(bench):
+    made = []
+    other, until = bench(lambda: made.append(Lookers()) or made[0], 67)
+    node, seen = made[0], []
+    other.create_subscription(MarkerArray, 'markers', lambda message: seen.append((time.monotonic(), message.markers[0])), 10)
+    assert until(lambda: node.looking[-1:] == [1])
+    node.draw()
+    assert until(lambda: len(seen) == 2)
+    (drawn_s, _), (gone_s, gone) = seen
+    assert gone.action == Marker.DELETEALL and gone.header.frame_id == 'pad' and 1.9 < gone_s - drawn_s
+    until(lambda: False, 0.6)
+    assert len(seen) == 2, 'once'
+    node.draw()
+    assert until(lambda: len(seen) == 3)
+    node.destroy_node()
+    node.destroy_node = lambda: None  # bench does it again
+    assert until(lambda: len(seen) == 4) and seen[-1][1].action == Marker.DELETEALL
 
 
 def test_a_parameter_that_cannot_be_used_is_named():

@@ -14,8 +14,8 @@ from visualization_msgs.msg import Marker  # noqa: E402
 from tactile_bringup import colours  # noqa: E402
 from tactile_bringup.nodes.marker_messages import MarkerSet  # noqa: E402
 
-SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_scale': 4e-3, 'torque_scale': 0.4,
-         'dome.rim_radius': 0.0, 'dome.height': 0.0}
+SIZES = {'dot_size': 6e-4, 'dot_colour': 'state', 'full_depth': 5e-3, 'normal_length': 6e-3, 'force_length': 8e-3, 'full_force': 4.0,
+         'full_torque': 0.02, 'sensor_type': 'areal_single', 'dome.rim_radius': 0.0, 'dome.height': 0.0}
 HEADER = Header(frame_id='pad')
 NAN = float('nan')
 
@@ -36,17 +36,17 @@ def touch():
 
 
 def by_name(array):
-    return {marker.ns: marker for marker in array.markers}
+    return {marker.ns: marker for marker in array.markers if marker.action == Marker.ADD}
 
 
 def xyz(points):
     return np.array([(p.x, p.y, p.z) for p in points])
 
 
-def test_every_part_is_drawn_in_the_sensor_frame_and_fades():
+def test_every_part_is_drawn_in_the_sensor_frame_and_stays_until_it_is_replaced():
     made = by_name(MarkerSet(SIZES).frame(HEADER, touch()))
     assert set(made) == {'dots', 'outlines', 'holes', 'region', 'normals', 'force', 'slip_center'}  # the torque is not known
-    assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD and m.lifetime.nanosec == 500_000_000 for m in made.values())
+    assert all(m.header.frame_id == 'pad' and m.action == Marker.ADD and m.lifetime.sec == m.lifetime.nanosec == 0 for m in made.values())
     assert all(m.pose.orientation.w == 1.0 for m in made.values())
 
 
@@ -64,10 +64,15 @@ def test_dots_may_have_the_colours_of_their_depths():
 
 
 def test_depth_is_under_the_untouched_dome_where_there_is_one():
-    dome = {**SIZES, 'dot_colour': 'depth', 'dome.rim_radius': 0.15, 'dome.height': 0.12}
+    dome = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'air_cushion',
+            'dome.rim_radius': 0.15, 'dome.height': 0.12}
     found = {'dots': DotTracks(id=[0, 1, 2], x=[0.0, 0.15, 0.0], y=[0.0] * 3, z=[0.12, 0.0, 0.1175])}
     dots = by_name(MarkerSet(dome).frame(HEADER, found))['dots']
     assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 0.0, 0.5]))]
+    pad = {**SIZES, 'dot_colour': 'depth', 'sensor_type': 'touchpad', 'cap.curvature_radius': 0.02, 'cap.height': 0.013}
+    found = {'dots': DotTracks(id=[0, 1], x=[0.0, 0.0], y=[0.0, 0.0], z=[0.013, 0.008])}
+    dots = by_name(MarkerSet(pad).frame(HEADER, found))['dots']
+    assert [(c.r, c.g, c.b) for c in dots.colors] == [pytest.approx(row, abs=1e-5) for row in colours.of_depth(np.array([0.0, 1.0]))]
 
 
 def test_a_touch_shows_where_it_is_with_95_percent():
@@ -94,7 +99,42 @@ def test_arrows_have_their_lengths():
     start, end = xyz(made['normals'].points)
     assert made['normals'].id == 3 and end - start == pytest.approx([0, 0, 6e-3])
     start, end = xyz(made['force'].points)
-    assert end == pytest.approx([0.001, 0, 0.012]) and end - start == pytest.approx([0.5 * 4e-3, 0, -2.0 * 4e-3])
+    assert end - start == pytest.approx([0.5 * 2e-3, 0, -2.0 * 2e-3])
+    away = np.array([0.001, 0, 0.012]) - end
+    assert np.linalg.norm(away) == pytest.approx(6e-3) and np.cross(away, end - start) == pytest.approx(np.zeros(3)), 'off the touch'
+
+
+@pytest.mark.parametrize(('newton', 'metres'), [(4.0, 8e-3), (40.0, 8e-3), (1.0, 2e-3)])
+def test_no_force_arrow_is_longer_than_that_of_the_full_force(newton, metres):
+    found = touch()
+    found['wrench'].wrench.force = Vector3(z=-newton)
+    found['wrench'].wrench.torque = Vector3(x=1.0)
+    made = by_name(MarkerSet(SIZES).frame(HEADER, found))
+    assert [np.linalg.norm(np.diff(xyz(made[ns].points), axis=0)) for ns in ('force', 'torque')] == pytest.approx([metres, 8e-3])
+
+
+def grid_of_dots(depth=0.0):
+    x, y = (part.ravel() * 1e-3 for part in np.meshgrid(np.arange(4.0), np.arange(3.0)))
+    z = np.where((x == 1e-3) & (y == 1e-3), -depth, 0.0)
+    return DotTracks(id=range(12), x=x, y=y, z=z)
+
+
+def test_the_skin_spans_the_dots_and_shows_a_dent_by_colour_and_light():
+    flat, dented = (by_name(MarkerSet(SIZES).frame(HEADER, {'dots': grid_of_dots(depth)}))['skin'] for depth in (0.0, 2e-3))
+    assert len(flat.points) == 3 * len(flat.colors) == 3 * 2 * 3 * 2 and flat.type == Marker.TRIANGLE_LIST
+    corners = xyz(flat.points).reshape(-1, 3, 3)
+    assert 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() == pytest.approx(6e-6)
+    assert all(0 < c.a < 1 for c in flat.colors) and flat.color.a == 1.0
+    assert len({(c.r, c.g, c.b) for c in flat.colors}) == 1 < len({(c.r, c.g, c.b) for c in dented.colors})
+
+
+def test_a_dot_whose_place_is_not_known_leaves_the_skin_whole():
+    found = {'dots': grid_of_dots()}
+    it = MarkerSet(SIZES)
+    it.frame(HEADER, found)
+    found['dots'].x[5] = NAN
+    assert np.isfinite(xyz(by_name(it.frame(HEADER, found))['skin'].points)).all()
+    assert 'skin' not in by_name(it.frame(HEADER, {'dots': DotTracks(id=[0, 1], x=[0.0, 1.0], y=[0.0, 0.0], z=[0.0, 0.0])}))
 
 
 def test_the_slip_centre_without_height_lies_on_the_region():
@@ -112,4 +152,6 @@ def test_what_is_no_more_is_taken_away_once():
 
 def test_nothing_takes_all_away():
     assert [m.action for m in MarkerSet(SIZES).nothing(HEADER).markers] == [Marker.DELETEALL]
-    assert MarkerSet(SIZES).frame(HEADER, {}).markers == []
+    it = MarkerSet(SIZES)
+    assert [m.action for m in it.frame(HEADER, {}).markers] == [Marker.DELETEALL], 'of a node that was here before'
+    assert it.frame(HEADER, {}).markers == []

@@ -14,8 +14,8 @@ from visualization_msgs.msg import Marker  # noqa: E402
 
 from tactile_bringup.nodes.taxel_markers import TaxelMarkers  # noqa: E402
 
-SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_scale': 1e-3, 'torque_scale': 0.1,
-         'flow_scale': 0.5}
+SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
+         'full_torque': 1.0, 'flow_scale': 0.5}
 HEADER = Header(frame_id='pad')
 SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
 
@@ -42,7 +42,8 @@ def drawn(markers, **found):
 def test_a_cell_a_taxel_coloured_by_its_value():
     cells = drawn(TaxelMarkers(SIZES), image_raw=image())['cells']
     assert len(cells.points) == len(cells.colors) == 12
-    assert (cells.points[0].x, cells.points[0].y, cells.points[0].z) == pytest.approx((-1.5e-3, -1e-3, -2e-3))
+    first = cells.points[0]
+    assert (first.x, first.y, first.z) == pytest.approx((-1.5e-3, -1e-3, -1e-4)), 'under the outlines, at z = 0'
     other = drawn(TaxelMarkers(SIZES), image_raw=image(0))['cells']
     assert cells.colors[0] != other.colors[0]
 
@@ -69,4 +70,5 @@ def test_contacts_and_a_wrench_of_which_only_a_part_is_known():
     found = drawn(TaxelMarkers(SIZES), contact_region=region(orientation=0.0), contacts=Contacts(header=HEADER, contacts=[contact]),
                   wrench=wrench)
     assert found['normals'].id == 3 and found['normals'].points[1].z == pytest.approx(6e-3)
-    assert found['force'].points[0].z == pytest.approx(5e-3) and found['force'].points[0].x == pytest.approx(1e-3)
+    ends = found['force'].points
+    assert (ends[0].x, ends[1].z, ends[0].z) == pytest.approx((1e-3, 6e-3, 10.5e-3))

@@ -1,0 +1,52 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From how far, and towards what, RViz's orbiting camera sees all of a set of points. No ROS here."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FIELD_OF_VIEW = np.pi / 4  # rad, vertical: Ogre's default, which RViz leaves as it is
+
+
+@dataclass(frozen=True)
+class OrbitView:
+    """RViz's Orbit view: distance, m, from the focal point, m; yaw, pitch, rad, of the camera as seen from there; z is up."""
+
+    distance: float
+    focal_point: tuple[float, float, float]
+    yaw: float = 0.8
+    pitch: float = 0.7
+
+    def axes(self) -> np.ndarray:
+        """(3, 3) rows: unit vectors to the right and upwards in the picture, and towards the camera."""
+        return _axes(self.yaw, self.pitch)
+
+    def project(self, points: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+        """Places (N, 2), px, of points (N, 3), m, in a picture of size (width, height), and their distances (N,), m, along the view."""
+        turned = (points - np.array(self.focal_point)) @ self.axes().T
+        depth = self.distance - turned[:, 2]
+        scale = 0.5 * size[1] / (np.tan(0.5 * FIELD_OF_VIEW) * depth)
+        return np.column_stack([0.5 * size[0] + scale * turned[:, 0], 0.5 * size[1] - scale * turned[:, 1]]), depth
+
+
+def _axes(yaw: float, pitch: float) -> np.ndarray:
+    towards = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
+    right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def view_of(points: np.ndarray, size: tuple[int, int], filled: float = 0.9, yaw: float = 0.8, pitch: float = 0.7) -> OrbitView:
+    """The nearest view from which points (N, 3), m, appear within the share filled of a picture of size (width, height), px."""
+    axes = _axes(yaw, pitch)
+    right, up, back = (points @ axes.T).T
+    slopes = filled * np.tan(0.5 * FIELD_OF_VIEW) * np.array([size[0] / size[1], 1.0])
+    # A point is in sight where |side - camera| <= slope (camera's depth - depth): its two sides bound the camera's place.
+    bounds = [((side + slope * back).max(), (side - slope * back).min()) for side, slope in zip((right, up), slopes)]
+    depth = max((high - low) / (2 * slope) for (high, low), slope in zip(bounds, slopes))
+    distance = depth - 0.5 * (back.max() + back.min())
+    camera = np.array([sum(bounds[0]) / 2, sum(bounds[1]) / 2, depth])
+    focal = (camera - [0.0, 0.0, distance]) @ axes
+    digits = 1 - int(np.floor(np.log10(distance))) + 2
+    return OrbitView(round(float(distance), digits), tuple(round(float(x), digits + 1) for x in focal), yaw, pitch)

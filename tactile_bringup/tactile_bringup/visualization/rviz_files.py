@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Makes rviz/*.rviz from the sensors' own sizes: python3 -m tactile_bringup.visualization.rviz_files FOLDER."""
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ..parameter_files import LICENCE, parameter_files
+from . import rviz_page
+from .camera_view import view_of
+from .sensor_shape import shape_of
+
+_ABOUT = '# Made by: python3 -m tactile_bringup.visualization.rviz_files FOLDER\n'
+_DOTS = ('skin', 'dots', 'region', 'outlines', 'holes', 'normals', 'covariances', 'force', 'torque')
+#: Sensor type -> the namespaces of its markers.
+NAMESPACES = {'touchpad': (*_DOTS, 'slip_center'), 'areal_single': _DOTS, 'areal_dual': _DOTS, 'air_cushion': _DOTS,
+              'psd_finger': ('finger', 'points', 'normals', 'covariances', 'trail'),
+              'taxel_array': ('cells', 'outlines', 'holes', 'axes', 'normals', 'flow', 'slip', 'slip_center', 'force', 'torque')}
+
+
+def rviz_file(sensor_type: str, parameters: str) -> str:
+    """The text of a sensor's configuration, under topics of the type's own name; parameters: text of its parameter file."""
+    shape, pictures = shape_of(parameters), _pictures(sensor_type)
+    hidden = [f'{sensor_type}_taxels'] if sensor_type == 'taxel_array' else []  # 2 mm under the sensor's own
+    displays = [rviz_page.grid('Base plane', shape.width), rviz_page.frames(shape.width, hidden),
+                rviz_page.markers('Touch', f'/{sensor_type}/markers', NAMESPACES[sensor_type]), *pictures]
+    view = view_of(shape.outermost(), rviz_page.room(len(pictures)))
+    return LICENCE + _ABOUT + rviz_page.page(displays, sensor_type, view)
+
+
+def _pictures(sensor_type: str) -> list[dict]:
+    if sensor_type == 'psd_finger':
+        return []
+    raw = f'/{sensor_type}/image_raw'
+    if sensor_type == 'taxel_array':
+        return [rviz_page.image('Taxels', raw, 'Best Effort', normalize=True)]
+    return [rviz_page.image('Annotated image', f'/{sensor_type}/image_annotated'), rviz_page.image('Raw image', raw, 'Best Effort')]
+
+
+def rviz_files() -> dict[str, str]:
+    """File name -> text."""
+    parameters = parameter_files()
+    return {f'{sensor_type}.rviz': rviz_file(sensor_type, parameters[f'{sensor_type}.yaml']) for sensor_type in NAMESPACES}
+
+
+def main() -> int:
+    """Write the files into the folder named on the command line."""
+    for name, text in rviz_files().items():
+        Path(sys.argv[1], name).write_text(text)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

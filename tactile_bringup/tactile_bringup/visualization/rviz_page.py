@@ -1,0 +1,82 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of an RViz configuration. No ROS here."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import yaml
+
+from .camera_view import OrbitView
+from .window_state import window_state
+
+WINDOW = 1600, 960  # px
+_LEFT, _RIGHT = 260, 600  # px, widths of the docks: what is displayed, and pictures (640 px wide) at nearly their own size
+_FRAME = 44, 100  # px: the bars beside the 3D view, and menu, tools and status above and below it
+_MOST_ROWS = 3  # of pictures: more are in tabs
+_TOPIC = {'History Policy': 'Keep Last', 'Durability Policy': 'Volatile'}
+
+
+def display(kind: str, name: str, **properties) -> dict:
+    """A display of rviz_default_plugins."""
+    return {'Class': f'rviz_default_plugins/{kind}', 'Name': name, 'Enabled': True, **properties, 'Value': True}
+
+
+def markers(name: str, topic: str, namespaces: Sequence[str] = ()) -> dict:
+    """Markers on a topic; namespaces: a checkbox each."""
+    properties = {'Namespaces': dict.fromkeys(namespaces, True)} if namespaces else {}
+    return display('MarkerArray', name, Topic={'Value': topic, 'Depth': 5, 'Reliability Policy': 'Reliable', **_TOPIC}, **properties)
+
+
+def image(name: str, topic: str, reliability: str = 'Reliable', normalize: bool = False) -> dict:
+    """An image in a panel of its own."""
+    topic = {'Value': topic, 'Depth': 1, 'Reliability Policy': reliability, **_TOPIC}
+    return display('Image', name, Topic=topic, **{'Normalize Range': normalize})
+
+
+def grid(name: str, width: float) -> dict:
+    """The plane z = 0 in ten cells, somewhat wider than width, m."""
+    return display('Grid', name, **{'Cell Size': cell_size(1.2 * width / 10), 'Plane Cell Count': 10, 'Plane': 'XY',
+                                    'Color': '110; 110; 120', 'Reference Frame': '<Fixed Frame>'})
+
+
+def cell_size(least: float) -> float:
+    """m: 1, 2 or 5 times a power of ten, not less than least."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(f'{next(step * power for step in (1, 2, 5, 10) if step * power >= least):.6g}')
+
+
+def frames(width: float, hidden: Sequence[str] = ()) -> dict:
+    """The frames, with axes a sixth as long as width, m; hidden: frames that are not shown, since their names would lie over another's."""
+    # RViz draws axes 0.2 m long at a scale of 1.
+    listed = {'All Enabled': True, **{name: {'Value': False} for name in hidden}}
+    return display('TF', 'Frames', **{'Marker Scale': float(f'{0.8 * width:.3g}'), 'Show Arrows': False, 'Show Axes': True,
+                                      'Show Names': True, 'Frames': listed})
+
+
+def room(pictures: int) -> tuple[int, int]:
+    """(width, height), px, of the 3D view beside so many pictures."""
+    return WINDOW[0] - _FRAME[0] - _LEFT - (_RIGHT if pictures else 0), WINDOW[1] - _FRAME[1]
+
+
+def page(displays: Sequence[dict], frame: str, view: OrbitView) -> str:
+    """The text of a configuration; pictures stand at the right in the order of their displays."""
+    pictures = [entry['Name'] for entry in displays if entry['Class'].endswith('/Image')]
+    rows = [pictures[k::_MOST_ROWS] for k in range(min(_MOST_ROWS, len(pictures)))]
+    state = window_state((WINDOW[0], WINDOW[1] - _FRAME[1]), ('Displays', _LEFT), rows, _RIGHT, ('Views', 'Time'))
+    hidden = {'Views': {'collapsed': True}, 'Time': {'collapsed': True}}
+    geometry = {**hidden, 'Displays': {'collapsed': False}, **{name: {'collapsed': False} for name in pictures},
+                'Height': WINDOW[1], 'Width': WINDOW[0], 'QMainWindow State': state}
+    manager = {'Class': '', 'Displays': list(displays), 'Enabled': True, 'Name': 'root', 'Value': True,
+               'Global Options': {'Background Color': '32; 32; 38', 'Fixed Frame': frame, 'Frame Rate': 30},
+               'Tools': [{'Class': f'rviz_default_plugins/{name}'} for name in ('MoveCamera', 'Select', 'Measure')],
+               'Views': {'Current': _view(view), 'Saved': None}}
+    panels = [{'Class': f'rviz_common/{name}', 'Name': name} for name in ('Displays', 'Views', 'Time')]
+    return yaml.safe_dump({'Panels': panels, 'Visualization Manager': manager, 'Window Geometry': geometry}, sort_keys=False, width=140)
+
+
+def _view(view: OrbitView) -> dict:
+    return {'Class': 'rviz_default_plugins/Orbit', 'Name': 'Current View', 'Distance': view.distance,
+            'Focal Point': dict(zip('XYZ', view.focal_point)), 'Pitch': view.pitch, 'Yaw': view.yaw, 'Near Clip Distance': 0.001,
+            'Target Frame': '<Fixed Frame>', 'Value': 'Orbit (rviz_default_plugins)'}
