@@ -23,12 +23,12 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'camera_node = tactile_driver.nodes.start:camera_node',
-            'dual_camera_node = tactile_driver.nodes.start:dual_camera_node',
-            'psd_node = tactile_driver.nodes.start:psd_node',
-            'psd_emulator = tactile_driver.nodes.start:psd_emulator',
-            'taxel_array_node = tactile_driver.nodes.start:taxel_array_node',
-            'taxel_emulator = tactile_driver.nodes.start:taxel_emulator',
+            'camera_node = tactile_driver.nodes.camera_node:main',
+            'dual_camera_node = tactile_driver.nodes.dual_camera_node:main',
+            'psd_node = tactile_driver.nodes.psd_node:main',
+            'psd_emulator = tactile_driver.emulator:main',
+            'taxel_array_node = tactile_driver.nodes.taxel_array_node:main',
+            'taxel_emulator = tactile_driver.taxel_emulator:main',
         ],
     },
 )

@@ -1,13 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A touchpad, or any camera that looks at printed dots: driver, perception, markers; RViz and a recording where asked for."""
-from launch import LaunchDescription
-from launch.actions import OpaqueFunction
-
-from tactile_bringup.sensor_launch import sensor_arguments
-from tactile_bringup.touchpad_launch import SENSOR_TYPE, touchpad_actions
+from tactile_bringup.sensor_launch import sensor_description
 
 
 def generate_launch_description():
     """The arguments and the nodes that they make."""
-    return LaunchDescription([*sensor_arguments(SENSOR_TYPE), OpaqueFunction(function=touchpad_actions)])
+    return sensor_description('touchpad')

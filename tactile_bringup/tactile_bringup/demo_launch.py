@@ -7,28 +7,32 @@ import sys
 from pathlib import Path
 
 from launch import LaunchContext
-from launch.actions import Shutdown
+from launch.actions import DeclareLaunchArgument, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from .sensor_launch import number
-from .touchpad_launch import touchpad_actions
+from .sensor_launch import number, sensor_actions
 
-DEMO_ARGUMENTS = {
-    'out': ('out/demo', 'folder for pictures and video'),
-    'seconds': ('', 'how long it lasts, s; empty: 25 of a simulated sensor or a device, a recording to its end'),
-}
+SENSOR_TYPE = 'touchpad'
 _LIVE_S = 25.0
+
+
+def demo_arguments() -> list[DeclareLaunchArgument]:
+    """The arguments that the demo has besides those of the touchpad."""
+    texts = {'out': ('out/demo', 'folder for pictures and video'),
+             'seconds': ('', 'how long it lasts, s; empty: 25 of a simulated sensor or a device, a recording to its end')}
+    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
 def demo_actions(context: LaunchContext) -> list:
     """The touchpad's actions and the demo's, with whose end all ends. Raises LaunchError."""
-    given = {name: LaunchConfiguration(name).perform(context) for name in (*DEMO_ARGUMENTS, 'source', 'namespace')}
+    sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments())
+    given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
     # The panel goes to the terminal as it is: launch would write the process's name before every line.
     demo = Node(package='tactile_bringup', executable='demo', name='demo', namespace=given['namespace'], output='screen',
                 output_format='{line}', parameters=[own], on_exit=Shutdown(reason='the demo is over'))
-    return [*touchpad_actions(context), demo]
+    return [*sensor, demo]
 
 
 def duration(given: dict[str, str]) -> float:

@@ -13,7 +13,8 @@ import yaml
 from scipy.spatial.transform import Rotation
 from tactile_driver.errors import BadArgument
 
-SENSOR_TYPES = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array')
+from .sensor_types import SENSOR_TYPES
+
 #: what the launch file of a sensor calls by the same name; of these the first two are paths
 _SETTINGS = ('calibration', 'params', 'device', 'right_device', 'rate', 'scene')
 _PATHS = _SETTINGS[:2]
@@ -91,8 +92,8 @@ def _sensor(entry: object, hand_frame: str, folder: Path) -> HandSensor:
     name = _name(entry['name'], 'name')
     if entry['type'] not in SENSOR_TYPES:
         raise BadArgument(f'type {entry["type"]!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
-    if 'right_device' in entry and entry['type'] != 'areal_dual':
-        raise BadArgument('right_device is of areal_dual only')
+    if 'right_device' in entry and 'right_device' not in SENSOR_TYPES[entry['type']].arguments:
+        raise BadArgument(f'right_device: a sensor of type {entry["type"]} has one camera at most')
     return HandSensor(name, entry['type'], _name(entry.get('parent', hand_frame), 'parent'), tuple(_numbers(entry, 'xyz', 3)),
                       _quaternion(entry), _settings(entry, folder))
 

@@ -11,12 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from .hand_file import Hand, HandSensor
 from .sensor_launch import share
+from .sensor_types import SENSOR_TYPES
 from .visualization import rviz_page
 from .visualization.camera_view import view_of
 from .visualization.sensor_shape import SensorShape, shape_of
 
-#: sensors that have a picture with what they feel drawn into it
-ANNOTATED = ('touchpad', 'areal_single', 'areal_dual', 'air_cushion')
 #: sensor type -> what the frames are called that it has besides, and that would only crowd the view
 _BESIDES = {'psd_finger': 'tip', 'taxel_array': 'taxels'}
 
@@ -26,7 +25,7 @@ def rviz_configuration(hand: Hand) -> str:
     shapes = [_shape(sensor) for sensor in hand.sensors]
     points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
     pictures = [rviz_page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors
-                if sensor.type in ANNOTATED]
+                if SENSOR_TYPES[sensor.type].annotated]
     hidden = [f'{sensor.frame}_{_BESIDES.get(sensor.type, "camera")}' for sensor in hand.sensors]
     displays = [rviz_page.grid('Base', float(np.ptp(points[:, :2], axis=0).max())),
                 rviz_page.frames(float(np.median([shape.width for shape in shapes])), hidden),

@@ -58,7 +58,7 @@ def test_settings_are_text_and_paths_beside_the_file(tmp_path):
     ([{**THUMB, 'rpy': 'up'}], "rpy is 'up'"), ([{**THUMB, 'quaternion': [0, 0, 0, 2]}], 'of length 2, but must have length 1'),
     ([{**THUMB, 'rpy': [0, 0, 0], 'quaternion': [0, 0, 0, 1]}], 'both given'),
     ([{**THUMB, 'device': ['a']}], "device is \\['a'\\]"),
-    ([{**THUMB, 'right_device': 'b'}], 'right_device is of areal_dual only'),
+    ([{**THUMB, 'right_device': 'b'}], 'right_device: a sensor of type .* has one camera at most'),
     ([{**THUMB, 'parent': 'thumb'}], 'hangs on the sensor itself'),
     ([{**THUMB, 'parent': 'index'}, {**THUMB, 'name': 'index', 'parent': 'thumb'}], 'sensor thumb: parent index hangs on'),
     (['thumb'], 'number 1: a sensor must have the form key: value'), ([], 'sensors must be a list of one sensor or more')])

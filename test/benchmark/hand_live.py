@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A hand over ROS: CPU, memory, latency and losses of 1, 2 and 5 sensors, with a process for each sensor, one for all, one for each node.
+"""A hand over ROS: CPU, memory, latency and losses of 1, 2 and 5 sensors, with a process for each sensor, or for each node.
 
-    python test/benchmark/hand_live.py [--counts 1 2 5] [--composed sensor true false] [--duration 20] [--repeat 3] [--share 1.0]
+    python test/benchmark/hand_live.py [--counts 1 2 5] [--composed true false] [--duration 20] [--repeat 3] [--share 1.0]
 
 The sensors are two touchpads of 640 x 480 at 60 frames a second, a PSD finger at 1 kHz, a taxel array at 200 frames a second and a sheet
 with two cameras at 30, in this order; --share takes all rates down. Their frames are rendered beforehand (rendered.py). This process
@@ -20,7 +20,7 @@ import struct
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import planned_sensor
-from tactile_bringup.hand_processes import PROCESSES, Groups, PlannedNode
+from tactile_bringup.processes import SensorPlan, own_parameters
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.psd_scene import open_psd_scene
 from tactile_driver.simulation.scenes import open_dual_scene, open_scene
@@ -47,16 +47,16 @@ SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', C
            'tip': ('psd_finger', 1000, 200, 'demo', open_psd_scene, 'contacts', Contacts),
            'array': ('taxel_array', 200, 200, 'demo', open_taxel_scene, 'contacts', Contacts),
            'palm': ('areal_dual', 30, 30, 'areal_dual_demo', open_dual_scene, 'contacts', Contacts)}
-WAYS = tuple(PROCESSES)
-_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'sensor'}
+WAYS = ('true', 'false')
+_GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'true'}
 _FILM_S = 6.0
 _STARTED_S = 6.0  # imports
 
 
-def plan(names: Sequence[str], share: float) -> dict[str, list[PlannedNode]]:
+def plan(names: Sequence[str], share: float) -> dict[str, SensorPlan]:
     """The nodes of each sensor, as hand.launch.py plans them."""
     settings = {name: {'rate': f'{SENSORS[name][1] * share:g}', 'scene': SENSORS[name][3]} for name in names}
-    return {name: planned_sensor(HandSensor(name, SENSORS[name][0], 'hand', settings=settings[name]), _GIVEN).nodes for name in names}
+    return {name: planned_sensor(HandSensor(name, SENSORS[name][0], 'hand', settings=settings[name]), _GIVEN) for name in names}
 
 
 def film(folder: Path, share: float) -> None:
@@ -66,11 +66,19 @@ def film(folder: Path, share: float) -> None:
             np.save(rendered.file_of(folder, scene, rate * share), rendered.frames_of(opened(scene, rate * share), _FILM_S))
 
 
+def command(plan: SensorPlan, nodes: Iterable[str], films: Path) -> list[str]:
+    """The command line of a process of some of a sensor's nodes, which plays the films."""
+    return [sys.executable, str(Path(__file__).with_name('rendered.py').absolute()), str(films), *nodes, '--ros-args',
+            '-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params, '--params-file', own_parameters(plan)]
+
+
 class Hand(live.System):
     """The processes of a hand; use it in a with statement."""
 
-    def __init__(self, groups: Groups, films: Path):
-        super().__init__(groups, films, (sys.executable, str(Path(__file__).with_name('rendered.py').absolute()), str(films)))
+    def __init__(self, plans: Mapping[str, SensorPlan], way: str, films: Path):
+        super().__init__({label: command(plan, nodes, films) for plan in plans.values()
+                          for label, nodes in ({plan.frame: plan.nodes} if way == 'true' else
+                                               {f'{plan.frame}/{node}': [node] for node in plan.nodes}).items()}, films)
 
     def memory(self) -> float:
         """MB that are theirs alone, what they share once: no libraries, and none of the frames that they play."""
@@ -109,7 +117,7 @@ class Heard:
 def run(names: Sequence[str], way: str, share: float, duration: float, settle: float, films: Path) -> dict:
     """Start the processes, listen, end them; the summary."""
     heard, record = {name: Heard() for name in names}, live.Record()
-    with Hand(PROCESSES[way][1](plan(names, share)), films) as hand:
+    with Hand(plan(names, share), way, films) as hand:
         time.sleep(_STARTED_S)
         rclpy.init(domain_id=live.DOMAIN)
         node, executor = Node('hand_benchmark'), SingleThreadedExecutor()

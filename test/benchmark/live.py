@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nodes over ROS, from the driver to the touches: latency from the stamp, frames lost, CPU and memory of each process.
 
-    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed false]
+    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed true]
 
-The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run each in a process of its own,
-or with --composed true all in one, in a ROS domain of their own; sheets and cushion with the calibration
+The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run in one process,
+or with --composed false each in its own, in a ROS domain of their own; sheets and cushion with the calibration
 that ships. First nobody subscribes (--idle s), then this process does to the last node's result alone. Frames of the first --settle s do
 not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that the result does not.
 """
@@ -15,11 +15,10 @@ import argparse
 import json
 import os
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,7 +29,6 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.hand_processes import PROCESSES, Groups, PlannedNode, told
 from tactile_bringup.sensor_launch import share
 from tactile_driver.nodes.run import make_room_for_images
 from tactile_driver.simulation.scenes import open_scene
@@ -49,36 +47,34 @@ PERCENTILES = (50, 95, 99, 100)
 
 
 class System:
-    """Processes of nodes, kept as a launch file keeps them; use it in a with statement. groups: name of a process -> its nodes; command:
-    what keeps them."""
+    """Processes of nodes; use it in a with statement. commands: name of a process -> its command line."""
 
-    def __init__(self, groups: Groups, folder: Path, command: Sequence[str] = (sys.executable, '-m', 'tactile_bringup.nodes.keeper')):
+    def __init__(self, commands: Mapping[str, Sequence[str]], folder: Path):
         environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-        self._keeper = subprocess.Popen([*command, told(groups)], cwd=folder, env=environment, start_new_session=True)
-
-    @property
-    def processes(self) -> dict[str, psutil.Process]:
-        """By name, with what keeps them."""
-        keeper = psutil.Process(self._keeper.pid)
-        return {'keeper': keeper, **{child.name(): child for child in keeper.children()}}
+        self.processes = {name: psutil.Popen(command, cwd=folder, env=environment, start_new_session=True)
+                          for name, command in commands.items()}
 
     def __enter__(self) -> System:
         return self
 
     def __exit__(self, *_exc) -> None:
-        os.killpg(self._keeper.pid, signal.SIGINT)
-        self._keeper.wait(timeout=30)
+        for process in self.processes.values():
+            process.send_signal(signal.SIGINT)
+        for process in self.processes.values():
+            process.wait(timeout=30)
 
     def usage(self) -> dict[str, tuple[float, float]]:
         """Name -> (s of CPU so far, MB of memory of its own and shared)."""
         return {name: (sum(p.cpu_times()[:2]), p.memory_info().rss / 2**20) for name, p in self.processes.items()}
 
 
-def one_sensor(executables: Sequence[str], parameters: dict, folder: Path, composed: str) -> Groups:
-    """The processes of a sensor's nodes, with parameters by way of a file, as the argument composed has it."""
+def one_sensor(executables: Sequence[str], parameters: dict, folder: Path, composed: str) -> dict[str, list[str]]:
+    """The command lines of a sensor's processes, with parameters by way of a file, as the argument composed has it."""
     file = folder / 'parameters.yaml'
     file.write_text(yaml.safe_dump(parameters))
-    return PROCESSES[composed][1]({'sensor': [PlannedNode('', name, '/', str(file)) for name in executables]})
+    groups = {'sensor': executables} if composed == 'true' else {name: [name] for name in executables}
+    return {name: [sys.executable, '-m', 'tactile_bringup.nodes.compose', *nodes, '--ros-args', '--params-file', str(file)]
+            for name, nodes in groups.items()}
 
 
 @dataclass
@@ -197,7 +193,7 @@ def main() -> None:
     parser.add_argument('--rate', type=float, default=60.0, help='frames a second')
     parser.add_argument('--sensor', default='touchpad', choices=SENSORS)
     parser.add_argument('--scene', default='', help='of the simulated sensor; its demo where none is given')
-    parser.add_argument('--composed', default='false', choices=('true', 'false'), help='one process for all nodes, or one for each')
+    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
     parser.add_argument('--pace', default='full', help='of the membrane: full or fast')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
     given = parser.parse_args()

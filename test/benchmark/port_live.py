@@ -115,8 +115,8 @@ def run(sensor: PortSensor, composed: str, duration: float, settle: float) -> di
         time.sleep(2.0)
         try:
             values = {'source': 'device', 'device': port, **sensor.values}
-            groups = live.one_sensor(sensor.executables, {'/**': {'ros__parameters': values}}, Path(folder), composed)
-            with live.System(groups, Path(folder)) as system:
+            commands = live.one_sensor(sensor.executables, {'/**': {'ros__parameters': values}}, Path(folder), composed)
+            with live.System(commands, Path(folder)) as system:
                 _listen(sensor, system, record, settle + duration)
         finally:
             emulator.send_signal(signal.SIGINT)
@@ -142,7 +142,7 @@ def arguments(text_of_all: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=text_of_all, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--duration', type=float, default=60.0, help='s that count')
     parser.add_argument('--settle', type=float, default=5.0, help='s at the start that do not count')
-    parser.add_argument('--composed', default='false', choices=('true', 'false'), help='one process for all nodes, or one for each')
+    parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for the results')
     return parser
 

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulated sensors whose frames were rendered beforehand, so that what a hand costs can be measured without what drawing it costs.
 
-    python test/benchmark/rendered.py FOLDER JSON
+    python test/benchmark/rendered.py FOLDER NODE ... --ros-args ...
 
-runs hand_node with those processes; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
+runs sensor_nodes with what follows; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
 driver's work is a copy of the frame, as of a camera that hands over BGR, or of the voltages.
 """
 from __future__ import annotations
@@ -66,17 +66,15 @@ def playing(folder: Path, open_scene):
 
 
 def main() -> None:
-    """Replace what opens scenes, and run hand_node, which ends as a node does that is started by its entry point."""
-    from tactile_driver.nodes.start import INTERRUPT
-    INTERRUPT.end_at_once(0)
+    """Replace what opens scenes, and run sensor_nodes."""
     from tactile_driver.simulation import scenes
     from tactile_driver.sources import psd_simulated, taxel_simulated
     folder = Path(sys.argv[1])
     for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene'),
                          (psd_simulated, 'open_psd_scene')):
         setattr(module, name, playing(folder, getattr(module, name)))
-    from tactile_bringup.nodes import keeper
-    keeper.main([sys.argv[0], *sys.argv[2:]])
+    from tactile_bringup.nodes import compose
+    compose.main([sys.argv[0], *sys.argv[2:]])
 
 
 if __name__ == '__main__':

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,6 @@ from soak_trend import Sample  # noqa: E402
 EMULATORS = {'tip': 'tactile_driver.emulator', 'array': 'tactile_driver.taxel_emulator'}
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 96))
 _ENVIRONMENT = {'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-_COMM = 15  # characters of a process' name that Linux keeps
 _PLUGGED_S = 2.0
 _FILM_S = 6.0  # all that the scenes begin with: nothing, a touch, slip
 _ENDED_S = 60.0  # so long a busy machine may need to end a hand
@@ -60,9 +59,10 @@ def environment(folder: Path) -> dict[str, str]:
             'PYTHONPATH': os.pathsep.join(filter(None, paths))}
 
 
-def name_of(comm: str, sensors: Collection[str]) -> str:
-    """What a process is called: the sensor whose name it bears, else its own name."""
-    return next((name for name in sensors if name[:_COMM] == comm), comm)
+def name_of(command: Sequence[str], sensors: Collection[str]) -> str:
+    """What a process is called: the sensor in whose namespace its nodes are, else its own name."""
+    own = next((name for name in sensors if f'__ns:=/{name}' in command), '')
+    return own or Path(next((word for word in command if 'python' not in word), 'none')).name
 
 
 def look(process: psutil.Process, seconds: float) -> Sample:
@@ -93,7 +93,7 @@ class Launch:
         for child in self._root.children(recursive=True):
             try:
                 if child.status() != psutil.STATUS_ZOMBIE:
-                    found.setdefault(name_of(child.name(), self._sensors), child)
+                    found.setdefault(name_of(child.cmdline(), self._sensors), child)
             except psutil.Error:  # it has just ended
                 continue
         return found

@@ -28,10 +28,10 @@ S = 10**9
 
 
 def test_the_nodes_of_each_sensor():
-    groups = hand_live.plan(['thumb', 'tip'], 0.5)
-    assert [node.executable for node in groups['tip']] == ['psd_node', 'psd_contact_node', 'finger_markers_node']
-    assert groups['tip'][0].own['rate'] == 500.0 and groups['thumb'][0].own['rate'] == 30.0
-    assert [node.executable for node in groups['thumb']] == ['camera_node', 'dot_tracker_node', 'contact_region_node', 'markers_node']
+    plans = hand_live.plan(['thumb', 'tip'], 0.5)
+    assert list(plans['tip'].nodes) == ['psd_node', 'psd_contact_node', 'finger_markers_node']
+    assert plans['tip'].nodes['psd_node']['rate'] == 500.0 and plans['thumb'].nodes['camera_node']['rate'] == 30.0
+    assert list(plans['thumb'].nodes) == ['camera_node', 'dot_tracker_node', 'contact_region_node', 'markers_node']
 
 
 TAKER = """
@@ -80,7 +80,7 @@ def test_medians_of_runs_and_their_table():
             for c, m, x in ((10, 100, 0.0), (30, 120, 1.0), (20, 110, 0.5))]
     middle = hand_live.medians(runs)
     assert (middle['CPU %'], middle['memory MB'], middle['sensors']['thumb']) == (20, 110, {'lost %': 0.5, 'latency ms': [20] * 4})
-    assert '| 1 | composed:=sensor | 20 | 110 | thumb 20 / 20, 0.5 % |' in hand_live.text({(1, 'sensor'): middle})
+    assert '| 1 | composed:=true | 20 | 110 | thumb 20 / 20, 0.5 % |' in hand_live.text({(1, 'true'): middle})
 
 
 def test_a_result_is_read_from_its_bytes():

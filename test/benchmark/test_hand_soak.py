@@ -45,11 +45,10 @@ def test_cameras_play_films(tmp_path):
     assert done.stdout == '20\n'
 
 
-def test_a_process_bears_its_sensors_name():
-    sensors = ['thumb', 'left/index_finger_tip']
-    assert name_of('thumb', sensors) == 'thumb'
-    assert name_of('left/index_fing', sensors) == 'left/index_finger_tip', 'Linux keeps 15 characters'
-    assert name_of('hand_node', sensors) == 'hand_node'
+def test_a_process_is_called_after_its_sensor():
+    sensors = ['thumb', 'left/tip']
+    assert name_of(['/usr/bin/python3', '/x/sensor_nodes', 'psd_node', '--ros-args', '-r', '__ns:=/left/tip'], sensors) == 'left/tip'
+    assert name_of(['/usr/bin/python3', '/x/hand_frames_node', '--ros-args'], sensors) == 'hand_frames_node'
 
 
 def test_what_this_process_takes():

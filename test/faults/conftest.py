@@ -69,12 +69,13 @@ def nodes(bench):
 @pytest.fixture(scope='package')
 def idle(bench):
     """idle(sensor type): the nodes of a simulated sensor, made once, whose driver waits to be configured."""
-    from sensor_nodes import made, plans
+    from sensor_nodes import made, planned
     kept = {}
 
     def nodes_of(sensor_type):
         if sensor_type not in kept:
-            kept[sensor_type] = [made(plan) for plan in plans(sensor_type, bench.fresh('idle'))]
+            plan = planned(sensor_type, bench.fresh('idle'))
+            kept[sensor_type] = [made(plan, name) for name in plan.nodes]
         return kept[sensor_type]
     yield nodes_of
     for node in sum(kept.values(), []):

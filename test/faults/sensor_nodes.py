@@ -6,18 +6,17 @@ from __future__ import annotations
 from rclpy.node import Node
 from tactile_bringup.hand_file import HandSensor
 from tactile_bringup.hand_launch import hand_arguments, planned_sensor
-from tactile_bringup.hand_processes import PlannedNode
-from tactile_bringup.nodes.compose import Plan, kind_of
+from tactile_bringup.nodes.compose import kind_of
+from tactile_bringup.processes import SensorPlan
 from tactile_driver.nodes.host import Host
 
 
-def plans(sensor_type: str, space: str) -> list[PlannedNode]:
+def planned(sensor_type: str, space: str) -> SensorPlan:
     """Of a simulated sensor whose driver waits to be configured."""
-    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'sensor'}
-    return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given).nodes
+    given = {argument.name: '' for argument in hand_arguments()} | {'source': 'sim', 'autostart': 'false', 'composed': 'true'}
+    return planned_sensor(HandSensor(space.strip('/'), sensor_type, 'hand'), given)
 
 
-def made(plan: PlannedNode) -> Node:
-    """The node as it is alone in a process. Raises TactileError."""
-    told = Plan(plan.executable, f'/{plan.namespace.strip("/")}', plan.params)
-    return kind_of(told)(Host(told.arguments, plan.own))
+def made(plan: SensorPlan, name: str, **more) -> Node:
+    """The node of this name as it is alone in a process; more: parameters that it has besides. Raises TactileError."""
+    return kind_of(name)(Host(['-r', f'__ns:=/{plan.namespace}', '--params-file', plan.params], {**plan.nodes[name], **more}))

@@ -4,7 +4,6 @@
 import signal
 import time
 import xml.etree.ElementTree as Tree
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,20 +12,21 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from fault_rig import Runner  # noqa: E402
-from rclpy._rclpy_pybind11 import NodeNameNonExistentError  # noqa: E402
 from rclpy.lifecycle import LifecycleNode  # noqa: E402
+from rclpy.node import NodeNameNonExistentError  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from sensor_nodes import made, plans  # noqa: E402
-from tactile_bringup.hand_launch import share  # noqa: E402
-from tactile_bringup.nodes.compose import NODES  # noqa: E402
-from tactile_bringup.hand_processes import PlannedNode  # noqa: E402
+from sensor_nodes import made, planned  # noqa: E402
+from tactile_bringup.sensor_launch import share  # noqa: E402
+from tactile_bringup.nodes.hand_frames_node import HandFramesNode  # noqa: E402
+from tactile_bringup.sensor_types import NODES  # noqa: E402
+from tactile_driver.nodes.host import Host  # noqa: E402
 
 pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
 SPACE = '/sensor'  # of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
 EXAMPLES = ('grip_reflex', 'simulated_gripper')
-SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'} - {'hand_frames_node'}
+SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'}
 #: What makes a node use all that it can.
 MORE = {'taxel_contact_node': {'object.gravity_frame': 'world'}}
 
@@ -79,11 +79,10 @@ def agree(node, seconds=10.0):
 
 @pytest.fixture
 def running(bench):
-    """running(plans): their nodes, spun, with their drivers active, and somebody who wants all that they publish."""
+    """running(nodes): these, spun, with their drivers active, and somebody who wants all that they publish."""
     runners = []
 
-    def start(planned):
-        nodes = [made(plan) for plan in planned]
+    def start(nodes):
         runners.extend(Runner(node) for node in nodes)
         for node in nodes:
             if isinstance(node, LifecycleNode):
@@ -101,13 +100,13 @@ def running(bench):
 
 @pytest.mark.parametrize('sensor_type', TYPES)
 def test_nodes_of_a_sensor_use_what_their_policies_allow_and_nothing_else(bench, running, sensor_type):
-    planned = plans(sensor_type, bench.fresh('policed'))
-    for node in running([replace(plan, own={**plan.own, **MORE.get(plan.executable, {})}) for plan in planned]):
+    plan = planned(sensor_type, bench.fresh('policed'))
+    for node in running([made(plan, name, **MORE.get(name, {})) for name in plan.nodes]):
         agree(node)
 
 
 def test_the_frames_of_a_hand_do_so_too(running):
-    frames, = running([PlannedNode('tactile_bringup', 'hand_frames_node', '/', own={'hand': share('hands', 'example_hand.yaml')})])
+    frames, = running([HandFramesNode(Host([], {'hand': share('hands', 'example_hand.yaml')}))])
     agree(frames)
 
 
@@ -130,7 +129,7 @@ def test_the_examples_of_a_controller_do_so_too(bench, name):
 
 def test_every_node_has_a_policy_in_the_form_that_sros2_reads():
     files = sorted(FOLDER.glob('*.policy.xml'))
-    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*NODES, *EXAMPLES, 'record_node'])
+    assert [path.name.removesuffix('.policy.xml') for path in files] == sorted([*SENSOR_NODES, 'hand_frames_node'])
     for path in files:
         root = Tree.parse(path).getroot()
         assert (root.tag, root.get('version')) == ('policy', '0.2.0')

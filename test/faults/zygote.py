@@ -92,14 +92,13 @@ def _polled(pid: int) -> int | None:
 
 def _become(module: str, log: str, words: list[str]) -> None:
     """What a process that was started anew would be at this point."""
-    from tactile_driver.nodes.start import start_node
     os.setsid()
     ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)  # nothing is left behind where the tests end early
     for number, path, flags in ((0, os.devnull, os.O_RDONLY), (1, log, os.O_WRONLY | os.O_CREAT), (2, log, os.O_WRONLY | os.O_APPEND)):
         os.dup2(os.open(path, flags, 0o644), number)
     sys.argv = [module, *words]
     try:
-        start_node(module)
+        import_module(module).main()
     except SystemExit as end:
         # Not by way of exit(): LTTng, which rclpy brings along, would cancel threads there that only the forking process has.
         sys.stderr.flush()

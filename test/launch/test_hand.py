@@ -16,6 +16,7 @@ from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from tactile_driver.nodes.run import WRONG  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
@@ -32,9 +33,10 @@ def hand(tmp_path):
     return 'hand:=hand.yaml'
 
 
-def children(launched):
-    """Name -> process, of those of the hand."""
-    return {process.name(): process for process in psutil.Process(launched.process.pid).children(recursive=True)}
+def sensor_process(launched, name):
+    """The process of a sensor."""
+    children = psutil.Process(launched.process.pid).children(recursive=True)
+    return next(child for child in children if f'__ns:=/{name}' in child.cmdline())
 
 
 def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_path):
@@ -62,7 +64,7 @@ def test_a_hand_is_recorded_and_its_recording_played(ros2, listen, hand, tmp_pat
     assert launched.complaints == [], launched.log
     assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'left_pad', 'tip'}
 
-    played = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'source:=bag', 'path:=bags', 'composed:=true')
+    played = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand, 'source:=bag', 'path:=bags')
     ear = listen(TOPICS)
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 30 for topic in TOPICS), 60), played.log
     assert {message.header.frame_id for message in list(ear.heard['/left/pad/contacts'])} == {'left_pad'}
@@ -74,29 +76,14 @@ def test_a_process_that_dies_is_started_again_and_the_others_go_on(ros2, listen,
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand)
     ear = listen(TOPICS)
     assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
-    killed = children(launched)['tip']
-    os.kill(killed.pid, signal.SIGKILL)
-    assert ear.wait_for(lambda: 'tip has ended with -9; it is started again' in launched.log, 10), launched.log
+    os.kill(sensor_process(launched, 'tip').pid, signal.SIGKILL)
+    assert ear.wait_for(lambda: 'exit code -9' in launched.log, 10), launched.log
     before, others = len(ear.heard['/tip/contacts']), ear.stamps('/left/pad/contacts')
     assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > before + 20, 30), launched.log
     steps = [b - a for a, b in zip(others, ear.stamps('/left/pad/contacts')[1:])]
     assert len(steps) > 20 and min(steps) > 0
-    assert launched.interrupt() == 0, launched.log
+    assert launched.interrupt() in (0, 1), 'our launch verb counts a process that was killed as failed'
     assert 'Traceback' not in launched.log
-
-
-def test_no_sensor_outlives_its_hand_and_a_new_hand_is_there_soon(ros2, listen, hand):
-    launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', hand)
-    ear = listen(TOPICS)
-    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > 20 for topic in TOPICS), 60), launched.log
-    first = children(launched)
-    os.kill(psutil.Process(first['tip'].pid).ppid(), signal.SIGKILL)
-    assert ear.wait_for(lambda: 'hand_node has ended with -9; it is started again' in launched.log, 10), launched.log
-    before = {topic: len(ear.heard[topic]) for topic in TOPICS}
-    assert ear.wait_for(lambda: all(len(ear.heard[topic]) > before[topic] + 20 for topic in TOPICS), 30), launched.log
-    assert not any(first[name].is_running() for name in ('tip', 'left/pad'))
-    os.killpg(launched.process.pid, signal.SIGINT)
-    assert launched.wait(30) in (0, 1), 'launch counts a process that was killed as failed'
 
 
 def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, listen, tmp_path):
@@ -128,7 +115,7 @@ def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, liste
 def test_a_wrong_hand_is_told_in_one_line(ros2, tmp_path):
     (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], 'calibration': 'none.yaml'}]}))
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
-    assert launched.wait(30) != 0
+    assert launched.wait(30) == WRONG
     assert 'hand hand.yaml: sensor tip: calibration:=none.yaml is no file' in launched.log
     assert len(launched.log.splitlines()) == 3, launched.log
 
@@ -138,13 +125,13 @@ def test_a_calibration_of_another_sensor_ends_the_launch_with_one_line(ros2, tmp
     sensor = {**HAND['sensors'][1], 'calibration': 'wrong.yaml', 'device': 'none'}
     (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [sensor]}))
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
-    assert launched.wait(30) != 0
+    assert launched.wait(30) == WRONG
     assert len([line for line in launched.log.splitlines() if 'FATAL' in line and 'wrong.yaml' in line]) == 1, launched.log
     assert 'Traceback' not in launched.log
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('composed', ['sensor', 'true', 'false'])
+@pytest.mark.parametrize('composed', ['true', 'false'])
 def test_the_example_hand_tells_all_it_feels(ros2, listen, composed):
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', f'composed:={composed}')
     ear = listen({f'/{name}/contacts': Contacts for name in ('thumb', 'index', 'middle', 'little', 'palm')})

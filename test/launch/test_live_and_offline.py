@@ -21,7 +21,7 @@ from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E4
 from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
 from tactile_perception.offline.bags import BagReader, RawMessage  # noqa: E402
-from tactile_perception.offline.stream import KEPT, Checkpoint, FrameDone, Task, stream  # noqa: E402
+from tactile_perception.offline.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 
 pytestmark = pytest.mark.ros
 MARKERS = (DotTrackerNode, ContactPointNode)
@@ -36,13 +36,13 @@ SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, Co
 
 @pytest.fixture(scope='module', params=SENSORS)
 def sensor(request, tmp_path_factory):
-    """(type, task, stages) of a bag of the simulated specimen."""
+    """(type, task) of a bag of the simulated specimen."""
     name, folder = request.param, tmp_path_factory.mktemp('bags')
     write, scene, rate, frames, _ = SENSORS[name]
     write(folder / name, scene, rate, **({'frames': frames} if write is write_scene else {}))
     calibration = Path(share('calibration', f'{name}_sim.yaml'))
-    task = Task(folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None, every=frames // 2)
-    return name, task, len(task.replay().stages)
+    task = Task(folder / name, Path(share('params', f'{name}_sim.yaml')), calibration if calibration.exists() else None)
+    return name, task
 
 
 class Bench:
@@ -94,9 +94,9 @@ def frames_of(items):
 
 
 def test_estimates_are_those_of_the_live_nodes(sensor, domain):
-    name, task, stages = sensor
+    name, task = sensor
     replay, codec, count = task.replay(), MessageCodec(), SENSORS[name][3]
-    offline = frames_of(stream(task, Checkpoint(0), stages))[:count]
+    offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
     with task.open(replay) as reader:
         raw = {f'/{name}/{replay.raw}', f'/{name}/camera_info'} & set(reader.topics)
@@ -119,14 +119,3 @@ def test_estimates_are_those_of_the_live_nodes(sensor, domain):
     for topic in kinds:
         told = [data for frame in offline for _, data in frame.get(topic, [])]
         assert [codec.encode(message)[1] for message in bench.heard[topic]] == told, topic
-
-
-@pytest.mark.parametrize('sensor', ['areal_single', 'areal_dual', 'air_cushion'], indirect=True)  # others: test_stream.py
-def test_it_goes_on_from_a_checkpoint_to_the_last_bit(sensor):
-    _, task, stages = sensor
-    whole = list(stream(task, Checkpoint(0), stages))
-    stop = next(k for k, item in enumerate(whole) if isinstance(item, Checkpoint))
-    rest = list(stream(task, whole[stop], stages))
-    assert frames_of(rest) == frames_of(whole[stop:])
-    with BagReader(task.source) as reader:
-        assert 0 < whole[stop].read < sum(1 for _ in reader.messages())

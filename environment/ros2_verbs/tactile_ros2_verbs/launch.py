@@ -4,6 +4,7 @@
 
 import pathlib
 import signal
+import sys
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from launch import LaunchContext, LaunchDescription, launch_service, LaunchService
@@ -14,6 +15,7 @@ from launch.utilities import AsyncSafeSignalManager
 from ros2cli.command import CommandExtension
 
 INTERRUPTED = (-2, 130)  # exit codes of a process that ended by our own SIGINT
+FAILED, WRONG = 1, 2  # exit codes: a process failed; the launch file, or what it was given, is wrong
 
 
 class LaunchCommand(CommandExtension):
@@ -35,7 +37,8 @@ class LaunchCommand(CommandExtension):
             path, words = find_launch_file(args.package_name, args.launch_file_name, args.launch_arguments)
             arguments = parse_arguments(words)
         except ValueError as error:
-            return str(error)
+            print(error, file=sys.stderr)
+            return WRONG
         source = AnyLaunchDescriptionSource(str(path))
         if args.show_args:
             show_arguments(source.get_launch_description(LaunchContext(argv=words)))
@@ -113,11 +116,13 @@ def signals_that_end(service):
 
 
 def run(entity, words, noninteractive, debug):
-    """Run the entity until all its processes have ended; return 0 when launch and each process ended cleanly, else 1."""
+    """Run the entity until all its processes have ended; the exit code: 0, FAILED where a process failed, WRONG where launch itself did."""
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job of a shell starts with SIGINT ignored
     signal.signal(signal.SIGTERM, lambda *_: None)  # launch hears only of signals for which Python has a handler
     processes = Processes()
     service = LaunchService(argv=words, noninteractive=noninteractive, debug=debug)
     service.include_launch_description(LaunchDescription(processes.handlers() + [entity]))
     launch_service.AsyncSafeSignalManager = signals_that_end(service)
-    return 1 if service.run() or processes.failed else 0
+    if service.run():
+        return WRONG
+    return FAILED if processes.failed else 0

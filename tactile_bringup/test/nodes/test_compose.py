@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Several nodes in one process: what they are told, and that what they compute does not depend on who shares a process."""
+"""Several nodes in one process: what they are given, and that what they compute does not depend on who shares a process."""
+import json
 import os
 import time
 
@@ -19,7 +20,8 @@ from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
 from tactile_perception.offline import process_bag  # noqa: E402
 from tactile_perception.offline.bags import BagReader  # noqa: E402
 
-from tactile_bringup.nodes.compose import NODES, Plan, made, plans_of  # noqa: E402
+from tactile_bringup.nodes.compose import made  # noqa: E402
+from tactile_bringup.sensor_types import NODES  # noqa: E402
 from tactile_bringup.simulated_bag import write_scene  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -31,18 +33,11 @@ def test_the_table_names_what_there_is():
         assert hasattr(import_module(f'{package}.{name}'), kind), name
 
 
-def test_parameters_stay_of_their_type():
-    listed = {'node': 'camera_node', 'namespace': '/thumb', 'params_file': 'a.yaml', 'parameters': {'device': '12', 'rate': 60.0}}
-    plan, = plans_of([listed])
-    assert plan == Plan('camera_node', '/thumb', 'a.yaml', {'device': '12', 'rate': 60.0})
-    assert plan.arguments == ['-r', '__ns:=/thumb', '--params-file', 'a.yaml']
-
-
-@pytest.mark.parametrize(('entries', 'told'), [([{'node': 'x', 'namespace': '/'}], "node 'x' is unknown; known are camera_node"),
-                                               ([{'nose': 1}], 'cannot be read'), ([], 'is empty'), (3, 'cannot be read')])
-def test_a_list_that_is_none(entries, told):
+@pytest.mark.parametrize(('names', 'told'), [(['camera_node', 'x'], "node 'x' is unknown; known are camera_node"),
+                                             ([], 'no node is named')])
+def test_a_list_that_is_none(names, told):
     with pytest.raises(BadArgument, match=told):
-        plans_of(entries)
+        next(made(names))
 
 
 @pytest.fixture(scope='module')
@@ -55,15 +50,23 @@ def bag(tmp_path_factory):
 PARAMS = os.path.join(get_package_share_directory('tactile_bringup'), 'params', 'touchpad_sim.yaml')
 
 
-def plan_of(bag):
+@pytest.fixture
+def nodes(bag, tmp_path):
+    """Three nodes of one process, given what launch gives them."""
     own = {'source': 'bag', 'path': str(bag), 'topic': '/pad/image_raw', 'rate': 0.0, 'frame_id': 'pad'}
-    return [Plan(name, '/pad', PARAMS, own if name == 'camera_node' else {})
-            for name in ('camera_node', 'dot_tracker_node', 'contact_region_node')]
+    (tmp_path / 'own.yaml').write_text(json.dumps({'/pad/camera_node': {'ros__parameters': own}}))
+    words = ['--ros-args', '-r', '__ns:=/pad', '--params-file', PARAMS, '--params-file', str(tmp_path / 'own.yaml')]
+    rclpy.init(args=words, domain_id=DOMAIN)
+    made_nodes = list(made(['camera_node', 'dot_tracker_node', 'contact_region_node']))
+    yield made_nodes
+    for node in made_nodes:
+        node.destroy_node()
+    rclpy.try_shutdown()
 
 
 def processed(bag, folder):
     """The regions that process_bag makes of a recording."""
-    assert process_bag.main([str(bag), str(folder / 'estimates'), '--params', PARAMS, '--jobs', '1']) == 0
+    assert process_bag.main([str(bag), str(folder / 'estimates'), '--params', PARAMS]) == 0
     codec = MessageCodec()
     with BagReader(folder / 'estimates') as reader:
         return [codec.decode(message.data, message.type_name) for message in reader.messages({'/pad/contact_region'})]
@@ -94,9 +97,7 @@ class Listener:
         rclpy.shutdown(context=self._context)
 
 
-def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middleware(bag, tmp_path):
-    rclpy.init(domain_id=DOMAIN)
-    nodes = list(made(plan_of(bag)))
+def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middleware(nodes, bag, tmp_path):
     ear = Listener(nodes)
     try:
         ear.until(lambda: len(ear.regions) == 14)
@@ -108,7 +109,4 @@ def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middl
         ear.until(state.done)
         assert state.result().current_state.label == 'active'
     finally:
-        for node in nodes:
-            node.destroy_node()
         ear.close()
-        rclpy.try_shutdown()

@@ -7,7 +7,6 @@ import threading
 from collections.abc import Sequence
 
 import yaml
-from rclpy._rclpy_pybind11 import RCLError
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
@@ -120,7 +119,7 @@ class BaseStream:
     def _wanted(self) -> bool:
         try:
             return self._publishers.wanted
-        except RCLError:  # ROS ends before this thread does
+        except RuntimeError:  # ROS ends before this thread does
             if self._node.context.ok():
                 raise
             return False

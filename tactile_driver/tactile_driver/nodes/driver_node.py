@@ -26,6 +26,9 @@ _SUPERVISION_S = 0.1
 class DriverNode(LifecycleNode):
     """configure opens the source, activate publishes, deactivate holds, cleanup closes; with autostart it does the first two by itself.
 
+    What it was given at the start and cannot use ends the process then (the timer raises a TactileError); a device that is missing is
+    waited for, and what is changed later and wrong is reported.
+
     name: of the node; table: its parameters; live: names of those that can be changed while it runs; open_stream: makes the running stream
     of the parameters' values, with an open source. Raises TactileError where it cannot. kind: of hardware, in /diagnostics. host: of the
     process.
@@ -40,6 +43,7 @@ class DriverNode(LifecycleNode):
         self._problem = ''
         self._backoff = Backoff()
         self._next_try = 0.0
+        self._tried, self._refusal = False, None
         self._say = SayOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
@@ -57,6 +61,7 @@ class DriverNode(LifecycleNode):
             self._refuse(str(error), time.monotonic() + self._backoff.next())
             return TransitionCallbackReturn.FAILURE
         except TactileError as error:
+            self._refusal = error
             self._refuse(str(error), math.inf)
             return TransitionCallbackReturn.FAILURE
         except Exception as error:  # rclpy would swallow it
@@ -119,16 +124,26 @@ class DriverNode(LifecycleNode):
 
     def _refuse(self, problem: str, next_try: float) -> None:
         self._problem, self._next_try = problem, next_try
-        self._say.error(problem, problem)
+        if not self._ends:
+            self._say.error(problem, problem)
+
+    @property
+    def _ends(self) -> bool:
+        """Whether what was given at the start cannot be used."""
+        return self._refusal is not None and not self._tried and self._settings['autostart']
 
     def _supervise(self) -> None:
-        """Start by itself; again after a while where the device is missing, or when a parameter has changed."""
+        """Start by itself; again after a while where the device is missing, or when a parameter has changed. Raises TactileError where
+        what was given at the start cannot be used."""
         if not self._settings['autostart'] or self._stream is not None:
             self._supervision.cancel()
         elif time.monotonic() >= self._next_try:
             self._next_try = math.inf
             if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
                 self.trigger_activate()
+            if self._ends:
+                raise self._refusal
+            self._tried = True
             self._diagnostics.update()
 
     def _check_change(self, changes: dict) -> None:

@@ -34,6 +34,7 @@ from watching import (  # noqa: E402
 from tactile_driver.errors import DeviceLost  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
+from tactile_driver.nodes.run import WRONG  # noqa: E402
 from tactile_driver.sources.capture import Backoff  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -183,22 +184,26 @@ def test_it_starts_where_simulated_time_stands_still(watcher, camera, video):
     assert not any(stamps(images))
 
 
-def test_nonsense_is_named_once_and_the_node_waits(watcher, camera):
+def test_nonsense_is_named_once_and_ends_it(camera):
     process = camera(rate='abc', width=-5, source='nonsense')
-    assert watcher.state() == 'unconfigured'
-    watcher.spin(1.5)
-    code, log = ended(process)
-    assert code == 0
+    log = process.communicate(timeout=30)[1]
+    assert process.returncode == WRONG
     for part in ("parameter rate is 'abc'", 'parameter width is -5', '0 to 8192 px', "parameter source is 'nonsense'"):
         assert log.count(part) == 1
 
 
 @pytest.mark.parametrize('parameters', [{'source': 'file', 'path': '/nowhere.avi'}, {'source': 'bag', 'path': '/nowhere'},
                                         {'scene': 'nowhere'}, {'camera_info_path': '/nowhere.yaml'}])
-def test_what_is_missing_is_named(camera, watcher, parameters):
+def test_what_is_missing_is_named_and_ends_it(camera, parameters):
     process = camera(**parameters)
+    log = process.communicate(timeout=30)[1]
+    assert process.returncode == WRONG and len(log.splitlines()) == 1 and '[FATAL]' in log and 'nowhere' in log
+
+
+def test_without_autostart_what_is_missing_is_named_where_it_is_configured(watcher, camera):
+    process = camera(source='file', path='/nowhere.avi', autostart='false')
     assert watcher.state() == 'unconfigured'
-    watcher.spin(0.5)
+    assert not watcher.change(CONFIGURE) and watcher.state() == 'unconfigured'
     code, log = ended(process)
     assert code == 0 and log.count('[ERROR]') == 1 and 'nowhere' in log
 

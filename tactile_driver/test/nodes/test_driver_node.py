@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter as RosParameter  # noqa: E402
 from tactile_driver.errors import BadArgument, DeviceLost  # noqa: E402
 from tactile_driver.nodes.diagnostics import ERROR, OK, Health  # noqa: E402
 from tactile_driver.nodes.driver_node import DriverNode  # noqa: E402
+from tactile_driver.nodes.host import Host  # noqa: E402
 from tactile_driver.nodes.parameters import Parameter  # noqa: E402
 from tactile_driver.sources.capture import CaptureStatus  # noqa: E402
 
@@ -42,14 +43,15 @@ def node():
     rclpy.init(domain_id=100 + os.getpid() % 100)
     made = []
 
-    def make(error=None):
+    def make(error=None, autostart=False):
         stream = Stream()
 
         def open_stream(values):
             if error is not None:
                 raise error
             return stream
-        made.append(DriverNode('driver', TABLE, frozenset({'exposure'}), open_stream))
+        host = Host(parameters={'autostart': autostart})
+        made.append(DriverNode('driver', TABLE, frozenset({'exposure'}), open_stream, host=host))
         return made[-1], stream
     yield make
     for each in made:
@@ -81,3 +83,19 @@ def test_what_cannot_be_opened_is_told(node, error, result):
     assert driver.trigger_configure() == getattr(TransitionCallbackReturn, result)
     health = driver._examine()
     assert health.level == ERROR and str(error) in health.message
+
+
+def refuse(values):
+    raise BadArgument('bad exposure')
+
+
+def test_what_it_was_given_and_cannot_use_is_raised_at_the_start_only(node):
+    driver, _ = node(BadArgument('bad path'), autostart=True)
+    with pytest.raises(BadArgument, match='bad path'):
+        driver._supervise()
+    driver, stream = node(DeviceLost('no camera'), autostart=True)
+    driver._supervise()
+    driver._open_stream = refuse
+    driver._next_try = 0.0
+    driver._supervise()
+    assert driver._examine().level == ERROR and 'bad exposure' in driver._examine().message

@@ -22,6 +22,7 @@ from watching import Watcher, ended, stamps  # noqa: E402
 
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.run import WRONG  # noqa: E402
 from tactile_driver.stitchers import make_stitcher  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -158,11 +159,16 @@ def test_the_simulated_sheet_comes_with_its_truth(watcher, cameras):
 
 @pytest.mark.parametrize(('parameters', 'named'), [
     ({'stitching_path': '/nowhere.yaml'}, 'nowhere.yaml holds no stitching'), ({'scene': 'demo'}, 'one camera'),
-    ({'source': 'file', 'path': '/nowhere', 'right_path': '/nowhere'}, 'nowhere'),
-    ({'source': 'device', 'device': 'a', 'right_device': 'b'}, "left: .*'a'.*right: .*'b'")])
-def test_what_is_missing_is_named(cameras, watcher, parameters, named):
+    ({'source': 'file', 'path': '/nowhere', 'right_path': '/nowhere'}, 'nowhere')])
+def test_what_is_missing_is_named_and_ends_it(cameras, parameters, named):
     process = cameras(**parameters)
+    log = process.communicate(timeout=30)[1]
+    assert process.returncode == WRONG and len(log.splitlines()) == 1 and re.search(named, log)
+
+
+def test_cameras_that_are_missing_are_named_and_waited_for(cameras, watcher):
+    process = cameras(source='device', device='a', right_device='b')
     assert watcher.state() == 'unconfigured'
     watcher.spin(0.5)
     code, log = ended(process)
-    assert code == 0 and log.count('[ERROR]') == 1 and re.search(named, log)
+    assert code == 0 and log.count('[ERROR]') == 1 and re.search("left: .*'a'.*right: .*'b'", log)

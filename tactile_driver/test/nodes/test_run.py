@@ -48,18 +48,6 @@ def test_a_signal_ends_the_process_cleanly(which):
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize('which', ['SIGINT', 'SIGTERM'])
-def test_a_signal_while_the_node_is_made_waits_until_it_is_whole(which):
-    whole = PROGRAM.replace("super().__init__('quiet')", f"""os.kill(os.getpid(), signal.{which})
-        super().__init__('quiet')
-        self.create_publisher(Log, 'log', 1)""").replace('import sys', """import os, signal, sys
-from rcl_interfaces.msg import Log""")
-    process = started(whole)
-    out, err = process.communicate(timeout=20)
-    assert (process.returncode, out, err) == (0, 'up\nreleased\n', '')
-
-
-@pytest.mark.ros
 def test_further_interrupts_do_not_tear_what_is_put_away():
     last = "print('released', flush=True)"
     process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
@@ -73,13 +61,31 @@ def test_further_interrupts_do_not_tear_what_is_put_away():
 
 
 @pytest.mark.ros
-def test_what_hangs_while_it_is_put_away_is_told_and_ends_all_the_same():
-    hung = PROGRAM.replace('super().destroy_node()', 'threading.Event().wait()')
-    process = started('import threading' + hung.replace('sys.exit', 'run_node.__globals__["_HUNG_S"] = 0.3\nsys.exit'))
-    assert process.stdout.readline() == 'up\n'
+def test_a_callback_that_rclpy_refuses_is_told_and_the_node_goes_on():
+    refused = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
+        self.count = 0
+
+    def refuse(self):
+        self.count += 1
+        if self.count == 1:
+            raise RuntimeError('no such transition')
+        print('goes on', flush=True)""")
+    process = started(refused)
+    assert process.stdout.readline() == 'goes on\n'
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
-    assert (process.returncode, out) == (1, 'released\n') and 'in destroy_node' in err
+    assert process.returncode == 0 and out.endswith('released\n') and 'a request was refused: no such transition' in err
+
+
+@pytest.mark.ros
+def test_what_was_given_and_cannot_be_used_ends_the_process_while_it_spins():
+    wrong = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
+
+    def refuse(self):
+        raise BadArgument('path: is none')""").replace('import sys', 'import sys\nfrom tactile_driver.errors import BadArgument')
+    process = started(wrong)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (run.WRONG, 'released\n') and 'path: is none' in err and 'Traceback' not in err
 
 
 @pytest.mark.parametrize('chosen', run._CHOSEN_BY)
@@ -103,8 +109,7 @@ def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made
     from rclpy.node import Node
     from tactile_driver.errors import BadArgument
     monkeypatch.setenv('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
-    monkeypatch.setattr(run, '_be_deaf', lambda: None)
-    monkeypatch.setattr(run.INTERRUPT, 'begin_making', lambda: None)
+    monkeypatch.setattr(run.signal, 'signal', lambda *_: None)
     gone = []
 
     class Named(Node):

@@ -33,18 +33,6 @@ class LeftOut:
         for (where, _), (count, reason, stamp_ns) in other._found.items():
             self.add(where, reason, stamp_ns, count)
 
-    def to_list(self) -> list:
-        """All of it as plain values, for from_list."""
-        return [[where, reason, stamp_ns, count] for (where, _), (count, reason, stamp_ns) in self._found.items()]
-
-    @classmethod
-    def from_list(cls, values: list) -> LeftOut:
-        """What to_list told."""
-        found = cls()
-        for entry in values:
-            found.add(*entry)
-        return found
-
     def lines(self) -> list[str]:
         """A line for each reason: how often, where, why, and when for the first time; most frequent first."""
         told = sorted(self._found.items(), key=lambda item: -item[1][0])

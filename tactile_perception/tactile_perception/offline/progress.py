@@ -32,12 +32,10 @@ class Progress:
 
 
 class ProgressLine:
-    """The line itself, for work that counts its steps. Over itself on a terminal, else a line each time; done: steps done before, which
-    took no time."""
+    """The line itself, for work that counts its steps. Over itself on a terminal, else a line each time."""
 
-    def __init__(self, name: str, total: int = 0, done: int = 0):
-        self._name, self._total = name, total
-        self._before = self._done = done
+    def __init__(self, name: str, total: int = 0):
+        self._name, self._total, self._done = name, total, 0
         self._said = self._begin = time.monotonic()
         self._open = False
 
@@ -56,7 +54,7 @@ class ProgressLine:
         self._open = False
 
     def _text(self, now: float) -> str:
-        rate = (self._done - self._before) / (now - self._begin)
+        rate = self._done / (now - self._begin)
         if not self._total:
             return f'{self._done} {self._name}, {rate:.0f} a second'
         full = min(_BAR * self._done // self._total, _BAR)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording as a stream of items, and what the stages of a sensor make of it; the stream can be taken up again where it was left."""
+"""A recording as a stream of items, and what the stages of a sensor make of it."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -17,7 +17,6 @@ from .left_out import LeftOut
 from .replay import Replay, ReplayStage, TaxelReplay, make_replay
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
-from .stored_state import load_state, store_state
 
 TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told
 #: what is written again, under the sensor's namespace but for /tf_static
@@ -48,26 +47,18 @@ class FrameDone(NamedTuple):
     """All that comes of one raw message, if anything, is before this."""
 
 
-class Checkpoint(NamedTuple):
-    """From here the stream can be taken up. read: messages of the bag that are before it; states: of the stages."""
-
-    read: int
-    states: tuple[bytes, ...] = ()
-
-
-Item = Head | RawMessage | Skipped | FrameDone | Checkpoint | LeftOut
+Item = Head | RawMessage | Skipped | FrameDone | LeftOut
 
 
 @dataclass(frozen=True)
 class Task:
     """What is to be processed. source: bag; params, calibration: files as make_replay takes them; namespace: of the sensor, '' of the only
-    one; every: raw messages from checkpoint to checkpoint."""
+    one."""
 
     source: Path
     params: Path
     calibration: Path | None = None
     namespace: str = ''
-    every: int = 5000
 
     def replay(self) -> Replay:
         """The sensor's stages. Raises TactileError."""
@@ -78,9 +69,9 @@ class Task:
         return bag_opener(self.params, replay.stitching)(self.source)
 
 
-def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
-    """The task's bag from a checkpoint on, with what the first so many stages make of it: a Head, then the other items, last what of
-    the bag could not be read. Raises TactileError for a bag that cannot be used."""
+def stream(task: Task) -> Iterator[Item]:
+    """The task's bag, with what the stages make of it: a Head, then the other items, last what of the bag could not be read. Raises
+    TactileError for a bag that cannot be used."""
     replay, codec = task.replay(), MessageCodec()
     with task.open(replay) as reader:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
@@ -93,41 +84,24 @@ def stream(task: Task, begin: Checkpoint, stages: int) -> Iterator[Item]:
         head = Head(prefix, reader.count({prefix + replay.raw}), definitions, next(reader.messages(camera), None) if camera else None)
         yield head
         told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
-        items = _messages(reader, told, prefix + replay.raw, begin.read, task.every)
-        for number in range(stages):
-            items = computed(items, replay, number, begin, head, codec)
+        items: Iterator[Item] = reader.messages({*told, prefix + replay.raw})
+        for number, stage in enumerate(replay.stages):
+            items = _computed(items, _begun(stage, head, codec), number == 0, prefix, codec)
         yield from items
         yield reader.left_out
 
 
-def _messages(reader: BagReader, kept: set[str], raw: str, skip: int, every: int) -> Iterator[Item]:
-    """The messages of the topics kept and of raw after the first so many, with checkpoints."""
-    frames = 0
-    for count, message in enumerate(reader.messages({*kept, raw}), 1):
-        if count <= skip:
-            continue
-        yield message
-        if message.topic == raw:
-            frames += 1
-            if frames % every == 0:
-                yield Checkpoint(count)
-
-
-def computed(items: Iterator[Item], replay: Replay, number: int, begin: Checkpoint, head: Head, codec: MessageCodec) -> Iterator[Item]:
-    """The items after their head, with what stage number makes of its raw messages; the first stage's own are left out."""
-    prefix = head.prefix
-    stage = load_state(begin.states[number]) if begin.states else _begun(replay.stages[number], head, codec)
+def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+    """The items after their head, with what a stage makes of its raw messages; the first stage's own are left out."""
     raw, camera = prefix + stage.raw, prefix + 'camera_info'
     for item in items:
-        if isinstance(item, Checkpoint):
-            yield item._replace(states=(*item.states, store_state(stage)))
-        elif isinstance(item, RawMessage) and item.topic in TRANSFORMS:
+        if isinstance(item, RawMessage) and item.topic in TRANSFORMS:
             if isinstance(stage, TaxelReplay):
                 yield from _transformed(item, stage, codec)
             if item.topic in KEPT:
                 yield item
         elif isinstance(item, RawMessage) and item.topic in (raw, camera):
-            yield from _taken(item, stage, item.topic == camera, number == 0, prefix, codec)
+            yield from _taken(item, stage, item.topic == camera, first, prefix, codec)
         else:
             yield item
 

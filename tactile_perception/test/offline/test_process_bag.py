@@ -64,11 +64,10 @@ def files(bag):
     return {file.name: file.read_bytes() for file in bag.rglob('*') if file.is_file()}
 
 
-def test_two_runs_write_the_same_bytes_by_one_process_or_two(pressed_bag, processed, tmp_path):
-    for jobs in '12':
-        assert run(pressed_bag, tmp_path / jobs / 'out', '--jobs', jobs) == 0
-        assert files(tmp_path / jobs / 'out') == files(processed)
-    assert sorted(files(processed)) == ['metadata.yaml', 'out_0.mcap']
+def test_two_runs_write_the_same_bytes(pressed_bag, processed, tmp_path):
+    assert run(pressed_bag, tmp_path / 'out') == 0
+    assert files(tmp_path / 'out') == files(processed)
+    assert sorted(files(processed)) == ['metadata.yaml', 'out.mcap']
 
 
 def cut(k, image, codec):
@@ -101,17 +100,6 @@ def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path
     out = capsys.readouterr().out
     assert told in out and out.count('left out') == 1, out
     assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 30 - count
-
-
-def test_a_second_process_is_for_large_recordings(tmp_path, monkeypatch):
-    monkeypatch.setattr(module.os, 'sched_getaffinity', lambda _: {0, 1})
-    bag = write_taxels(tmp_path / 'bag', 3)
-    assert module.usual_jobs(bag) == 1 and module.usual_jobs(tmp_path / 'none') == 1
-    with open(bag / 'bag.mcap', 'ab') as file:
-        file.truncate(200_000_001)  # takes no room on the disk
-    assert module.usual_jobs(bag) == module.usual_jobs(bag / 'bag.mcap') == 2
-    monkeypatch.setattr(module.os, 'sched_getaffinity', lambda _: {0})
-    assert module.usual_jobs(bag) == 1
 
 
 def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
@@ -153,73 +141,43 @@ def test_what_is_kept_is_written_by_the_definition_in_the_bag_or_left_out(tmp_pa
         assert '/pad/ground_truth/slip' not in reader.topics
 
 
-def interrupted(task, target, frames, jobs=1, **more):
-    """The task, ended after so many frames."""
-    asked = iter(range(1000))
-    return module.process_bag(task, target, jobs, stopped=lambda: next(asked) + 1 >= frames, **more)
-
-
-def test_what_was_interrupted_can_be_read_and_goes_on_to_the_same_bytes(tmp_path):
-    task = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml', every=8)
-    module.process_bag(task, tmp_path / 'whole' / 'out')
-    target = tmp_path / 'part' / 'out'
-    first = interrupted(task, target, 12)
+def test_what_was_interrupted_can_be_read_and_is_not_overwritten(tmp_path):
+    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1, 1000))
+    first = module.process_bag(task, target, stopped=lambda: next(asked) >= 12)
     assert first.ended and first.frames == 12 and len(decoded(target)['/pad/contacts']) == 12
     with pytest.raises(BadArgument, match='exists already'):
         module.process_bag(task, target)
-    again = interrupted(task, target, 11, resume=True)
-    assert again.frames == 19 and len(decoded(target)['/pad/contacts']) == 19
-    last = module.process_bag(task, target, resume=True)
-    assert not last.ended and last.frames == 30 and last.written['contacts'] == 30
-    assert files(target) == files(tmp_path / 'whole' / 'out') and len(files(target)) == 5
 
 
-def test_two_processes_interrupted_go_on_as_one_to_the_same_bytes(pressed_bag, tmp_path):
-    task = Task(pressed_bag, pressed_bag.with_name('disc.yaml'), every=4)
-    module.process_bag(task, tmp_path / 'whole' / 'out')
-    target = tmp_path / 'part' / 'out'
-    assert interrupted(task, target, 9, jobs=2).frames == 9
-    assert module.process_bag(task, target, resume=True).frames == 14
-    assert files(target) == files(tmp_path / 'whole' / 'out')
+def test_what_failed_amid_the_work_can_be_read(tmp_path):
+    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1000))
 
-
-def test_what_was_killed_can_be_read_and_goes_on_to_the_same_bytes(tmp_path):
-    task = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml', every=8)
-    module.process_bag(task, tmp_path / 'whole' / 'out')
-    target, asked = tmp_path / 'part' / 'out', iter(range(1000))
-
-    def killed():
-        raise MemoryError  # nothing is closed, as if the process had been killed
+    def fail():
+        raise MemoryError
     with pytest.raises(MemoryError):
-        module.process_bag(task, target, stopped=lambda: next(asked) >= 20 and killed())
-    assert len(decoded(target)['/pad/contacts']) == 16
-    module.process_bag(task, target, resume=True)
-    assert files(target) == files(tmp_path / 'whole' / 'out')
+        module.process_bag(task, target, stopped=lambda: next(asked) >= 20 and fail())
+    assert len(decoded(target)['/pad/contacts']) == 21
 
 
-def test_signals_end_it_with_their_number_and_only_the_same_task_goes_on(tmp_path, capsys, monkeypatch):
-    source, taken = write_taxels(tmp_path / 'bag'), module._Output.take
+def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
+    source, write = write_taxels(tmp_path / 'bag'), module._Output.write
 
-    def take(self, item):
-        taken(self, item)
-        if self.summary.frames == 3:
+    def interrupting(self, message):
+        write(self, message)
+        if self._summary.frames == 3:
             os.kill(os.getpid(), signal.SIGTERM)
-    monkeypatch.setattr(module._Output, 'take', take)
+    monkeypatch.setattr(module._Output, 'write', interrupting)
     before = signal.getsignal(signal.SIGTERM)
+    # The second one would end the process at once.
+    monkeypatch.setattr(module._Signals, '_on_signal', lambda self, number, _frame: setattr(self, 'number', number))
     assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
     assert signal.getsignal(signal.SIGTERM) is before
-    assert '--resume goes on' in capsys.readouterr().err
-    monkeypatch.undo()
-    other = tmp_path / 'other.yaml'
-    other.write_text((tmp_path / 'bag.yaml').read_text() + '\n')
-    assert module.main([str(source), str(tmp_path / 'out'), '--params', str(other), '--resume']) == module.FAILED
-    assert 'with other parameters' in capsys.readouterr().err
-    assert run(source, tmp_path / 'out', '--resume') == 0
+    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4
 
 
 @pytest.mark.parametrize('source, more, message', [
     ('none', (), 'no such file'), ('disc', ('--namespace', 'elsewhere'), 'no /elsewhere/image_raw'),
-    ('disc', ('--calibration', 'none.yaml'), 'none.yaml'), ('disc', ('--resume',), 'no output that was interrupted')])
+    ('disc', ('--calibration', 'none.yaml'), 'none.yaml')])
 def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, capsys, source, more, message):
     given = [str(pressed_bag.parent / source), str(tmp_path / 'out'), '--params', f'{pressed_bag}.yaml', *more]
     assert module.main(given) == 1

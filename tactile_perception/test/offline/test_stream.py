@@ -1,55 +1,22 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stream tells all that comes of a bag in order, and goes on from each checkpoint as if it had never stopped."""
+"""The stream tells all that comes of a bag in order."""
 import math
 from collections import Counter
 from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import TransformStamped
-from psd_bags import write_psd
 from taxel_bags import write_taxels
 from tactile_perception.nodes.serialization import MessageCodec
 from tactile_perception.offline.bags import BagReader, BagWriter, RawMessage
-from tactile_perception.offline.left_out import LeftOut
-from tactile_perception.offline.stream import Checkpoint, FrameDone, Head, Skipped, Task, stream
+from tactile_perception.offline.stream import FrameDone, Head, Skipped, Task, stream
 from tf2_msgs.msg import TFMessage
-
-
-def plain(items):
-    """The items without decoded messages and counts."""
-    return [item._replace(message=None) if isinstance(item, RawMessage) else item for item in items if not isinstance(item, LeftOut)]
-
-
-def taxels(folder, _pressed_bag):
-    return Task(write_taxels(folder / 'bag', 24), folder / 'bag.yaml', every=7)
-
-
-def finger(folder, _pressed_bag):
-    write_psd(folder / 'bag', 'taps', end=900)
-    return Task(folder / 'bag', folder / 'bag.yaml', every=20)
-
-
-def touchpad(_folder, pressed_bag):
-    return Task(pressed_bag, Path(f'{pressed_bag}.yaml'), every=6)
-
-
-@pytest.mark.parametrize('make', [taxels, finger, touchpad])
-def test_it_goes_on_from_each_checkpoint_to_the_last_bit(tmp_path, pressed_bag, make):
-    task = make(tmp_path, pressed_bag)
-    stages = len(task.replay().stages)
-    whole = plain(stream(task, Checkpoint(0), stages))
-    stops = [k for k, item in enumerate(whole) if isinstance(item, Checkpoint)]
-    assert len(stops) >= 2 and all(len(whole[k].states) == stages for k in stops)
-    for k in (stops[0], stops[-1]):
-        rest = plain(stream(task, whole[k], stages))
-        assert rest[0] == whole[0]
-        assert [i for i in rest[1:] if not isinstance(i, Checkpoint)] == [i for i in whole[k + 1:] if not isinstance(i, Checkpoint)]
 
 
 def test_items_come_frame_by_frame(tmp_path):
     task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m, codec: codec.encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
-    head, *items, last = stream(task, Checkpoint(0), 1)
+    head, *items, last = stream(task)
     assert head == Head('/pad/', 5, {})
     assert last.total == 0
     kinds = [item.topic.removeprefix('/pad/') if isinstance(item, (RawMessage, Skipped)) else type(item).__name__ for item in items]
@@ -65,7 +32,7 @@ def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_a
     link.transform.rotation.z, link.transform.rotation.w = math.sqrt(0.5), math.sqrt(0.5)
     object_known = {'object.weight': 2.0, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world'}
     bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
-    _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'), Checkpoint(0), 1)
+    _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'))
     assert {item.topic for item in items if isinstance(item, RawMessage)} == {
         '/tf_static', *(f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points'))}
     force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
@@ -80,6 +47,6 @@ def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag)
         for message in images:
             writer.write(message.topic, message.type_name, message.stamp_ns, message.data)
         writer.write(info.topic, info.type_name, images[1].stamp_ns + 1, info.data)
-    items = list(stream(task, Checkpoint(0), 2))
+    items = list(stream(task))
     assert not any(isinstance(item, Skipped) for item in items)
     assert sum(isinstance(item, RawMessage) and item.topic == '/touchpad/contacts' for item in items) == 2
