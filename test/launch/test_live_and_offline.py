@@ -20,7 +20,7 @@ from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E4
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
 from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
-from tactile_perception.offline.bags import BagReader, RawMessage  # noqa: E402
+from tactile_perception.offline.bags import RawMessage  # noqa: E402
 from tactile_perception.offline.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -93,7 +93,7 @@ def back(k, image, codec):
 
 
 @pytest.mark.parametrize('change, count, told', [
-    (cut, 1, '1 of image_raw: taxel image: 100 bytes'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
+    (cut, 1, '1 of image_raw: taxel image: 16 rows'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
     (smaller, 1, '1 of image_raw: taxel image'), (back, 1, '1 of image_raw: stamps go back by 0.3 s')])
 def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, told):
     assert run(write_taxels(tmp_path / 'bad', change=change), tmp_path / 'out') == module.INCOMPLETE
