@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A camera driver of somebody else, in a process of its own: 640 x 480 bgr8, at 30 Hz, by the middleware's own transports.
 
-python3 foreign_camera.py RELIABILITY TOPIC FRAMES SKIP: reliable or best_effort; every SKIP-th frame is left out (0: none).
+python3 foreign_camera.py RELIABILITY TOPIC FRAMES SKIP: reliable or best_effort; every SKIP-th frame is left out (0: none). Its stamps are
+those of a recording, and /clock tells their time, as of `ros2 bag play --clock`.
 """
 import sys
 import time
 
 import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
 RATE, HEIGHT, WIDTH = 30.0, 480, 640
@@ -18,7 +20,7 @@ def main(reliability, topic, frames, skip):
     rclpy.init()
     node = rclpy.create_node('foreign_camera')
     qos = QoSProfile(depth=10, reliability=ReliabilityPolicy[reliability.upper()])
-    publisher = node.create_publisher(Image, topic, qos)
+    publisher, clock = node.create_publisher(Image, topic, qos), node.create_publisher(Clock, '/clock', 10)
     image = Image(height=HEIGHT, width=WIDTH, step=3 * WIDTH, encoding='bgr8', data=bytes(3 * WIDTH * HEIGHT))
     until = time.monotonic() + 20
     while not publisher.get_subscription_count() and time.monotonic() < until:
@@ -28,6 +30,7 @@ def main(reliability, topic, frames, skip):
     for k in range(frames):
         time.sleep(max(0.0, begin + k / RATE - time.monotonic()))
         image.header.stamp.sec, image.header.stamp.nanosec = 100 + k // 30, round(k % 30 / RATE * 1e9)
+        clock.publish(Clock(clock=image.header.stamp))
         if not skip or k % skip:
             publisher.publish(image)
             sent += 1
