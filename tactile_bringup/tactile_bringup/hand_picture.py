@@ -16,9 +16,18 @@ _BACK, _BAR_COLOUR, _GREY = (32, 32, 38), (60, 52, 48), (150, 150, 150)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def tile(title: str, line: str, picture: np.ndarray | None) -> np.ndarray:
-    """(H, W, 3) uint8 BGR: the picture (h, w, 3) as large as fits under a title and a line of text; None: a word that nothing came."""
-    made = np.full((_BAR + _HEIGHT, _WIDTH, 3), _BACK, np.uint8)
+#: (width, height), px, of the picture of a scene beside the sensor's own
+SCENE = _WIDTH, _HEIGHT
+
+
+def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | None = None) -> np.ndarray:
+    """(H, 2 W, 3) uint8 BGR: the picture (h, w, 3) as large as fits under a title and a line of text; None: a word that nothing came.
+
+    scene: (360, 480, 3) at its right, what RViz shows of the sensor; None: nothing.
+    """
+    made = np.full((_BAR + _HEIGHT, 2 * _WIDTH, 3), _BACK, np.uint8)
+    if scene is not None:
+        made[_BAR:, _WIDTH:] = scene
     made[:_BAR] = _BAR_COLOUR
     _write(made, title, (10, 22), 0.6, colours.bgr(colours.TEXT))
     _write(made, line, (10, 46), 0.5, colours.bgr(colours.REGION))

@@ -12,10 +12,15 @@ STICKING = np.array(colours.bgr(colours.STATE_COLOURS[1]))
 @pytest.mark.parametrize('shape', [(480, 640, 3), (44, 44, 3), (720, 200, 3)])
 def test_any_picture_fits_into_a_tile(shape):
     made = tile('thumb', 'nothing touches', np.full(shape, 200, np.uint8))
-    assert made.shape == (416, 480, 3)
+    assert made.shape == (416, 960, 3)
     inside = (made[56:] == 200).all(axis=2)
     assert inside.sum() == pytest.approx(min(480 / shape[1], 360 / shape[0]) ** 2 * shape[0] * shape[1], rel=0.01)
     assert inside[:, 230:250].any(axis=1).all() or inside[170:190].any(axis=0).all(), 'in the middle'
+
+
+def test_a_scene_stands_at_the_right_of_the_picture():
+    made = tile('thumb', '', np.full((360, 480, 3), 200, np.uint8), np.full((360, 480, 3), 77, np.uint8))
+    assert (made[56:, :480] == 200).all() and (made[56:, 480:] == 77).all()
 
 
 def test_without_a_picture_a_word_says_so():

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""snapshot: a PNG with all sensors of a hand, as they see and feel at present.
+"""snapshot: a PNG with all sensors of a hand, as they see and feel at present, and beside it what RViz shows of each.
 
     ros2 run tactile_bringup snapshot OUT.png [--hand FILE]
 """
@@ -30,9 +30,11 @@ from tactile_driver.nodes.timers import steady_timer
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.conversions import image_to_array
 from tactile_perception.nodes.taxel_stages import taxel_values
+from visualization_msgs.msg import MarkerArray
 
 from ..hand_file import names_in
-from ..hand_picture import finger_picture, sheet, taxel_picture, tile
+from ..hand_picture import SCENE, finger_picture, sheet, taxel_picture, tile
+from .marker_picture import marker_picture
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _SETTLE_S = 2.5  # until the middleware has found all sensors
@@ -61,7 +63,7 @@ class Seen:
     @property
     def touches(self) -> list | None:
         """The contacts that belong to the picture, or else the last; None where there were none at all."""
-        picture = next((message for topic, message in self.messages.items() if topic != 'contacts'), None)
+        picture = next((message for topic, message in self.messages.items() if topic not in ('contacts', 'markers')), None)
         last = self.messages.get('contacts')
         found = last if picture is None else self.contacts.get(_stamp(picture), last)
         return None if found is None else found.contacts
@@ -121,7 +123,7 @@ class SnapshotNode(Node):
             return
         seen.type = str(about.get('sensor_type', ''))
         picture, _ = DRAWINGS.get(seen.type, _OTHER)
-        seen.topics = {'contacts': Contacts} | ({picture: Image} if picture else {})
+        seen.topics = {'contacts': Contacts, 'markers': MarkerArray} | ({picture: Image} if picture else {})
         for topic, kind in seen.topics.items():
             self.create_subscription(kind, f'/{name}/{topic}', lambda message, topic=topic: seen.take(topic, message),
                                      qos_profile_sensor_data)
@@ -135,7 +137,8 @@ def tile_of(name: str, seen: Seen) -> np.ndarray:
         picture = draw(seen.messages) if (topic or 'contacts') in seen.messages else None
     except TactileError as error:
         picture, line = None, str(error)
-    return tile(f'{name}   {seen.type or "not found"}', line, picture)
+    scene = marker_picture(seen.messages['markers'].markers, SCENE) if 'markers' in seen.messages else None
+    return tile(f'{name}   {seen.type or "not found"}', line, picture, scene)
 
 
 def touch_line(forces: Collection[float]) -> str:

@@ -46,7 +46,17 @@ def view_of(points: np.ndarray, size: tuple[int, int], filled: float = 0.9, yaw:
     bounds = [((side + slope * back).max(), (side - slope * back).min()) for side, slope in zip((right, up), slopes)]
     depth = max((high - low) / (2 * slope) for (high, low), slope in zip(bounds, slopes))
     distance = depth - 0.5 * (back.max() + back.min())
-    camera = np.array([sum(bounds[0]) / 2, sum(bounds[1]) / 2, depth])
+    camera = np.array([_centred(right, depth - back), _centred(up, depth - back), depth])
     focal = (camera - [0.0, 0.0, distance]) @ axes
     digits = 1 - int(np.floor(np.log10(distance))) + 2
     return OrbitView(round(float(distance), digits), tuple(round(float(x), digits + 1) for x in focal), yaw, pitch)
+
+
+def _centred(side: np.ndarray, away: np.ndarray) -> float:
+    """The camera's place along one side of the picture from which points at side (N,), away (N,) from it, reach as far to both ends."""
+    low, high = float(side.min()), float(side.max())
+    for _ in range(50):  # halves the interval each time: to the last bit
+        middle = 0.5 * (low + high)
+        seen = (side - middle) / away
+        low, high = (middle, high) if seen.max() + seen.min() > 0 else (low, middle)
+    return middle

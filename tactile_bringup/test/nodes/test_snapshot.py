@@ -9,14 +9,15 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
-from geometry_msgs.msg import Vector3  # noqa: E402
+from geometry_msgs.msg import Point, Vector3  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
+from std_msgs.msg import ColorRGBA, String  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
+from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
 from tactile_bringup.nodes.snapshot import Seen, main, touch_line  # noqa: E402
 
@@ -40,7 +41,9 @@ class Hand(Node):
     def describe(self, name, kind, *pictures, touches=()):
         publisher = self.create_publisher(String, f'{name}/description', LATCHED)
         publisher.publish(String(data=f'sensor_type: {kind}\n'))
-        for topic, message_type, message in (*pictures, ('contacts', Contacts, Contacts(contacts=touches))):
+        skin = Marker(type=Marker.TRIANGLE_LIST, color=ColorRGBA(g=1.0, a=1.0), points=[Point(), Point(x=1.0), Point(y=1.0)])
+        for topic, message_type, message in (*pictures, ('contacts', Contacts, Contacts(contacts=touches)),
+                                             ('markers', MarkerArray, MarkerArray(markers=[skin]))):
             self.sent.append((self.create_publisher(message_type, f'{name}/{topic}', 10), message))
 
 
@@ -57,10 +60,11 @@ def test_a_tile_for_each_sensor(hand, tmp_path, capsys):
     out = tmp_path / 'hand.png'
     assert main([str(out)]) == 0
     picture = cv2.imread(str(out))
-    assert picture.shape == (2 * 416, 2 * 480, 3)  # in the order of the names: little, thumb, tip
-    assert picture[236, 720].tolist() == [250, 10, 10], 'the blue picture'
+    assert picture.shape == (2 * 416, 2 * 960, 3)  # in the order of the names: little, thumb, tip
+    assert picture[236, 1200].tolist() == [250, 10, 10], 'the blue picture'
     assert (picture[:416, :480] == (26, 89, 255)).all(axis=2).sum() == pytest.approx(360 * 360 / 4, rel=0.01), 'a quarter of the taxels'
     assert (picture[416:, :480] == (89, 217, 51)).all(axis=2).sum() > 250, 'where the finger is touched'
+    assert all((part == (0, 255, 0)).all(axis=2).sum() > 5000 for part in (picture[56:416, 480:960], picture[56:416, 1440:])), 'the skin'
     (tmp_path / 'hand.yaml').write_text('sensors: [{name: thumb, type: touchpad}, {name: index, type: touchpad}]\n')
     assert main([str(out), '--hand', str(tmp_path / 'hand.yaml'), '--patience', '4']) == 1
     assert 'nothing came of index (description)' in capsys.readouterr().err
@@ -85,6 +89,7 @@ def test_a_picture_goes_with_the_contacts_of_its_own_time():
     for stamp_ns, count in ((1, 2), (2, 1), (3, 0)):
         seen.take('contacts', Contacts(header=header_of(stamp_ns, 'pad'), contacts=[Contact()] * count))
     assert len(seen.touches) == 0, 'the last'
+    seen.take('markers', MarkerArray())
     seen.take('image_annotated', Image(header=header_of(1, 'pad')))
     assert len(seen.touches) == 2
     seen.take('image_annotated', Image(header=header_of(9, 'pad')))
