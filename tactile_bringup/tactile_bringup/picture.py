@@ -14,10 +14,12 @@ from .colours import bgr
 _SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
 _SHORTEST = 1.2  # px of the picture: shorter arrows would be noise
 _HEAD = 0.35
+_SIZE = 0.6  # of OpenCV's font: letters 13 px high
 _FEW = 200  # so many arrows have room for a dark border each
 _GAP = 2.0  # px between a dot and its ring
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
+PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
 
 
 @dataclass
@@ -53,7 +55,7 @@ def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.nda
     return found
 
 
-def enlargement(width: int, smallest: int = 600) -> int:
+def enlargement(width: int, smallest: int = PANEL) -> int:
     """The whole number by which an image is enlarged to be at least smallest px wide."""
     return max(1, -(-smallest // width))
 
@@ -61,9 +63,11 @@ def enlargement(width: int, smallest: int = 600) -> int:
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """A picture (kH + t, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it.
 
-    k: enlargement(W); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot.
+    k: enlargement(W); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot. Text and lines
+    are in proportion to pictures wider than 640 px, which are shown smaller.
     """
     scale = enlargement(image.shape[1])
+    thick = max(1.0, scale * image.shape[1] / 640)
     picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     if scale > 1:
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
@@ -72,21 +76,21 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
         # The centre of pixel 0 lies at (scale - 1) / 2 of the enlarged picture.
         return uv * scale + (scale - 1) / 2
 
-    draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes])
+    draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes], thick)
     uv = placed(what.uv)
-    draw_arrows(picture, uv - what.duv * scale, uv)
-    draw_dots(picture, uv, what.state, scale * what.radius + _GAP)  # over the arrows: states are what counts
-    draw_numbers(picture, what, uv)
-    draw_contacts(picture, placed(what.contacts))
-    return np.vstack([picture, text_bar(what.text, picture.shape[1])]) if what.text else picture
+    draw_arrows(picture, uv - what.duv * scale, uv, thick)
+    draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # over the arrows: states are what counts
+    draw_numbers(picture, what, uv, thick)
+    draw_contacts(picture, placed(what.contacts), thick)
+    return np.vstack([picture, text_bar(what.text, picture.shape[1], thick)]) if what.text else picture
 
 
 def _fixed(points: np.ndarray) -> np.ndarray:
     return np.round(points * (1 << _SHIFT)).astype(np.int32)
 
 
-def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray]) -> None:
-    """Fill outlines (n, 2) px less holes with a veil and draw their borders."""
+def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray], thick: float = 1.0) -> None:
+    """Fill outlines (n, 2) px less holes with a veil and draw their borders; thick: see annotate, as below."""
     if not outlines:
         return
     corners = np.concatenate(outlines)
@@ -97,21 +101,22 @@ def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.
         veiled = part.copy()
         cv2.fillPoly(veiled, [_fixed(points - (x0, y0)) for points in outlines + holes], bgr(colours.REGION), shift=_SHIFT)
         cv2.addWeighted(veiled, 0.22, part, 0.78, 0.0, dst=part)
-    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(colours.REGION), 2, cv2.LINE_AA, _SHIFT)
+    cv2.polylines(picture, [_fixed(points) for points in outlines], True, bgr(colours.REGION), round(2 * thick), cv2.LINE_AA, _SHIFT)
     if holes:
-        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(colours.HOLE), 2, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(picture, [_fixed(points) for points in holes], True, bgr(colours.HOLE), round(2 * thick), cv2.LINE_AA, _SHIFT)
 
 
-def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float) -> None:
+def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float = 1.0) -> None:
     """A ring of radius px round each dot at uv (N, 2) in the colour of its state (N,); a thicker one round those that are touched."""
     rings = _fixed(uv[:, None] + radius * _CORNERS)
     for value, colour in enumerate(colours.STATE_COLOURS):
         chosen = rings[(state == value) | (state < 0)] if value == 0 else rings[state == value]
         if len(chosen):
-            cv2.polylines(picture, list(chosen), True, bgr(colour), 2 if value else 1, cv2.LINE_AA if value else cv2.LINE_8, _SHIFT)
+            width, kind = (round(2 * thick), cv2.LINE_AA) if value else (round(thick), cv2.LINE_8)
+            cv2.polylines(picture, list(chosen), True, bgr(colour), width, kind, _SHIFT)
 
 
-def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray) -> None:
+def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: float = 1.0) -> None:
     """Arrows from start to end (N, 2) px; none where a place is NaN or the arrow would be too short to see."""
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
@@ -119,40 +124,41 @@ def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray) -> None
     if not chosen.any():
         return
     start, end, along = start[chosen], end[chosen], along[chosen]
-    size = np.minimum(_HEAD * length[chosen], 5.0) / length[chosen]
+    size = np.minimum(_HEAD * length[chosen], 5.0 * thick) / length[chosen]
     back, side = along * size[:, None], np.stack([-along[:, 1], along[:, 0]], axis=1) * (0.6 * size[:, None])
     strokes = _fixed(np.stack([start, end, end - back + side, end, end - back - side], axis=1))
     if len(start) <= _FEW:
-        cv2.polylines(picture, list(strokes), False, (0, 0, 0), 3, cv2.LINE_8, _SHIFT)
-    cv2.polylines(picture, list(strokes), False, bgr(colours.ARROW), 1, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(picture, list(strokes), False, (0, 0, 0), round(3 * thick), cv2.LINE_8, _SHIFT)
+    cv2.polylines(picture, list(strokes), False, bgr(colours.ARROW), round(thick), cv2.LINE_AA, _SHIFT)
 
 
-def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray) -> None:
-    """Row.column beside every few dots of a grid, at most six a side."""
+def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float = 1.0) -> None:
+    """Row.column beside every few dots of a grid, at most four a side."""
     if not what.rows * what.columns:
         return
     row, column = np.divmod(what.id, what.columns)
-    step = max(1, -(-max(what.rows, what.columns) // 6))
+    step = max(1, -(-max(what.rows, what.columns) // 4))
     middle = step // 2
     for k in np.nonzero((row % step == middle) & (column % step == middle))[0]:
         place = round(uv[k, 0]) + 5, round(uv[k, 1]) - 5
         text = f'{row[k]}.{column[k]}'
-        cv2.putText(picture, text, place, _FONT, 0.32, (0, 0, 0), 2, cv2.LINE_8)
-        cv2.putText(picture, text, place, _FONT, 0.32, bgr(colours.TEXT), 1, cv2.LINE_AA)
+        cv2.putText(picture, text, place, _FONT, 0.45 * thick, (0, 0, 0), round(3 * thick), cv2.LINE_8)
+        cv2.putText(picture, text, place, _FONT, 0.45 * thick, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
 
 
-def draw_contacts(picture: np.ndarray, places: np.ndarray) -> None:
+def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -> None:
     """A cross in a circle at each contact (C, 2) px."""
     for u, v in places[np.isfinite(places).all(axis=1)]:
         centre = round(u), round(v)
-        cv2.circle(picture, centre, 9, (0, 0, 0), 4, cv2.LINE_AA)
-        cv2.circle(picture, centre, 9, bgr(colours.CONTACT), 2, cv2.LINE_AA)
-        cv2.drawMarker(picture, centre, bgr(colours.CONTACT), cv2.MARKER_CROSS, 26, 2)
+        cv2.circle(picture, centre, round(9 * thick), (0, 0, 0), round(4 * thick), cv2.LINE_AA)
+        cv2.circle(picture, centre, round(9 * thick), bgr(colours.CONTACT), round(2 * thick), cv2.LINE_AA)
+        cv2.drawMarker(picture, centre, bgr(colours.CONTACT), cv2.MARKER_CROSS, round(26 * thick), round(2 * thick))
 
 
-def text_bar(lines: list[str], width: int) -> np.ndarray:
-    """Lines of text on a dark ground, (20 px a line, width, 3) uint8."""
-    bar = np.full((20 * len(lines) + 6, width, 3), 24, np.uint8)
+def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
+    """Lines of text on a dark ground, (thick * (20 px a line + 6 px), width, 3) uint8; a line that is too long is written smaller."""
+    bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
-        cv2.putText(bar, line, (8, 18 + 20 * k), _FONT, 0.48, bgr(colours.TEXT), 1, cv2.LINE_AA)
+        size = _SIZE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _SIZE * thick, 1)[0][0]))
+        cv2.putText(bar, line, (round(8 * thick), round(thick * (18 + 20 * k))), _FONT, size, bgr(colours.TEXT), round(thick), cv2.LINE_AA)
     return bar

@@ -96,6 +96,21 @@ def test_text_stands_below_the_image():
     assert (result[480:] > 200).sum() > 100
 
 
+def test_a_wide_picture_has_larger_letters_and_thicker_lines():
+    what = dots_at((200, 100), state=1)
+    what.text = ['a line']
+    small, large = (annotate(np.full((3 * width // 4, width, 3), 100, np.uint8), what) for width in (640, 1280))
+    assert (small.shape[0] - 480, large.shape[0] - 960) == (26, 52)
+    assert (large[960:] > 200).sum() > 2.5 * (small[480:] > 200).sum()
+    green = [(picture == colours.bgr(colours.STATE_COLOURS[1])).all(axis=2).sum() for picture in (small, large)]
+    assert green[1] > 1.5 * green[0]
+
+
+def test_a_line_that_is_too_long_is_written_smaller():
+    bar = picture.text_bar(['a word ' * 30], 640)
+    assert bar.shape == (26, 640, 3) and (bar[:, 634:] == 24).all() and (bar[:, 560:] > 150).any()
+
+
 def test_a_contact_is_marked_and_an_unknown_place_is_not():
     result = annotate(GREY, Annotation(contacts=np.array([(300.0, 200.0), (np.nan, np.nan)])))
     assert centroid(changed(result)) == (300.0, 200.0)
