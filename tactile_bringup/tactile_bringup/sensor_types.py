@@ -37,7 +37,7 @@ class SensorType:
     sources: tuple[str, ...] = ('sim', 'device', 'file', 'bag')
     arguments: Mapping[str, str] = field(default_factory=dict)
     stitched: bool = False
-    shown: tuple[str, ...] = ('image_raw', 'image_annotated', 'markers')
+    shown: tuple[str, ...] = ('image_raw', 'image_annotated', 'markers', 'points')
 
     @property
     def annotated(self) -> bool:
@@ -62,6 +62,6 @@ SENSOR_TYPES = {
         shown=('markers',),
         uncalibrated='places are of a nominal finger, force and depth are not told; record presses at known places'),
     'taxel_array': SensorType(
-        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', shown=('image_raw', 'markers'),
+        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', shown=('image_raw', 'markers', 'points'),
         uncalibrated='regions, motion and slip are told, pressure and force are not; record known weights'),
 }

@@ -22,7 +22,8 @@ RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Conta
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 TRUTH = {'ground_truth/contact_region': ContactRegion, 'ground_truth/contacts': Contacts}
 RVIZ_TYPES = {'rviz_default_plugins/Image': 'sensor_msgs/msg/Image',
-              'rviz_default_plugins/MarkerArray': 'visualization_msgs/msg/MarkerArray'}
+              'rviz_default_plugins/MarkerArray': 'visualization_msgs/msg/MarkerArray',
+              'rviz_default_plugins/PointCloud2': 'sensor_msgs/msg/PointCloud2'}
 
 
 def in_namespace(namespace, topics):
@@ -51,7 +52,7 @@ def check_graph(ear):
     file = pathlib.Path(get_package_share_directory('tactile_bringup')) / 'rviz' / 'touchpad.rviz'
     shown = yaml.safe_load(file.read_text())['Visualization Manager']
     found = {d['Topic']['Value']: RVIZ_TYPES[d['Class']] for d in shown['Displays'] if 'Topic' in d}
-    assert set(found) == {'/touchpad/markers', '/touchpad/image_annotated', '/touchpad/image_raw'}
+    assert set(found) == {'/touchpad/markers', '/touchpad/points', '/touchpad/image_annotated', '/touchpad/image_raw'}
     assert {topic: graph[topic.replace('/touchpad/', '/left/pad/')] for topic in found} == found
     assert graph['/tf_static'] == 'tf2_msgs/msg/TFMessage'
     assert shown['Global Options']['Fixed Frame'] == 'touchpad'

@@ -12,6 +12,7 @@ from .camera_view import view_of
 from .sensor_shape import shape_of
 
 _ABOUT = '# Made by: python3 -m tactile_bringup.visualization.rviz_files FOLDER\n'
+_FIRM = 0.06  # N on a dot or taxel, measured in the simulated scenes: 0.059 under the touchpad's rectangle, 0.047 under the array's bar
 _DOTS = ('skin', 'dots', 'region', 'outlines', 'holes', 'normals', 'covariances', 'force', 'torque')
 #: Sensor type -> the namespaces of its markers.
 NAMESPACES = {'touchpad': (*_DOTS, 'slip_center'), 'areal_single': _DOTS, 'areal_dual': _DOTS, 'air_cushion': _DOTS,
@@ -24,9 +25,19 @@ def rviz_file(sensor_type: str, parameters: str) -> str:
     shape, pictures = shape_of(parameters), _pictures(sensor_type)
     hidden = [f'{sensor_type}_taxels'] if sensor_type == 'taxel_array' else []  # 2 mm under the sensor's own
     displays = [rviz_page.grid('Base plane', shape.width), rviz_page.frames(shape.width, hidden),
-                rviz_page.markers('Touch', f'/{sensor_type}/markers', NAMESPACES[sensor_type]), *pictures]
+                rviz_page.markers('Touch', f'/{sensor_type}/markers', NAMESPACES[sensor_type]), *_points(sensor_type, shape.width),
+                *pictures]
     view = view_of(shape.outermost(), rviz_page.room(len(pictures)))
     return LICENCE + _ABOUT + rviz_page.page(displays, sensor_type, view)
+
+
+def _points(sensor_type: str, width: float) -> list[dict]:
+    """The cloud of a sensor so wide, m: by force where it is known for each point, else by how far the surface has given way."""
+    if sensor_type == 'psd_finger':
+        return []
+    by_force = sensor_type in ('touchpad', 'taxel_array')
+    channel, limits = ('normal_force', (0.0, _FIRM)) if by_force else ('displacement_z', (-0.1 * width, 0.0))
+    return [rviz_page.cloud('Points', f'/{sensor_type}/points', width / 40, channel, limits)]
 
 
 def _pictures(sensor_type: str) -> list[dict]:

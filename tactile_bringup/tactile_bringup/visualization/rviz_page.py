@@ -35,6 +35,18 @@ def image(name: str, topic: str, reliability: str = 'Reliable', normalize: bool 
     return display('Image', name, Topic=topic, **{'Normalize Range': normalize})
 
 
+def cloud(name: str, topic: str, size: float, channel: str, limits: tuple[float, float]) -> dict:
+    """Points on a topic, as spheres of size, m, coloured by a field between limits, violet to red; off until it is asked for.
+
+    RViz's own limits would be NaN where a point has none.
+    """
+    shown = display('PointCloud2', name, Topic={'Value': topic, 'Depth': 5, 'Reliability Policy': 'Reliable', **_TOPIC}, Style='Spheres',
+                    **{'Size (m)': float(f'{size:.3g}'), 'Position Transformer': 'XYZ', 'Color Transformer': 'Intensity',
+                       'Channel Name': channel, 'Use rainbow': True, 'Invert Rainbow': True, 'Autocompute Intensity Bounds': False,
+                       'Min Intensity': float(f'{limits[0]:.3g}'), 'Max Intensity': float(f'{limits[1]:.3g}')})
+    return {**shown, 'Enabled': False, 'Value': False}
+
+
 def grid(name: str, width: float) -> dict:
     """The plane z = 0 in ten cells, somewhat wider than width, m."""
     return display('Grid', name, **{'Cell Size': cell_size(1.2 * width / 10), 'Plane Cell Count': 10, 'Plane': 'XY',

@@ -125,6 +125,16 @@ def test_grid_and_frames_are_of_the_sensors_size(sensor):
     assert 0.1 < 0.2 * frames['Marker Scale'] / width < 0.3, "an axis; RViz's are 0.2 m at a scale of 1"
 
 
+def test_points_are_offered_and_not_shown(sensor):
+    page = yaml.safe_load(FILES[f'{sensor}.rviz'])['Visualization Manager']['Displays']
+    clouds = [d for d in page if d['Class'].endswith('/PointCloud2')]
+    assert len(clouds) == (sensor != 'psd_finger')
+    for cloud in clouds:
+        assert cloud['Topic']['Value'] == f'/{sensor}/points' and cloud['Enabled'] is cloud['Value'] is False
+        assert cloud['Channel Name'] == ('normal_force' if sensor in ('touchpad', 'taxel_array') else 'displacement_z')
+        assert cloud['Min Intensity'] < cloud['Max Intensity'] and not cloud['Autocompute Intensity Bounds']
+
+
 def test_pictures_have_large_panels_of_their_own_and_the_rest_is_folded(sensor):
     page = yaml.safe_load(FILES[f'{sensor}.rviz'])
     geometry = page['Window Geometry']

@@ -23,3 +23,9 @@ def test_many_pictures_share_three_panels_in_tabs():
 
 def test_every_namespace_has_a_checkbox():
     assert rviz_page.markers('Touch', '/pad/markers', ('skin', 'dots'))['Namespaces'] == {'skin': True, 'dots': True}
+
+
+def test_a_cloud_is_coloured_within_its_limits_and_off():
+    cloud = rviz_page.cloud('Points', '/pad/points', 0.00123456, 'normal_force', (0.0, 0.05))
+    assert (cloud['Size (m)'], cloud['Min Intensity'], cloud['Max Intensity']) == (0.00123, 0.0, 0.05)
+    assert not cloud['Enabled'] and not cloud['Value'] and not cloud['Autocompute Intensity Bounds']
