@@ -1,16 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of two cameras by name, made from a node's parameters."""
+"""The sources of two cameras by name, made from a node's parameters. A process imports only the source that it uses."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 from ..errors import BadArgument
 from .dual import DualSource, PairedSource, SplitSource
-from .dual_file import TwoFilesSource
 from .protocol import Clock, Source
 from .registry import SOURCES
-from .simulated import DualSimulatedSource
 
 LAYOUTS = ('two', 'side_by_side')
 DUAL_SOURCES = ('sim', 'device', 'file', 'bag', 'topics')
@@ -28,11 +26,13 @@ def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], 
     if name not in DUAL_SOURCES:
         raise BadArgument(f'source: {name!r} is unknown; choose one of {", ".join(DUAL_SOURCES)}')
     if name == 'sim':
+        from .simulated import DualSimulatedSource
         return DualSimulatedSource(values['scene'], values['rate'], values['seed'], clock)
     if name == 'topics':
         return PairedSource(make_topic(values['topic']), make_topic(values['right_topic']), values['max_skew'])
     if values['layout'] == 'side_by_side':
         return SplitSource(SOURCES[name](values, clock))
     if name == 'file':
+        from .dual_file import TwoFilesSource
         return TwoFilesSource(values['path'], values['right_path'], values['rate'], values['loop'], clock)
     return PairedSource(SOURCES[name](values, clock), SOURCES[name](_of_right(values), clock), values['max_skew'])

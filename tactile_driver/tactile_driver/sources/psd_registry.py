@@ -1,27 +1,27 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of a PSD finger by name, made from a node's parameters."""
+"""The sources of a PSD finger by name, made from a node's parameters. A process imports only the source that it uses."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 from ..errors import BadArgument
 from .protocol import Clock, Source
-from .psd_bag import PsdBagSource
-from .psd_serial import PsdSerialSource, SerialSettings
-from .psd_simulated import PsdSimulatedSource
 
 
 def _device(values: Mapping, clock: Clock) -> Source:
+    from .psd_serial import PsdSerialSource, SerialSettings
     names = ('format', 'baud', 'adc.full_scale', 'adc.bits', 'batch_period')
     return PsdSerialSource(values['device'], SerialSettings(*(values[name] for name in names)), clock)
 
 
 def _bag(values: Mapping, clock: Clock) -> Source:
+    from .psd_bag import PsdBagSource
     return PsdBagSource(values['path'], values['topic'], values['rate'], values['loop'])
 
 
 def _simulated(values: Mapping, clock: Clock) -> Source:
+    from .psd_simulated import PsdSimulatedSource
     return PsdSimulatedSource(values['scene'], values['rate'], values['seed'], values['batch_period'], clock)
 
 

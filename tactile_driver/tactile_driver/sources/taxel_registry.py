@@ -1,16 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of a taxel array by name, made from a node's parameters."""
+"""The sources of a taxel array by name, made from a node's parameters. A process imports only the source that it uses."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 from ..errors import BadArgument
 from .protocol import Clock, Source
-from .taxel_bag import TaxelBagSource
-from .taxel_file import TaxelFileSource
-from .taxel_serial import TaxelSerialSource
-from .taxel_simulated import TaxelSimulatedSource
 
 
 def _shape(values: Mapping) -> tuple[int, int]:
@@ -20,18 +16,22 @@ def _shape(values: Mapping) -> tuple[int, int]:
 
 
 def _device(values: Mapping, clock: Clock) -> Source:
+    from .taxel_serial import TaxelSerialSource
     return TaxelSerialSource(values['device'], values['baud'], _shape(values), clock)
 
 
 def _file(values: Mapping, clock: Clock) -> Source:
+    from .taxel_file import TaxelFileSource
     return TaxelFileSource(values['path'], values['topic'], values['rate'], values['loop'], _shape(values), clock)
 
 
 def _bag(values: Mapping, clock: Clock) -> Source:
+    from .taxel_bag import TaxelBagSource
     return TaxelBagSource(values['path'], values['topic'], values['rate'], values['loop'], _shape(values))
 
 
 def _simulated(values: Mapping, clock: Clock) -> Source:
+    from .taxel_simulated import TaxelSimulatedSource
     return TaxelSimulatedSource(values['scene'], values['rate'], values['seed'], clock)
 
 

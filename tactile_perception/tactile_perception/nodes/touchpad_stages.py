@@ -16,12 +16,8 @@ from ..camera import CameraModel
 from ..errors import BadFrame
 from ..pipeline.contact_stage import ContactStage
 from ..pipeline.dot_stage import DotStage
-from ..pipeline.dome_places import DomePlaces
-from ..pipeline.marker_parameters import marker_sensor
 from ..pipeline.marker_views import view_maker
 from ..pipeline.sensor import Touchpad, camera_pose
-from ..pipeline.sheet_places import SheetPlaces
-from ..touch.regression import RegressionTouch
 from ..touch.sensor import MARKER_SENSORS
 from . import conversions as convert
 from .camera_side import CameraSide, Matrices
@@ -53,7 +49,10 @@ class DotMessages(_TouchpadSide):
 
     def __init__(self, values: Mapping):
         super().__init__(values)
-        self._surface = marker_sensor(values) if values['surface'] in ('sheet', 'dome') else None
+        self._surface = None
+        if values['surface'] in ('sheet', 'dome'):
+            from ..pipeline.marker_parameters import marker_sensor  # a touchpad does without the methods of sheets and domes
+            self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
 
@@ -72,11 +71,14 @@ class DotMessages(_TouchpadSide):
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water, **known)
 
-    def _places(self, make_view) -> SheetPlaces | DomePlaces | None:
-        """What places markers; none for a pattern without a grid that is not calibrated."""
+    def _places(self, make_view):
+        """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
         sensor, known = self._surface, self._markers
         if sensor.is_sheet:
+            from ..pipeline.sheet_places import SheetPlaces
             return SheetPlaces(sensor, make_view)
+        from ..pipeline.dome_places import DomePlaces
+        from ..touch.regression import RegressionTouch
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
         fitted = known and known.methods.get('regression')
         return DomePlaces(sensor, count, make_view, fitted and RegressionTouch.from_fitted(fitted, sensor)) if count else None

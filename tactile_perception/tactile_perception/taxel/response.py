@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ..errors import BadArgument, BadCalibration
 
@@ -91,5 +90,6 @@ def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
     rows = taxel_area * _terms(value, knee).sum(axis=2).T
     unit = rows[known].mean(axis=0)
     weight = forces[known] + _SMALL * forces[known].max()
+    from scipy.optimize import nnls  # calibration alone needs it
     scale = nnls(rows[known] / unit / weight[:, None], forces[known] / weight)[0] / unit
     return Response(tuple(float(s) for s in scale), knee, gain, True), rows @ scale

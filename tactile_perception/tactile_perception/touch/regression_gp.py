@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
-from scipy.optimize import minimize
 
 MIRRORS = np.array([(1, 1), (-1, 1), (1, -1), (-1, -1)], float)
 MOST_FOR_EVIDENCE = 120  # points that the hyperparameters are found from
@@ -92,6 +91,7 @@ class MirrorGP:
                 return 1e10
             white = np.linalg.solve(lower, target)
             return 0.5 * white @ white + np.log(np.diag(lower)).sum() + 0.5 * np.sum(((hyper - middle) / width)**2)
+        from scipy.optimize import minimize  # calibration alone needs it
         return minimize(cost, middle, method='L-BFGS-B', bounds=[(-1.5, 3.0)] * inner + [(-4.0, 3.0), (np.log(5e-3), 1.0)]).x
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..errors import BadCalibration
 from .field import MarkerField
@@ -145,4 +144,5 @@ def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> floa
     def over(s: float) -> float:
         return float(np.mean(np.minimum(squares / (variance + s * s * scale), MOST_SQUARES)) - 1)
     largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12
+    from scipy.optimize import brentq  # calibration alone needs it
     return float(brentq(over, 0.0, largest, xtol=1e-9)) if over(0.0) > 0 > over(largest) else 0.0

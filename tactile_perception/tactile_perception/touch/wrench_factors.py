@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
 
 MOST = 120                     # values that the hyperparameters are found from
 LENGTH, LENGTHS = 1.0, (-0.5, 3.5)  # logs of the factors' lengths over the states' spread: expected; least and largest
@@ -65,4 +64,5 @@ class VaryingFactors:
             held = 0.5 * np.sum((hyper[:count] - LENGTH)**2) + 0.1 * np.sum(hyper[count:-1]**2)
             return 0.5 * white @ white + np.log(np.diag(lower)).sum() + held
         start = np.concatenate([np.full(count, LENGTH), np.zeros(factors), [-3.0]])
+        from scipy.optimize import minimize  # calibration alone needs it
         return minimize(cost, start, method='L-BFGS-B', bounds=[LENGTHS] * count + [SIZES] * factors + [NOISES]).x
