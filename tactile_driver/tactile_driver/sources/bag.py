@@ -8,11 +8,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ..errors import BadArgument, BadFrame, BadRecording
 from ..frame import CameraCalibration, Frame, frame_of, frame_of_bytes
+from ..recordings.reader import BagReader, RawMessage
 from .pacing import NS, EvenPace, StampPace, wait_until
 from .protocol import EndOfSource
 
@@ -22,10 +22,12 @@ _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/Compresse
 def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
                  content: str = 'image') -> str:
     """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one of
-    kinds, whose content is named so. Raises BadRecording, listing them."""
+    kinds, whose content is named so, or the only image_raw among several. Raises BadRecording, listing them."""
     images = sorted(name for name, kind in types.items() if kind in kinds)
     fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
     fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
+    if not wanted and len(fitting) > 1:
+        fitting = [name for name in images if name.endswith('/image_raw')]
     if len(fitting) == 1:
         return fitting[0]
     listed = ', '.join(images) or 'none'
@@ -35,7 +37,7 @@ def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str
 
 
 class BagSource:
-    """A rosbag2 folder or file, sqlite3 or MCAP.
+    """A rosbag2 folder or file, sqlite3 or MCAP; a damaged one as far as it goes.
 
     topic: of sensor_msgs/Image or CompressedImage, '' where the bag has only one; rate: Hz, or -1 for the bag's own pace, or 0 for as
     fast as
@@ -43,7 +45,6 @@ class BagSource:
     """
 
     live = False
-    remark = ''
     kinds, content = (_IMAGE, _COMPRESSED), 'image'
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):
@@ -60,48 +61,52 @@ class BagSource:
         """Open the bag at its beginning. Raises BadRecording where it is missing, broken or lacks the topic."""
         self.close()
         try:
-            self._reader = Reader(self._path)
-            self._reader.open()
-        except Exception as error:  # rosbags lets errors of yaml, sqlite, zstandard and its own through
-            self._reader = None
+            self._reader = BagReader(self._path).__enter__()
+        except (BadRecording, OSError) as error:
             raise BadRecording(f'path: {self._path} is no rosbag2 recording that can be read: {error}') from error
-        types = {c.topic: c.msgtype for c in self._reader.connections}
+        types = self._reader.topics
         self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
         self._calibration = self._recorded_calibration(types)
         self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
         self._start()
 
     def _start(self) -> None:
-        self._messages = self._reader.messages([c for c in self._reader.connections if c.topic == self._topic])
+        self._messages = self._reader.messages({self._topic})
 
     def _recorded_calibration(self, types: dict[str, str]) -> CameraCalibration | None:
         beside = posixpath.join(posixpath.dirname(self._topic), 'camera_info')
         if types.get(beside) != _INFO:
             return None
-        for connection, _, data in self._reader.messages([c for c in self._reader.connections if c.topic == beside]):
-            info = self._types.deserialize_cdr(data, connection.msgtype)
+        for found in self._reader.messages({beside}):
+            info = self._types.deserialize_cdr(found.data, found.type_name)
             numbers = (tuple(map(float, x)) for x in (info.k, info.d, info.r, info.p))
             return CameraCalibration(info.width, info.height, *numbers, info.distortion_model)
         return None
 
+    @property
+    def remark(self) -> str:
+        """What of the bag is damaged or missing, as far as it has been come upon, ''."""
+        return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
+
     def read(self, wanted: bool = True) -> Frame | None:
         """The next frame, when it is due. Raises EndOfSource, or BadFrame for a message that makes no image."""
-        name, recorded_ns, data = self._next()
-        message = self._decoded(data, name)
-        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or recorded_ns
+        found = self._next()
+        name = found.type_name
+        message = self._decoded(found.data, name)
+        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
         due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
         frame = self._frame(message, name, stamp) if wanted else None
         wait_until(due)
         return frame
 
-    def _next(self) -> tuple[str, int, bytes]:
+    def _next(self) -> RawMessage:
         found = next(self._messages, None) if self._messages is not None else None
         if found is None and self._loop and self._reader is not None:
             self._start()
             found = next(self._messages, None)
         if found is None:
             raise EndOfSource(f'{self._path} is over')
-        return found[0].msgtype, found[1], found[2]
+        return found
 
     def _decoded(self, data: bytes, name: str):
         try:
@@ -120,7 +125,7 @@ class BagSource:
     def close(self) -> None:
         """Close the bag."""
         if self._reader is not None:
-            self._reader.close()
+            self._reader.__exit__(None, None, None)
         self._reader = self._messages = None
 
     def describe(self) -> dict:

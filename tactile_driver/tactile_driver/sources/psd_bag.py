@@ -18,7 +18,6 @@ class PsdBagSource(BagSource):
     """A rosbag2 folder or file with tactile_msgs/PsdVoltages. Parameters as of BagSource; rate: messages/s."""
 
     kinds, content = (_VOLTAGES,), 'voltage'
-    remark = ''
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool):
         super().__init__(path, topic, rate, loop)

@@ -13,7 +13,6 @@ class TaxelBagSource(BagSource):
     """A rosbag2 folder or file with sensor_msgs/Image in mono8 or mono16. Parameters as of BagSource; shape: (rows, columns)."""
 
     kinds, content = ('sensor_msgs/msg/Image',), 'image'
-    remark = ''
 
     def __init__(self, path: str, topic: str, rate: float, loop: bool, shape: tuple[int, int]):
         super().__init__(path, topic, rate, loop)

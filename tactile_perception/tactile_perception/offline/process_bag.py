@@ -12,11 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tactile_driver.recordings.left_out import LeftOut
+
 from ..errors import BadArgument, TactileError
 from ..nodes.serialization import MessageCodec
 from .bags import BagWriter, RawMessage
 from .definitions import known_as
-from .left_out import LeftOut
 from .progress import ProgressLine
 from .stream import KEPT, Head, Skipped, Task, stream
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from tactile_driver.recordings.left_out import LeftOut
+
 from ..errors import BadFrame, BadRecording, TactileError
 from ..nodes.serialization import MessageCodec
 from .bags import BagReader, RawMessage
 from .definitions import known_as
-from .left_out import LeftOut
 from .replay import Replay, ReplayStage, TaxelReplay, make_replay
 from .stamped import find_prefix
 from .stitched_bag import bag_opener

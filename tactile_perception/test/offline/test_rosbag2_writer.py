@@ -5,7 +5,7 @@ import pytest
 import yaml
 from rosbags.interfaces import Qos, QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
-from small_bags import STORE, TYPE, encoded
+from string_messages import STORE, TYPE, encoded
 from tactile_perception.offline.rosbag2_writer import Rosbag2Writer, recorded_qos, usual_qos
 
 OTHER = usual_qos('/other')._replace(reliability=QosReliability.BEST_EFFORT)

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """What is left out is counted by reason, told by its first case, and never takes more than so much memory."""
-from tactile_perception.offline.left_out import LeftOut
+from tactile_driver.recordings.left_out import LeftOut
 
 
 def test_reasons_that_differ_in_their_numbers_count_as_one():

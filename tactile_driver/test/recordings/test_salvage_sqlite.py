@@ -3,8 +3,8 @@
 """Of a sqlite3 file that is cut off or damaged all messages before that are read, and that there were more is told."""
 import pytest
 from small_bags import SQLITE, TYPE, message, numbers, write_bag
-from tactile_perception.offline.left_out import LeftOut
-from tactile_perception.offline.salvage_sqlite import SalvagedSqlite
+from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.salvage_sqlite import SalvagedSqlite
 
 
 def test_a_whole_file_is_read_whole(tmp_path):

@@ -3,8 +3,8 @@
 """Of an MCAP file that is cut off or damaged all that is whole is read, and what is lost is told."""
 import pytest
 from small_bags import MCAP, NONE, STORAGE, TYPE, first_chunk, message, numbers, write_bag
-from tactile_perception.offline.left_out import LeftOut
-from tactile_perception.offline.salvage_mcap import SalvagedMcap
+from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.salvage_mcap import SalvagedMcap
 
 
 def read(file):

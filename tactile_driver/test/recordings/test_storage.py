@@ -4,9 +4,9 @@
 import pytest
 import yaml
 from small_bags import FILE, MCAP, MESSAGE, NONE, SQLITE, first_chunk, numbers, write_bag
-from tactile_perception.errors import BadRecording
-from tactile_perception.offline.left_out import LeftOut
-from tactile_perception.offline.storage import StorageFile, bag_files, unpacked
+from tactile_driver.errors import BadRecording
+from tactile_driver.recordings.left_out import LeftOut
+from tactile_driver.recordings.storage import StorageFile, bag_files, unpacked
 
 
 def test_files_are_those_of_the_metadata_or_all_that_there_are(tmp_path):
