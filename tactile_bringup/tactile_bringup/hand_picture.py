@@ -12,7 +12,9 @@ import numpy as np
 from . import colours
 
 _WIDTH, _HEIGHT, _BAR = 480, 360, 56
-_BACK, _BAR_COLOUR, _GREY = (32, 32, 38), (60, 52, 48), (150, 150, 150)
+#: blue, green, red: the ground, as RViz's
+BACK = 38, 32, 32
+_BAR_COLOUR, _GREY = (60, 52, 48), (150, 150, 150)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -25,7 +27,7 @@ def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | 
 
     scene: (360, 480, 3) at its right, what RViz shows of the sensor; None: nothing.
     """
-    made = np.full((_BAR + _HEIGHT, 2 * _WIDTH, 3), _BACK, np.uint8)
+    made = np.full((_BAR + _HEIGHT, 2 * _WIDTH, 3), BACK, np.uint8)
     if scene is not None:
         made[_BAR:, _WIDTH:] = scene
     made[:_BAR] = _BAR_COLOUR
@@ -45,7 +47,7 @@ def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | 
 def sheet(tiles: Sequence[np.ndarray]) -> np.ndarray:
     """Tiles of one size side by side and one below the other."""
     columns = math.ceil(math.sqrt(len(tiles)))
-    missing = [np.full_like(tiles[0], _BACK)] * (-len(tiles) % columns)
+    missing = [np.full_like(tiles[0], BACK)] * (-len(tiles) % columns)
     filled = [*tiles, *missing]
     return np.vstack([np.hstack(filled[k:k + columns]) for k in range(0, len(filled), columns)])
 
@@ -58,7 +60,7 @@ def taxel_picture(values: np.ndarray, full: float) -> np.ndarray:
 
 def finger_picture(normals: Sequence[np.ndarray]) -> np.ndarray:
     """(360, 360, 3) BGR: a hemisphere seen along -z, x to the right and y downwards as in an image, a dot where each normal (3,) points."""
-    made, middle, radius = np.full((360, 360, 3), _BACK, np.uint8), (180, 180), 160
+    made, middle, radius = np.full((360, 360, 3), BACK, np.uint8), (180, 180), 160
     cv2.circle(made, middle, radius, colours.bgr(colours.STATE_COLOURS[0]), 2, cv2.LINE_AA)
     for angle in (30, 60):
         cv2.circle(made, middle, round(radius * math.sin(math.radians(angle))), _BAR_COLOUR, 1, cv2.LINE_AA)

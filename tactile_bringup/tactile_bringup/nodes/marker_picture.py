@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 from visualization_msgs.msg import Marker
 
+from .. import mesh
+from ..hand_picture import BACK
 from ..visualization.camera_view import OrbitView, view_of
 
-_BACK = (38, 32, 32)
 _SURFACES = (Marker.TRIANGLE_LIST, Marker.CUBE_LIST)
 _SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
 
@@ -25,7 +26,7 @@ def marker_picture(markers: Iterable[Marker], size: tuple[int, int]) -> np.ndarr
     points = [_points(marker) for marker in added if marker.points]
     if not points:
         return None
-    view, picture = view_of(np.vstack(points), size), np.full((size[1], size[0], 3), _BACK, np.uint8)
+    view, picture = view_of(np.vstack(points), size), np.full((size[1], size[0], 3), BACK, np.uint8)
     for marker in added:
         layer = picture.copy()
         _DRAWN.get(marker.type, _nothing)(layer, marker, view)
@@ -56,7 +57,8 @@ def _faces(picture: np.ndarray, corners: np.ndarray, colours: list, view: OrbitV
     """Faces with corners (N, n, 3), m, the furthest first."""
     places, depth = _placed(picture, corners.reshape(-1, 3), view)
     places, depth = places.reshape(corners.shape[0], -1, 2), depth.reshape(corners.shape[0], -1).mean(axis=1)
-    for k in np.argsort(-depth):
+    area = np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max(axis=1)
+    for k in (k for k in np.argsort(-depth) if area[k] > 0):  # as at a pole, where two corners are one
         cv2.fillConvexPoly(picture, places[k], colours[k], cv2.LINE_AA, _SHIFT)
 
 
@@ -64,8 +66,7 @@ def _triangles(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
     corners = _points(marker).reshape(-1, 3, 3)
     colours = _colours(marker, len(corners))
     if not marker.colors:  # RViz lights those of one colour itself
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        lit = 0.5 + 0.5 * np.abs(normals[:, 2]) / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
+        lit = mesh.light(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
         colours = [tuple(float(part * light) for part in colour) for colour, light in zip(colours, lit)]
     _faces(picture, corners, colours, view)
 
