@@ -7,7 +7,8 @@ from collections import deque
 from statistics import median
 
 _KEPT = 30  # steps between stamps, of which the period is known: a camera that changes its rate is followed within as many frames
-_FEWEST = 5
+_EVERY = 5  # steps the period is found anew: 57 us for each message of a busy machine would be too much
+_SHORTEST_NS = 100_000  # no sensor sends 10 000 messages a second: such stamps are wrong
 _PAUSE_NS = 2_000_000_000  # a longer gap is the publisher's own: it was paused, or plugged in again
 _SHORT = 0.1  # of the steps may be shorter than a period: messages that were late
 _LATELY = 120  # messages
@@ -23,7 +24,8 @@ class StampGaps:
         self._missing: deque[int] = deque(maxlen=_LATELY)
         self._steps: deque[int] = deque(maxlen=_KEPT)
         self._last_ns: int | None = None
-        self._end_ns = 0
+        self._end_ns = self._count = 0
+        self._period = 0.0
 
     def restart(self) -> None:
         """Count nothing from the last message to the next: nobody listened in between."""
@@ -35,13 +37,15 @@ class StampGaps:
         last_ns, end_ns = self._last_ns, self._end_ns
         self._last_ns, self._end_ns = stamp_ns, stamp_ns + covered_ns
         step = 0 if last_ns is None else stamp_ns - last_ns
-        if not 0 < step <= _PAUSE_NS:
+        if not _SHORTEST_NS <= step <= _PAUSE_NS:
             return
         self._steps.append(step)
-        if len(self._steps) < _FEWEST:
+        self._count += 1
+        if self._count % _EVERY == 0:
+            self._period = self._found_period()
+        if not self._period:
             return
-        period = self.period_ns
-        missing = max(round((stamp_ns - (end_ns if end_ns > last_ns else last_ns + period)) / period), 0)
+        missing = max(round((stamp_ns - (end_ns if end_ns > last_ns else last_ns + self._period)) / self._period), 0)
         self.lost += missing
         self._missing.append(missing)
 
@@ -55,9 +59,8 @@ class StampGaps:
         return (f'{share:.0f} % of {self._topic} did not arrive, by the gaps in its stamps; see what its publisher leaves out, whether it '
                 'is reliable, and what else the machine and the network do')
 
-    @property
-    def period_ns(self) -> float:
-        """The step from message to message: the median one; where so many are lost that it is a multiple, that of which the steps are
+    def _found_period(self) -> float:
+        """The step from message to message, ns: the median one; where so many are lost that it is a multiple, that of which the steps are
         whole multiples, found from the shortest to the longest."""
         steps = sorted(self._steps)
         period, count, total = steps[int(_SHORT * len(steps))], 0, 0

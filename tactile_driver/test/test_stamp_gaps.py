@@ -50,6 +50,10 @@ def test_a_pause_or_stamps_that_go_back_are_no_loss():
     assert counted([*stamps, *paused, *stamps]).lost == 0
 
 
+def test_stamps_that_cannot_be_are_no_measure():
+    assert counted([*range(20), *stamps_of(30, 60)]).lost == 0
+
+
 def test_nothing_is_missing_from_a_time_when_nobody_listened():
     gaps, stamps = StampGaps('dots'), stamps_of(30, 60)
     for stamp in stamps[:20]:
