@@ -171,7 +171,8 @@ def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
     assert rviz.node_package == 'rviz2'
     pairs = [tuple(''.join(part.text for part in side) for side in pair) for pair in rviz.expanded_remapping_rules or
              rviz._Node__remappings]
-    assert pairs == [('/taxel_array/image_raw', '/left/pad/image_raw'), ('/taxel_array/markers', '/left/pad/markers')]
+    assert pairs == [('/taxel_array/image_raw', '/left/pad/image_raw'), ('/taxel_array/markers', '/left/pad/markers'),
+                     ('/taxel_array/points', '/left/pad/points')]
 
 
 def test_without_rviz_one_line_says_so(monkeypatch):
