@@ -8,3 +8,10 @@ sum may differ in its last bit from theirs.
 import tactile_driver.nodes  # noqa: F401, I001
 import tactile_bringup  # noqa: F401
 import tactile_perception  # noqa: F401
+
+try:
+    from tactile_driver.nodes.last_net import LastNet
+except ImportError:  # there is no ROS, and no node
+    pass
+else:
+    LastNet.strict = True

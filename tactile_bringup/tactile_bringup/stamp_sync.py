@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
+_FAR_NS = 60_000_000_000  # ahead of others: a stamp that no frame has, whose set would wait for ever
+
 
 class StampSync:
     """Collects messages by stamp and hands over each set when it is complete.
@@ -24,6 +26,7 @@ class StampSync:
             if self._last - stamp_ns < 1_000_000_000:
                 return
             self._sets, self._last = {}, None
+        self._sets = {stamp: kept for stamp, kept in self._sets.items() if stamp - stamp_ns < _FAR_NS}
         self._sets.setdefault(stamp_ns, {})[topic] = message
         if self._sets[stamp_ns].keys() >= set(self._expected()):
             self._hand_over(stamp_ns)

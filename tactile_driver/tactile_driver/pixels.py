@@ -32,7 +32,7 @@ def pixels_of(data: Sequence[int], size: tuple[int, int, int], encoding: str, bi
     """
     height, width, step = size
     if encoding not in usable:
-        raise BadFrame(f'{place}: encoding {encoding!r} is not supported; the driver has to publish one of {", ".join(usable)}')
+        raise BadFrame(f'{place}: encoding {encoding[:40]!r} is not supported; the driver has to publish one of {", ".join(usable)}')
     channels, kind, _ = _ENCODINGS[encoding]
     kind = np.dtype(kind).newbyteorder('>' if big_endian else '<')
     row = width * channels * kind.itemsize

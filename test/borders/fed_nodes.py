@@ -3,10 +3,13 @@
 """Nodes in this process that are fed by calls, as by a driver that shares their process: no middleware between."""
 from __future__ import annotations
 
+import copy
+import functools
 import itertools
-from collections import Counter
 
+from good_messages import messages
 from rclpy.serialization import serialize_message
+from std_msgs.msg import Header
 from tactile_bringup.nodes.compose import Plan, kind_of
 from tactile_bringup.sensor_launch import share
 from tactile_driver.nodes.host import Host, SharedPublisher
@@ -14,6 +17,13 @@ from tactile_driver.nodes.host import Host, SharedPublisher
 _NUMBERS = itertools.count(1)
 INPUTS = {'dot_tracker_node': ('camera_info', 'image_raw'), 'contact_region_node': ('camera_info', 'dots'),
           'contact_point_node': ('camera_info', 'dots'), 'psd_contact_node': ('voltages',), 'taxel_contact_node': ('image_raw',)}
+CHAINS = {'touchpad': ('dot_tracker_node', 'contact_region_node'), 'areal_single': ('dot_tracker_node', 'contact_point_node'),
+          'air_cushion': ('dot_tracker_node', 'contact_point_node'), 'psd_finger': ('psd_contact_node',),
+          'taxel_array': ('taxel_contact_node',)}
+MARKERS = {'touchpad': 'markers_node', 'areal_single': 'markers_node', 'psd_finger': 'finger_markers_node',
+           'taxel_array': 'taxel_markers_node'}
+#: (node, sensor), each once
+NODES = [(name, sensor) for sensor, names in CHAINS.items() for name in names] + [(name, sensor) for sensor, name in MARKERS.items()]
 
 
 class Nobody:
@@ -46,8 +56,10 @@ class FedNode:
     def __init__(self, name: str, sensor: str, **parameters):
         self.name, space = name, f'/fed{next(_NUMBERS)}'
         self._shared = {f'{space}/{topic}': SharedPublisher(Nobody(f'{space}/{topic}'), lambda: None) for topic in INPUTS[name]}
-        self._space, self.results, self.counts = space, [], Counter()
+        self._space, self.results = space, []
         own = {name.replace('__', '.'): value for name, value in parameters.items()}
+        if name == 'contact_point_node':
+            own['calibration'] = str(share('calibration', f'{sensor}_sim.yaml'))
         plan = Plan(name, space, str(share('params', f'{sensor}_sim.yaml')), own)
         self.node = kind_of(plan)(Host(plan.arguments, plan.parameters, self._shared))
         for topic, publisher in self.node._outputs.items():
@@ -60,8 +72,84 @@ class FedNode:
     def feed(self, topic: str, message) -> list[tuple[str, object]]:
         """What is published for a message."""
         self.results = []
-        self._shared[f'{self._space}/{topic}'].publish(message)
+        if topic in INPUTS[self.name]:
+            self._shared[f'{self._space}/{topic}'].publish(message)
         return self.results
 
     def close(self) -> None:
         self.node.destroy_node()
+
+
+def sent(sensor: str) -> list[tuple[str, object]]:
+    """(topic, message) of all that the sensor's driver and its perception nodes send, in order."""
+    return list(_sent(sensor))
+
+
+@functools.cache
+def _sent(sensor: str) -> tuple:
+    nodes, found = [FedNode(name, sensor) for name in CHAINS[sensor]], []
+
+    def send(topic, message, number):
+        found.append((topic, message))
+        for k, node in enumerate(nodes[number:], number):
+            if topic in INPUTS[node.name]:
+                for result in list(node.feed(topic, message)):
+                    send(*result, k + 1)
+    for topic, message in messages(sensor):
+        send(topic, message, 0)
+    for node in nodes:
+        node.close()
+    return tuple(found)
+
+
+class FedMarkers:
+    """The node that draws a sensor, with somebody who looks at all that it draws."""
+
+    def __init__(self, name: str, sensor: str):
+        plan = Plan(name, f'/fed{next(_NUMBERS)}', str(share('params', f'{sensor}_sim.yaml')))
+        self.name, self.node = name, kind_of(plan)(Host(plan.arguments))
+        self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
+        self.node.marker_output, self.node._picture_output = self.markers, self.pictures
+        if name == 'markers_node':
+            self.node._look_timer.cancel()
+            self.node._expected = {topic for topic, _ in sent(sensor)} & {'image_raw', 'dots', 'contact_region', 'contacts', 'slip', 'wrench'}
+
+    def feed(self, topic: str, message) -> list[tuple[str, object]]:
+        """What is drawn for a message."""
+        self.markers.published, self.pictures.published = [], []
+        self._take(topic, message)
+        return [('markers', drawn) for drawn in self.markers.published] + [('image_annotated', drawn) for drawn in self.pictures.published]
+
+    def _take(self, topic: str, message) -> None:
+        node = self.node
+        if self.name == 'finger_markers_node' and topic == 'contacts':
+            node._due_s = 0.0
+            node._take(message)
+        elif self.name == 'taxel_markers_node' and topic in ('image_raw', 'contact_region', 'contacts', 'slip', 'wrench'):
+            node._take(topic, message)
+            node._draw()
+        elif self.name == 'markers_node' and topic == 'camera_info':
+            node._on_camera_info(message, 0)
+        elif self.name == 'markers_node' and topic in node._expected:
+            node._on_message(topic, message)
+
+    def close(self) -> None:
+        self.node.destroy_node()
+
+
+def fed(name: str, sensor: str) -> FedNode | FedMarkers:
+    """The node of that name."""
+    return (FedMarkers if 'markers' in name else FedNode)(name, sensor)
+
+
+def at(message, stamp_ns: int):
+    """The message with another stamp; the rest is shared."""
+    other = copy.copy(message)
+    other.header = Header(frame_id=message.header.frame_id)
+    other.header.stamp.sec, other.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+    return other
+
+
+def stamp_of(message) -> int:
+    """ns."""
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec

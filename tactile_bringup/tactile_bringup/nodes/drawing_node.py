@@ -11,12 +11,14 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from std_msgs.msg import Header
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.host import Host
+from tactile_driver.nodes.last_net import LastNet, guard_services
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.parameters import Parameter
 from tactile_driver.nodes.timers import steady_timer
+from tactile_perception.nodes.checks import check_message
 from tactile_perception.nodes.conversions import stamp_seconds
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
@@ -40,7 +42,7 @@ class DrawingNode(Node):
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self.say, self.log = SayOnce(self), WorkLog('results')
+        self.say, self.log, self.net = SayOnce(self), WorkLog('results'), LastNet(self)
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -48,6 +50,7 @@ class DrawingNode(Node):
         self._drawn_s: float | None = None  # when markers were published that are still shown
         steady_timer(self, _LOOK_S, self._clear_stale)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
+        guard_services(self)
 
     def demanded(self, kind: type, topic: str) -> Publisher:
         """A publisher whose subscribers' coming and going calls follow_demand."""
@@ -70,7 +73,23 @@ class DrawingNode(Node):
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:
-        return self.log.health(not any(output.get_subscription_count() for output in self._outputs))
+        idle = not any(output.get_subscription_count() for output in self._outputs)
+        return self.log.health(idle, values={'defects met': self.net.caught})
+
+    def try_message(self, topic: str, message, work: Callable[[], None]) -> None:
+        """work() on a message of topic, whatever somebody has put into it: one that cannot be used is counted, said once, let go."""
+        try:
+            check_message(message)
+            work()
+        except TactileError as error:
+            self.log.refuse(str(error))
+            self.say.error(topic, f'message of {topic} refused: {error}')
+        except Exception as error:
+            if not self.context.ok():  # ROS ends
+                raise
+            self.log.refuse(self.net.catch(error, topic))
+        else:
+            self.say.settle(topic)
 
     def follow_demand(self) -> None:
         """Subscribe to what is wanted now, and to nothing else."""

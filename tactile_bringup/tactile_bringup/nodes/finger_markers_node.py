@@ -38,6 +38,9 @@ class FingerMarkersNode(DrawingNode):
             self._input = None
 
     def _take(self, message: Contacts) -> None:
+        self.try_message('contacts', message, lambda: self._draw(message))
+
+    def _draw(self, message: Contacts) -> None:
         self.markers.note(message)
         now = time.monotonic()
         if now >= self._due_s:

@@ -14,6 +14,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.conversions import vector
 from tactile_driver.nodes.diagnostics import OK, Health, NodeDiagnostics, common_values
 from tactile_driver.nodes.host import Host
+from tactile_driver.nodes.last_net import guard_services
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
 from tf2_msgs.msg import TFMessage
@@ -47,6 +48,7 @@ class HandFramesNode(Node):
         self._output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._output.publish(TFMessage(transforms=mounting_transforms(self._hand, self.get_clock().now())))
         self._diagnostics = NodeDiagnostics(self, 'frames', self._hand.frame, self._examine)
+        guard_services(self)
 
     def _examine(self) -> Health:
         return Health(OK, f'{len(self._hand.sensors)} sensors on {self._hand.frame}', common_values('running'))

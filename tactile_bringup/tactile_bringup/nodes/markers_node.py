@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.conversions import image_to_message
+from tactile_driver.nodes.conversions import image_to_message, stamp_ns_of
 from tactile_driver.nodes.host import Host
 from tactile_driver.nodes.run import run_node
 from tactile_driver.nodes.timers import steady_timer
@@ -84,19 +84,21 @@ class MarkersNode(DrawingNode):
         self._inputs[topic] = AdaptiveSubscription(self, kind, topic, lambda message, _ns: self._on_message(topic, message), qos)
 
     def _on_message(self, topic: str, message) -> None:
-        stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        self.try_message(topic, message, lambda: self._take(topic, message, stamp_ns_of(message.header)))
+
+    def _take(self, topic: str, message, stamp_ns: int) -> None:
         if topic != 'image_raw' and self.marker_output.get_subscription_count():
             self._marker_sync.add(topic, stamp_ns, message)
         if self._picture_output.get_subscription_count():
             self._picture_sync.add(topic, stamp_ns, message)
 
     def _on_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
+        self.try_message('camera_info', message, lambda: self._take_camera(message))
+
+    def _take_camera(self, message: CameraInfo) -> None:
         if self._camera is None or self._camera.key != Projection.key_of(message):
-            try:
-                self._camera = Projection(message, camera_matrices(message), self.settings['camera.rotation'],
-                                          self.settings['camera.translation'], self._stitching)
-            except TactileError as error:
-                self.say.error('camera_info', str(error))
+            self._camera = Projection(message, camera_matrices(message), self.settings['camera.rotation'],
+                                      self.settings['camera.translation'], self._stitching)
 
     def _publish_markers(self, found: dict) -> None:
         header = next(iter(found.values())).header
@@ -113,9 +115,10 @@ class MarkersNode(DrawingNode):
         try:
             self.publish_drawn(self._picture_output, message.header, draw)
         except TactileError as error:
+            self.log.refuse(str(error))
             self.say.error('image', f'no picture: {error}')
         else:
-            self.say.forget('image')
+            self.say.settle('image')
 
 
 def _stitching_in(calibration: str) -> Stitching | None:

@@ -15,6 +15,7 @@ from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
 from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
+from tactile_driver.nodes.last_net import guard_services
 from tactile_driver.nodes.parameter_server import NodeParameters
 from tactile_driver.nodes.run import run_node
 from tactile_driver.nodes.timers import steady_timer
@@ -63,6 +64,7 @@ class RecordNode(Node):
         steady_timer(self, _FLUSH_S, self._writer.flush)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
+        guard_services(self)
 
     def destroy_node(self) -> None:
         """Close the bag: without that it has no index."""

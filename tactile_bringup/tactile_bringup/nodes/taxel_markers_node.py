@@ -49,6 +49,9 @@ class TaxelMarkersNode(DrawingNode):
             self._inputs, self._kept, self._drawing = [], {}, None
 
     def _take(self, topic: str, message) -> None:
+        self.try_message(topic, message, lambda: self._keep(topic, message))
+
+    def _keep(self, topic: str, message) -> None:
         kept = self._kept.setdefault(topic, {})
         kept[message.header.stamp.sec, message.header.stamp.nanosec] = message
         while len(kept) > _KEPT:
@@ -65,7 +68,10 @@ class TaxelMarkersNode(DrawingNode):
         try:
             self.publish_drawn(self.marker_output, header, lambda: self.markers.frame(header, found))
         except TactileError as error:
+            self.log.refuse(str(error))
             self.say.error('image', f'no markers: {error}')
+        except Exception as error:
+            self.log.refuse(self.net.catch(error, 'image_raw and results'))
 
 
 def main(args: list[str] | None = None) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -13,6 +14,7 @@ from rclpy.node import Node
 
 from .timers import steady_timer
 
+_CALM_S = 1.0
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -71,20 +73,29 @@ class SayOnce:
 
     def __init__(self, node: Node):
         self._logger = node.get_logger()
-        self._said: set[str] = set()
+        self._said: dict[str, float] = {}  # key -> when it was last to be said, monotonic s
 
     def error(self, key: str, text: str) -> None:
         """Log text as an error, once for each key."""
-        if key not in self._said:
-            self._said.add(key)
+        if self._is_news(key):
             self._logger.error(text)
 
     def warning(self, key: str, text: str) -> None:
         """Log text as a warning, once for each key."""
-        if key not in self._said:
-            self._said.add(key)
+        if self._is_news(key):
             self._logger.warning(text)
+
+    def _is_news(self, key: str) -> bool:
+        known = key in self._said
+        self._said[key] = time.monotonic()
+        return not known
 
     def forget(self, key: str) -> None:
         """It is well again: the next time is news."""
-        self._said.discard(key)
+        self._said.pop(key, None)
+
+    def settle(self, key: str) -> None:
+        """It is well at this moment: the next time is news if it stays so for a second. Of a stream in which every other message is bad
+        the log has one line."""
+        if time.monotonic() - self._said.get(key, math.inf) > _CALM_S:
+            self.forget(key)

@@ -16,6 +16,7 @@ from .base_stream import BaseStream
 from .camera_health import unconfigured_health
 from .diagnostics import Health, NodeDiagnostics, SayOnce
 from .host import Host, SharedPublisher
+from .last_net import guard_services
 from .parameter_server import NodeParameters
 from .parameters import Parameter
 from .timers import steady_timer
@@ -48,6 +49,7 @@ class DriverNode(LifecycleNode):
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
+        guard_services(self)
 
     def create_lifecycle_publisher(self, *args, **kwargs) -> Publisher | SharedPublisher:
         """As of a lifecycle node, with takers in the process."""

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
+from tactile_driver.nodes.conversions import stamp_ns_of
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ..errors import BadFrame
@@ -78,6 +79,16 @@ def check_slip(message: Slip) -> None:
 def check_wrench(message: WrenchStamped) -> None:
     """Numbers finite or not known."""
     _check_numbers('wrench', (*_xyz(message.wrench.force), *_xyz(message.wrench.torque)), _LARGEST)
+
+
+_CHECKS = {DotTracks: check_dots, ContactRegion: check_region, Contacts: check_contacts, Slip: check_slip, WrenchStamped: check_wrench}
+
+
+def check_message(message) -> None:
+    """The stamp of a raw message or a result, and of a result its numbers; an image is checked where it becomes an array."""
+    stamp_ns_of(message.header)
+    if type(message) in _CHECKS:
+        _CHECKS[type(message)](message)
 
 
 def _check_lengths(topic: str, message, names: Sequence[str], count: int, like: str = 'id') -> None:

@@ -39,7 +39,7 @@ def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None
     if not matrix.any():
         return None
     if message.distortion_model not in ('plumb_bob', ''):
-        raise BadFrame(f'camera_info: distortion model {message.distortion_model!r} is not supported; use plumb_bob')
+        raise BadFrame(f'camera_info: distortion model {message.distortion_model[:40]!r} is not supported; use plumb_bob')
     if len(message.d) > 5:
         raise BadFrame(f'camera_info: {len(message.d)} distortion coefficients; plumb_bob has 5')
     _check_camera(matrix, np.asarray(message.d, float))

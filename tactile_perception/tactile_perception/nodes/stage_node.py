@@ -3,7 +3,6 @@
 """What the processing nodes share: messages in, results out, only while somebody subscribes to them."""
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Collection, Sequence
 
@@ -25,7 +24,6 @@ from .work_log import WorkLog
 
 _PATIENCE_S = 5.0
 _STALE_S = 2.0
-_CALM_S = 1.0  # since the last refused frame: the next one is news
 #: of images and camera_info: what comes at once where a part that was lost has been sent again
 CAMERA_QUEUE = QoSProfile(depth=10)
 
@@ -53,7 +51,6 @@ class StageNode(Node):
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
         self.say, self.net = SayOnce(self), LastNet(self)
-        self._refused_s = -math.inf
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched), self._follow_demand)
@@ -126,12 +123,10 @@ class StageNode(Node):
                 self._outputs[topic].publish(part)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
-        if time.monotonic() - self._refused_s > _CALM_S:
-            self.say.forget('frame')
+        self.say.settle('frame')
         self._follow_demand()
 
     def _refuse(self, error: TactileError) -> None:
-        self._refused_s = time.monotonic()
         self.log.refuse(str(error))
         if isinstance(error, ClockSetBack):
             self.get_logger().info(str(error), once=True)  # a recording in a loop does it again and again, and nothing is wrong

@@ -1,0 +1,61 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Random messages to every node that takes some: counted, told, let go; none meets a defect, and the next good ones are done."""
+import random
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
+from random_messages import hostile  # noqa: E402
+
+pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
+_FEW, _MANY = 300, 20_000
+_STEP_NS = 10_000_000
+
+
+def thrown(name, sensor, count):
+    """The node after so many messages of each type that it takes, most of them hostile; what they made it publish."""
+    node, rng, found = fed(name, sensor), random.Random(f'{name} {sensor}'), sent(sensor)
+    good = {}
+    for topic, message in found:
+        node.feed(topic, message)
+        good.setdefault(topic, []).append(message)
+    stamp, published = max(stamp_of(message) for _, message in found), 0
+    with np.errstate(all='ignore'):
+        for _ in range(count):
+            stamp += _STEP_NS
+            for topic, messages in good.items():
+                message = at(rng.choice(messages), stamp)
+                published += len(node.feed(topic, message if rng.random() < 0.2 else hostile(rng, message)))
+    return node, stamp, published
+
+
+def check(name, sensor, count):
+    node, stamp, published = thrown(name, sensor, count)
+    try:
+        log = node.node.log
+        assert node.node.net.caught == 0 and log.refused > count / 10 and published > count / 50, (log.refused, published)
+        health = node.node._examine()
+        assert health.values['refused frames'] == log.refused and health.values['last error']
+        done = log.done
+        for topic, message in sent(sensor):
+            node.feed(topic, at(message, stamp_of(message) - stamp_of(sent(sensor)[0][1]) + stamp + _STEP_NS))
+        assert log.done > done
+    finally:
+        node.close()
+
+
+@pytest.mark.parametrize('name, sensor', NODES)
+def test_random_messages_meet_no_defect(name, sensor):
+    check(name, sensor, _FEW)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize('name, sensor', NODES)
+def test_twenty_thousand_random_messages_of_each_type_meet_no_defect(name, sensor):
+    check(name, sensor, _MANY)
