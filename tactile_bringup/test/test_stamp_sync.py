@@ -55,3 +55,15 @@ def test_a_recording_that_begins_anew_is_followed():
         it.add('a', ms)
         it.add('b', ms)
     assert [s['a'] for s in it.sets] == ['a5000', 'a5033', 'a100', 'a133']
+
+
+def test_stamps_far_ahead_do_not_keep_others_from_being_completed():
+    it = Collected('a', 'b', patience=3)
+    for k in range(4):
+        it.add('a', 10**9 + k)
+    it.sets.clear()
+    for ms in (1, 2):
+        it.add('a', ms)
+        assert it.sets == [], 'its mate is waited for'
+        it.add('b', ms)
+        assert it.sets.pop() == {'a': f'a{ms}', 'b': f'b{ms}'}

@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 
-@pytest.fixture(scope='package', autouse=True)
+@pytest.fixture(scope='module', autouse=True)
 def ros():
     rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
     pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')

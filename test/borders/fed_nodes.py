@@ -10,7 +10,8 @@ import itertools
 from good_messages import messages
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
-from tactile_bringup.nodes.compose import Plan, kind_of
+from tactile_bringup.nodes.compose import kind_of
+from tactile_bringup.nodes.markers_node import _INPUTS
 from tactile_bringup.sensor_launch import share
 from tactile_driver.nodes.host import Host, SharedPublisher
 
@@ -24,6 +25,11 @@ MARKERS = {'touchpad': 'markers_node', 'areal_single': 'markers_node', 'psd_fing
            'taxel_array': 'taxel_markers_node'}
 #: (node, sensor), each once
 NODES = [(name, sensor) for sensor, names in CHAINS.items() for name in names] + [(name, sensor) for sensor, name in MARKERS.items()]
+
+
+def arguments(space: str, sensor: str) -> list[str]:
+    """ROS arguments of a node of a simulated sensor."""
+    return ['-r', f'__ns:={space}', '--params-file', str(share('params', f'{sensor}_sim.yaml'))]
 
 
 class Nobody:
@@ -60,8 +66,7 @@ class FedNode:
         own = {name.replace('__', '.'): value for name, value in parameters.items()}
         if name == 'contact_point_node':
             own['calibration'] = str(share('calibration', f'{sensor}_sim.yaml'))
-        plan = Plan(name, space, str(share('params', f'{sensor}_sim.yaml')), own)
-        self.node = kind_of(plan)(Host(plan.arguments, plan.parameters, self._shared))
+        self.node = kind_of(name)(Host(arguments(space, sensor), own, self._shared))
         for topic, publisher in self.node._outputs.items():
             publisher.attach(lambda message, _sent, topic=topic: self._take(topic, message))
 
@@ -106,13 +111,12 @@ class FedMarkers:
     """The node that draws a sensor, with somebody who looks at all that it draws."""
 
     def __init__(self, name: str, sensor: str):
-        plan = Plan(name, f'/fed{next(_NUMBERS)}', str(share('params', f'{sensor}_sim.yaml')))
-        self.name, self.node = name, kind_of(plan)(Host(plan.arguments))
+        self.name, self.node = name, kind_of(name)(Host(arguments(f'/fed{next(_NUMBERS)}', sensor)))
         self.markers, self.pictures = Sink('markers'), Sink('image_annotated')
         self.node.marker_output, self.node._picture_output = self.markers, self.pictures
         if name == 'markers_node':
             self.node._look_timer.cancel()
-            self.node._expected = {topic for topic, _ in sent(sensor)} & {'image_raw', 'dots', 'contact_region', 'contacts', 'slip', 'wrench'}
+            self.node._expected = {topic for topic, _ in sent(sensor)} & {*_INPUTS, 'image_raw'}
 
     def feed(self, topic: str, message) -> list[tuple[str, object]]:
         """What is drawn for a message."""

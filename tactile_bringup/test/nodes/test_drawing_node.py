@@ -9,8 +9,10 @@ pytest.importorskip('rclpy')
 import rclpy  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
+from tactile_driver.nodes.last_net import LastNet  # noqa: E402
 from tactile_driver.nodes.parameters import Parameter  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
+from tactile_msgs.msg import Slip  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
@@ -78,4 +80,22 @@ def test_a_parameter_that_cannot_be_used_is_named():
         with pytest.raises(BadArgument, match='bad_drawer.*rate'):
             DrawingNode('bad_drawer', (Parameter('rate', float, 10.0, 'Hz', 'pictures', lowest=0.1),))
     finally:
+        rclpy.try_shutdown()
+
+
+def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(monkeypatch):
+    rclpy.init(domain_id=67)
+    node, done = Lookers(), []
+    try:
+        bad = Slip(state=9)
+        node.try_message('slip', bad, lambda: done.append(bad))
+        assert not done and node.log.refused == 1 and 'state 9 is none' in node.log.last_error
+        monkeypatch.setattr(LastNet, 'strict', False)
+        node.try_message('slip', Slip(), lambda: [][7])
+        node.try_message('slip', Slip(), lambda: done.append(1))
+        assert done == [1] and node.net.caught == 1 and node._examine().values['defects met'] == 1
+        assert 'defect of this software' in node.log.last_error
+    finally:
+        node.markers = None
+        node.destroy_node()
         rclpy.try_shutdown()

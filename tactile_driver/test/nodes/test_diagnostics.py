@@ -63,3 +63,31 @@ def test_a_message_is_said_once_until_it_is_forgotten():
     say.forget('black')
     say.error('black', 'black again')
     assert said == ['the frame is black', 'W slow', 'black again']
+
+
+class Lines:
+    """In place of a node and its logger."""
+
+    def __init__(self):
+        self.lines = []
+
+    def get_logger(self):
+        return self
+
+    def error(self, text):
+        self.lines.append(text)
+
+
+def test_what_comes_and_goes_within_a_second_is_said_once(monkeypatch):
+    log = Lines()
+    say, now = SayOnce(log), [0.0]
+    monkeypatch.setattr('tactile_driver.nodes.diagnostics.time.monotonic', lambda: now[0])
+    for _ in range(100):
+        say.error('frame', 'the frame is cut')
+        now[0] += 0.03
+        say.settle('frame')
+    assert len(log.lines) == 1
+    now[0] += 1.1
+    say.settle('frame')
+    say.error('frame', 'the frame is cut')
+    assert len(log.lines) == 2, 'it was well for a while: the next time is news'

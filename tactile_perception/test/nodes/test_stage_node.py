@@ -24,6 +24,7 @@ from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
 from tactile_driver.nodes.diagnostics import WARN  # noqa: E402
 from tactile_driver.nodes.host import Host  # noqa: E402
+from tactile_driver.nodes.last_net import LastNet  # noqa: E402
 from tactile_driver.simulation.scenes import open_scene  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
@@ -209,3 +210,37 @@ def test_images_of_another_process_without_our_profile_come_and_what_was_left_ou
     assert int(values['lost frames']) == pytest.approx(150 - arrived - bool(skip), abs=1), 'nobody sees that the very first is missing'
     assert (float(values['latency (ms)']) < 1000) == simulated, 'the stamps are of long ago but by the clock of the player'
     assert any(b'\1' == report.status[0].level and 'did not arrive' in report.status[0].message for report in reports) == bool(skip)
+
+
+class BrokenNode(StageNode):
+    """Has a defect that voltages of 7 meet."""
+
+    with_camera = False
+
+    def __init__(self):
+        super().__init__('broken_node', (), ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
+        self.begun = 0
+
+    def on_message(self, message, topics):
+        return {'contacts': Contacts(header=message.header)} if list(message.voltages) != [7.0] else [][7]
+
+    def begin_anew(self):
+        self.begun += 1
+
+
+def test_a_defect_is_counted_and_told_and_the_stage_begins_anew(monkeypatch):
+    rclpy.init(domain_id=61)
+    node = BrokenNode()
+    try:
+        with pytest.raises(IndexError):
+            node._take(PsdVoltages(voltages=[7.0]), 0)
+        monkeypatch.setattr(LastNet, 'strict', False)
+        node._take(PsdVoltages(voltages=[7.0]), 0)
+        assert (node.log.refused, node.net.caught, node.begun, node.log.done) == (1, 1, 1, 0)
+        health = node._examine()
+        assert 'defect of this software' in health.values['last error'] and health.values['defects met'] == 1
+        node._take(PsdVoltages(voltages=[1.0]), 0)
+        assert node.log.done == 1 and node.begun == 1
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

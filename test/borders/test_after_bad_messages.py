@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What good messages tell is the same, to the last bit, whether bad ones come between them or not."""
+import copy
+import random
+from array import array
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
+from random_messages import hostile  # noqa: E402
+from tactile_perception.errors import BadFrame  # noqa: E402
+from tactile_perception.nodes.checks import check_message  # noqa: E402
+from tactile_perception.nodes.conversions import camera_matrices, image_to_array  # noqa: E402
+from tactile_perception.nodes.psd_stages import check_block  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+
+pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
+CODEC = MessageCodec()
+_BEGIN = 14  # messages, after which every node has done a frame: of the first of all nobody can tell whether its stamp is one
+_PERIOD_NS = 1_000_000  # bad messages come so long before the next good one
+
+
+def _set(**values):
+    def spoil(message):
+        for name, value in values.items():
+            setattr(message, name, value)
+    return spoil
+
+
+def _stamp(sec, nanosec):
+    def spoil(message):
+        message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
+    return spoil
+
+
+def _entry(name, value):
+    def spoil(message):
+        values = array(getattr(message, name).typecode, getattr(message, name))
+        values[len(values) // 2] = value
+        setattr(message, name, values)
+    return spoil
+
+
+STAMPS = {'before 1970': _stamp(-2**31, 0), 'no time': _stamp(2**31 - 1, 1_000_000_000), 'nanoseconds': _stamp(1, 2**32 - 1)}
+ONLY_ESTIMATES = {'zero': _stamp(0, 0), 'far ahead': _stamp(2**31 - 9, 0), 'long ago': _stamp(10**8, 0)}
+IMAGES = {'encoding': _set(encoding='32FC1'), 'no encoding': _set(encoding=''), 'step': _set(step=1), 'height': _set(height=2**32 - 1),
+          'no width': _set(width=0), 'no data': _set(data=array('B'))}
+BAD = {
+    'image_raw': IMAGES,
+    'camera_info': {'zeros': _set(k=np.zeros(9)), 'NaN': _set(k=np.full(9, np.nan)), 'singular': _set(k=np.ones(9)),
+                    'distortion': _set(d=array('d', [np.inf] * 5)), 'another size': _set(width=64, height=48)},
+    'dots': {'beyond the grid': _entry('id', 2**32 - 1), 'twice': lambda message: _entry('id', message.id[0])(message),
+             'infinite': _entry('u', np.inf), 'far away': _entry('z', 3e38), 'cut': _set(v=array('f')), 'another grid': _set(rows=65535)},
+    'voltages': {'period': _set(sample_period=np.inf), 'no period': _set(sample_period=0.0),
+                 'part of a sample': _set(voltages=array('f', [1.0])), 'none': _set(voltages=array('f'))},
+    'contacts': {'infinite': lambda message: [setattr(c, 'depth', np.inf) for c in message.contacts]},
+    'contact_region': {'states': _set(dot_state=array('B', [1])), 'area': _set(area=1e300)},
+    'slip': {'state': _set(state=255), 'lengths': _set(x=array('f', [1.0]))},
+    'wrench': {'force': lambda message: setattr(message.wrench.force, 'z', np.inf)},
+}
+
+
+def spoiled(name, topic, message, rng):
+    """(what, bad message) of all kinds, and random ones that cannot be used, each a little before the good one."""
+    early = at(message, stamp_of(message) - _PERIOD_NS)
+    kinds = {**STAMPS, **({} if 'markers' in name else ONLY_ESTIMATES), **BAD.get(topic, {})}
+    if topic == 'image_raw' and message.encoding == 'bgr8' and 'markers' not in name:
+        kinds['black'] = _set(data=array('B', bytes(len(message.data))))
+    for what, spoil in kinds.items():
+        bad = copy.deepcopy(early)
+        spoil(bad)
+        if topic != 'contacts' or what in STAMPS or message.contacts:
+            yield what, bad
+    for _ in range(5):
+        bad = hostile(rng, early)
+        if not usable(topic, bad):
+            yield 'random', bad
+
+
+def usable(topic, message):
+    """Whether its arrays can be read."""
+    try:
+        check_message(message)
+        {'image_raw': image_to_array, 'camera_info': camera_matrices, 'voltages': check_block}.get(topic, lambda _: None)(message)
+    except BadFrame:
+        return False
+    return True
+
+
+def told(node, found):
+    """What each good message makes a node publish, as bytes."""
+    return [[(topic, CODEC.encode(result)) for topic, result in node.feed(*one)] for one in found]
+
+
+@pytest.mark.parametrize('name, sensor', NODES)
+def test_bad_messages_between_good_ones_change_nothing(name, sensor):
+    node, other, found = fed(name, sensor), fed(name, sensor), sent(sensor)[:120]
+    undisturbed, rng, refused = told(node, found), random.Random(1), 0
+    assert sum(map(len, undisturbed)) > 5
+    for number, (topic, message) in enumerate(found):
+        bad = list(spoiled(name, topic, message, rng)) if number >= _BEGIN else []
+        for what, one in bad if number < 40 else rng.sample(bad, 3):
+            before = other.node.log.refused
+            assert not other.feed(topic, one), (what, topic)
+            refused += other.node.log.refused - before
+        assert told(other, [(topic, message)])[0] == undisturbed[number], (number, topic)
+    assert refused > 20 and other.node.net.caught == 0
+    node.close(), other.close()
