@@ -7,7 +7,7 @@ import sys
 import time
 
 import numpy as np
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
@@ -33,6 +33,7 @@ _INPUTS = {'dots': DotTracks, **RESULTS}
 _LOOK_S = 0.2
 _PATIENCE_S = 15.0  # for the tracker to subscribe to images: on a busy machine it takes long to start
 _QUEUE = QoSProfile(depth=10)
+_INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MarkersNode(DrawingNode):
@@ -73,7 +74,7 @@ class MarkersNode(DrawingNode):
         if pictures and (tracked or time.monotonic() - self._asked_s > _PATIENCE_S):
             wanted |= {'image_raw', 'camera_info'}
             if 'image_raw' not in self._inputs:
-                self._inputs['camera_info'] = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, _QUEUE)
+                self._inputs['camera_info'] = AdaptiveSubscription(self, CameraInfo, 'camera_info', self._on_camera_info, _INFO_QUEUE)
                 self._subscribe('image_raw', Image, _QUEUE)
         for topic in self._inputs.keys() - wanted:
             self._inputs.pop(topic).close()

@@ -9,7 +9,7 @@ import time
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
@@ -36,6 +36,7 @@ RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Conta
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # of reliable publishers nothing is lost here while the disk keeps up
+_LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _LOOK_S = 0.05
 _FLUSH_S = 1.0  # a process that is killed loses no more than this
 
@@ -57,8 +58,8 @@ class RecordNode(Node):
         self._writer = self._opened()
         for topic, kind in {**RESULTS, **(PICTURES if settings['pictures'] else {})}.items():
             self._record(topic, kind)
-        self._record('description', String)
-        self._record('/tf_static', TFMessage)
+        self._record('description', String, _LATCHED)
+        self._record('/tf_static', TFMessage, _LATCHED)
         # Raw data after those who work on it: a recording that is played begins with its first subscriber.
         self._waiting = steady_timer(self, _LOOK_S, self._record_raw)
         steady_timer(self, _FLUSH_S, self._writer.flush)
@@ -89,9 +90,9 @@ class RecordNode(Node):
             for topic, kind in RAW.items():
                 self._record(topic, kind)
 
-    def _record(self, topic: str, kind: type) -> None:
+    def _record(self, topic: str, kind: type, qos: QoSProfile = _KEEP_ALL) -> None:
         name, type_name = self.resolve_topic_name(topic), type_name_of(kind)
-        AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), _KEEP_ALL, raw=True)
+        AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
 
     def _add_topic(self, topic: str, type_name: str) -> None:
         """Tell the bag what is offered, once a message is there: its publisher is known by then."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A subscription with the reliability and durability that its publishers offer, as rosbag2 and `ros2 topic echo` choose them."""
+"""A subscription with the reliability that its publishers offer, and the durability, as rosbag2 and `ros2 topic echo` choose them."""
 from __future__ import annotations
 
 import threading
@@ -20,11 +20,11 @@ Take = Callable[[object, int], None]  # a message, and when it was received, ns
 Policies = tuple[ReliabilityPolicy, DurabilityPolicy]
 
 
-def policies_for(publishers: Sequence[TopicEndpointInfo]) -> Policies:
-    """What fits all publishers: reliable where all are, transient local where all are. Without any, reliable and volatile: large images
-    from another process do not survive a best-effort subscription."""
+def policies_for(publishers: Sequence[TopicEndpointInfo], latched: bool) -> Policies:
+    """What fits all publishers: reliable where all are; where latched messages are wanted transient local, if all are. Without any,
+    reliable and volatile: large images from another process do not survive a best-effort subscription."""
     reliable = all(each.qos_profile.reliability == ReliabilityPolicy.RELIABLE for each in publishers)
-    latched = publishers and all(each.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers)
+    latched = latched and publishers and all(each.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers)
     return (ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
             DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
 
@@ -32,7 +32,8 @@ def policies_for(publishers: Sequence[TopicEndpointInfo]) -> Policies:
 class AdaptiveSubscription:
     """Calls take with each message on a topic; made anew where publishers come or go and others fit the policies no longer.
 
-    qos: history and depth; reliability and durability in it are not looked at. raw: take gets the serialised message.
+    qos: history and depth; durability transient local, where the last message from before is wanted: of a stream it would be an old one,
+    and Fast DDS's system default keeps one too. Its reliability is not looked at. raw: take gets the serialised message.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False):
@@ -40,7 +41,7 @@ class AdaptiveSubscription:
         self._lock = threading.RLock()  # an event comes in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False
-        self._subscribe(policies_for(self._publishers()))
+        self._subscribe(self._fitting())
 
     @property
     def policies(self) -> Policies:
@@ -53,13 +54,14 @@ class AdaptiveSubscription:
             self._closed = True
             self._unsubscribe()
 
-    def _publishers(self) -> list[TopicEndpointInfo]:
-        return self._node.get_publishers_info_by_topic(self._topic)
+    def _fitting(self) -> Policies:
+        latched = self._qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+        return policies_for(self._node.get_publishers_info_by_topic(self._topic), latched)
 
     def _subscribe(self, policies: Policies) -> None:
         self._policies = policies
         qos = QoSProfile(history=self._qos.history, depth=self._qos.depth, reliability=policies[0], durability=policies[1])
-        events = SubscriptionEventCallbacks(matched=lambda _info: self._adapt(policies_for(self._publishers())),
+        events = SubscriptionEventCallbacks(matched=lambda _info: self._adapt(self._fitting()),
                                             incompatible_qos=lambda info: self._adapt(self._weakened(info)))
         self._subscription = self._node.create_subscription(
             self._kind, self._topic, self._taken, qos, raw=self._raw, event_callbacks=events)

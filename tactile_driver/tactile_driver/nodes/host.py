@@ -88,7 +88,7 @@ class Host:
         return own is not None and own.has_takers
 
     def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
-        """Call take with each message on a topic, by the publisher in this process where there is one, else with the reliability and
-        durability that publishers offer; what ends it. qos: history and depth."""
+        """Call take with each message on a topic, by the publisher in this process where there is one, else with the reliability
+        that publishers offer; what ends it. qos: as of AdaptiveSubscription."""
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos).close

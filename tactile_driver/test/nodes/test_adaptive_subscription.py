@@ -35,8 +35,8 @@ class Bench:
         for node in (self.listener, self.sender):
             self.executor.add_node(node)
 
-    def listen(self, kind=String, raw=False):
-        qos = QoSProfile(depth=10)
+    def listen(self, kind=String, raw=False, durability=VOLATILE):
+        qos = QoSProfile(depth=10, durability=durability)
         return AdaptiveSubscription(self.listener, kind, 'words', lambda message, ns: self.heard.append((message, ns)), qos, raw)
 
     def publisher(self, reliability=RELIABLE, durability=VOLATILE):
@@ -91,13 +91,21 @@ def test_where_publishers_are_there_before_it_begins_with_what_they_offer(bench)
 @pytest.mark.parametrize('before', [True, False])
 def test_what_is_latched_arrives_though_it_was_published_before(bench, before):
     publisher = bench.publisher(durability=LATCHED) if before else None
-    subscription = bench.listen()
+    subscription = bench.listen(durability=LATCHED)
     publisher = publisher or bench.publisher(durability=LATCHED)
     publisher.publish(String(data='once'))
     assert bench.until(lambda: subscription.policies == (RELIABLE, LATCHED))
     assert bench.until(lambda: bench.heard) and {message.data for message, _ in bench.heard} == {'once'}
     passing = bench.publisher()
     assert bench.until(lambda: subscription.policies == (RELIABLE, VOLATILE)) and bench.hears(passing, 'passing')
+
+
+def test_of_a_stream_nothing_old_comes_though_it_is_kept(bench):
+    publisher = bench.publisher(durability=LATCHED)
+    publisher.publish(String(data='old'))
+    subscription = bench.listen()
+    assert bench.hears(publisher, 'new') and {message.data for message, _ in bench.heard} == {'new'}
+    assert subscription.policies == (RELIABLE, VOLATILE)
 
 
 def test_messages_come_with_the_time_of_receipt_and_as_bytes_where_these_are_wanted(bench):

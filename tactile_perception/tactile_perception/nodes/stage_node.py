@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_profile_system_default
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
@@ -26,12 +26,14 @@ _PATIENCE_S = 5.0
 _STALE_S = 2.0
 #: of images and camera_info: what comes at once where a part that was lost has been sent again
 CAMERA_QUEUE = QoSProfile(depth=10)
+#: the last one from before is as good
+_INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class StageNode(Node):
     """A node over one stage.
 
-    source: (topic, type, QoS) of what it processes, where reliability and durability are what its publishers offer; results: topic ->
+    source: (topic, type, QoS) of what it processes, where the reliability is what its publishers offer; results: topic ->
     type. Subclasses say in on_message(message, topics) what is computed, and set self.stage, the messages' side of it
     (touchpad_stages.py), which takes camera_info, or with_camera to False. Frames that raise a TactileError are counted, said once,
     skipped.
@@ -73,7 +75,7 @@ class StageNode(Node):
             if self.wanted and not self._inputs:
                 topic, kind, qos = self._source
                 self.log.listen_anew()
-                cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, CAMERA_QUEUE)] \
+                cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, _INFO_QUEUE)] \
                     if self.with_camera else []
                 self._inputs = [*cameras, self._host.listen(self, kind, topic, self._take, qos)]
             elif not self.wanted and self._inputs:

@@ -99,3 +99,9 @@ def test_stamps_within_a_block():
     moved = later(header, 5e-3)
     assert (moved.stamp.sec, moved.stamp.nanosec, moved.frame_id) == (2, 4_999_000, 'f')
     assert later(header, 0.0) is header
+
+
+@pytest.mark.parametrize(('samples', 'period', 'covered'), [(5, 0.001, 5_000_000), (5, 0.0, 0), (5, float('nan'), 0), (5, float('inf'), 0),
+                                                            (0, 0.001, 0), (5, -1.0, 0)])
+def test_the_time_that_a_block_covers(samples, period, covered):
+    assert PsdContactNode.covered_ns(None, PsdVoltages(sample_period=period, voltages=[1.0] * 4 * samples)) == covered
