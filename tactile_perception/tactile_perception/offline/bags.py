@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rosbags.interfaces import Qos
+from rosbags.rosbag2 import CompressionFormat, CompressionMode
 from tactile_driver.recordings.reader import BagReader, RawMessage
 
 from ..errors import BadArgument
@@ -16,13 +17,18 @@ __all__ = ['BagReader', 'BagWriter', 'RawMessage']
 
 
 class BagWriter:
-    """Writes a new rosbag2 folder (MCAP); use it in a with statement. The folder must not exist: nothing recorded is overwritten."""
+    """Writes a new rosbag2 folder (MCAP); use it in a with statement. The folder must not exist: nothing recorded is overwritten.
 
-    def __init__(self, path: str | Path, store):
+    compressed: by zstd, chunk by chunk, as MCAP has it: every reader of MCAP takes it off by itself.
+    """
+
+    def __init__(self, path: str | Path, store, compressed: bool = False):
         if Path(path).exists():
             raise BadArgument(f'bag {path}: exists already; choose another name or remove it')
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         self._writer = Rosbag2Writer(Path(path), store)
+        if compressed:
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._connections = {}
 
     def __enter__(self) -> BagWriter:

@@ -77,7 +77,7 @@ class _Output:
             reason = known_as(store, kind, text)
             if reason:
                 self._unknown[kind] = reason
-        self._writer = BagWriter(target, store)
+        self._writer = BagWriter(target, store, compressed=True)  # an array's points are sixty times its images, and nearly all alike
 
     def __enter__(self) -> _Output:
         self._writer.__enter__()

@@ -23,3 +23,17 @@ def test_nothing_recorded_is_overwritten(tmp_path):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(BadArgument, match='exists already'):
         BagWriter(tmp_path / 'bag', STORE)
+
+
+def test_a_compressed_bag_is_small_and_holds_the_same(tmp_path):
+    sizes = {}
+    for compressed in (False, True):
+        path = tmp_path / str(compressed)
+        with BagWriter(path, STORE, compressed) as writer:
+            for k in range(200):
+                writer.write('/words', TYPE, k, encoded(f'{k} ' + 500 * 'all alike '))
+        with BagReader(path) as reader:
+            assert [m.data for m in reader.messages()] == [encoded(f'{k} ' + 500 * 'all alike ') for k in range(200)]
+            assert not reader.left_out.total
+        sizes[compressed] = sum(file.stat().st_size for file in path.iterdir())
+    assert sizes[True] < 0.2 * sizes[False]
