@@ -32,6 +32,11 @@ def arguments(space: str, sensor: str) -> list[str]:
     return ['-r', f'__ns:={space}', '--params-file', str(share('params', f'{sensor}_sim.yaml'))]
 
 
+def own_parameters(name: str, sensor: str) -> dict[str, str]:
+    """What a launch file adds to the parameter file."""
+    return {'calibration': str(share('calibration', f'{sensor}_sim.yaml'))} if name == 'contact_point_node' else {}
+
+
 class Nobody:
     """In place of a publisher of the middleware."""
 
@@ -59,13 +64,11 @@ class Sink:
 class FedNode:
     """A perception node by its name, with the parameters that ship for a simulated sensor. results: (topic, message) as published."""
 
-    def __init__(self, name: str, sensor: str, **parameters):
+    def __init__(self, name: str, sensor: str):
         self.name, space = name, f'/fed{next(_NUMBERS)}'
         self._shared = {f'{space}/{topic}': SharedPublisher(Nobody(f'{space}/{topic}'), lambda: None) for topic in INPUTS[name]}
         self._space, self.results = space, []
-        own = {name.replace('__', '.'): value for name, value in parameters.items()}
-        if name == 'contact_point_node':
-            own['calibration'] = str(share('calibration', f'{sensor}_sim.yaml'))
+        own = own_parameters(name, sensor)
         self.node = kind_of(name)(Host(arguments(space, sensor), own, self._shared))
         for topic, publisher in self.node._outputs.items():
             publisher.attach(lambda message, _sent, topic=topic: self._take(topic, message))

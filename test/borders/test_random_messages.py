@@ -13,7 +13,7 @@ from fed_nodes import NODES, at, fed, sent, stamp_of  # noqa: E402
 from random_messages import hostile  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
-_FEW, _MANY = 300, 20_000
+_FEW, _MANY = 100, 20_000
 _STEP_NS = 10_000_000
 
 

@@ -118,7 +118,11 @@ class SnapshotNode(Node):
         self.create_subscription(String, f'/{name}/description', lambda message: self._take_description(name, message), _LATCHED)
 
     def _take_description(self, name: str, message: String) -> None:
-        seen, about = self.seen[name], yaml.safe_load(message.data)
+        seen = self.seen[name]
+        try:
+            about = yaml.safe_load(message.data)
+        except (yaml.YAMLError, ValueError, RecursionError):  # somebody else's topic of that name
+            return
         if seen.type or not isinstance(about, dict):
             return
         seen.type = str(about.get('sensor_type', ''))
