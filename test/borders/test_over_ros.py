@@ -27,7 +27,8 @@ _COUNT, _QUEUE = 1000, QoSProfile(depth=100)
     ('dot_tracker_node', 'touchpad', ('camera_info', 'image_raw'))])
 def test_a_thousand_random_messages_over_ros(name, sensor, topics):
     space, rng, heard = f'/over_{name}', random.Random(5), []
-    node, sender, executor = kind_of(name)(Host(arguments(space, sensor), own_parameters(name, sensor))), rclpy.create_node('sender'), SingleThreadedExecutor()
+    node = kind_of(name)(Host(arguments(space, sensor), own_parameters(name, sensor)))
+    sender, executor = rclpy.create_node('sender'), SingleThreadedExecutor()
     found = [(topic, message) for topic, message in sent(sensor) if topic in topics]
     outputs = {topic: sender.create_publisher(type(message), f'{space}/{topic}', _QUEUE) for topic, message in found}
     kind, topic = (DotTracks, 'dots') if name == 'dot_tracker_node' else (Contacts, 'contacts')

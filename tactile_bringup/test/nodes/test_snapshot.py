@@ -19,7 +19,7 @@ from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 
-from tactile_bringup.nodes.snapshot import Seen, main, touch_line  # noqa: E402
+from tactile_bringup.nodes.snapshot import Seen, SnapshotNode, main, touch_line  # noqa: E402
 
 pytestmark = pytest.mark.ros
 DOMAIN = 100 + os.getpid() % 100
@@ -95,3 +95,17 @@ def test_a_picture_goes_with_the_contacts_of_its_own_time():
     assert len(seen.touches) == 2
     seen.take('image_annotated', Image(header=header_of(9, 'pad')))
     assert len(seen.touches) == 0
+
+
+@pytest.mark.parametrize('text', ['- [', '2020-99-99', '!!python/object:os.system', '7', '[]', '\x01'])
+def test_a_description_that_is_none_is_let_go(text):
+    rclpy.init(domain_id=DOMAIN)
+    node = SnapshotNode(['other'])
+    try:
+        node._take_description('other', String(data=text))
+        assert node.seen['other'].type == ''
+        node._take_description('other', String(data='sensor_type: psd_finger'))
+        assert node.seen['other'].type == 'psd_finger'
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
