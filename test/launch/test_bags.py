@@ -1,0 +1,98 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""source:=bag of each sensor, simulated and not, as `ros2 bag record` makes it of all topics, annotated images among them; what is refused
+ends the launch with one line and exit code 2."""
+import os
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from sensor_msgs.msg import Image  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+from tactile_bringup.simulated_array import write_taxel_scene  # noqa: E402
+from tactile_bringup.simulated_bag import write_scene  # noqa: E402
+from tactile_bringup.simulated_finger import write_psd_scene  # noqa: E402
+from tactile_driver.nodes.run import WRONG  # noqa: E402
+from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
+from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
+from tactile_perception.offline.bags import BagReader, BagWriter  # noqa: E402
+
+pytestmark = pytest.mark.ros
+FRAMES = 12
+# sensor type: what writes a scene, which one with a touch in it, Hz
+SENSORS = {'touchpad': (write_scene, 'sphere_press', 4.0), 'areal_single': (write_scene, 'areal_single_press', 4.0),
+           'areal_dual': (write_scene, 'areal_dual_press', 4.0), 'air_cushion': (write_scene, 'air_cushion_press', 4.0),
+           'psd_finger': (write_psd_scene, 'taps', 1000.0), 'taxel_array': (write_taxel_scene, 'drag', 20.0)}
+#: results without a calibration
+PLAIN = {'touchpad': Contacts, 'psd_finger': Contacts, 'taxel_array': Contacts}
+FIRST = ('areal_dual', 'touchpad')
+TYPES = [*FIRST, *(pytest.param(name, marks=pytest.mark.slow) for name in SENSORS if name not in FIRST)]
+
+
+def write(folder, sensor_type, simulated=True):
+    """A bag of a scene with annotated images beside the raw data; its path."""
+    maker, scene, rate = SENSORS[sensor_type]
+    maker(folder / 'plain', scene, rate, **({'frames': FRAMES} if maker is write_scene else {}))
+    codec = MessageCodec()
+    picture = codec.encode(Image(width=1, height=1, step=1, encoding='mono8', data=b'1'))
+    with BagReader(folder / 'plain') as reader, BagWriter(folder / 'bag', codec.store) as writer:
+        for message in reader.messages():
+            data = message.data
+            if message.topic.endswith('/description') and not simulated:
+                text = codec.decode(data, message.type_name).data
+                data = codec.encode(String(data=text.replace('source: sim', 'source: device')))[1]
+            writer.write(message.topic, message.type_name, message.stamp_ns, data)
+            writer.write(f'/{sensor_type}/image_annotated', picture[0], message.stamp_ns, picture[1])
+    return str(folder / 'bag')
+
+
+@pytest.mark.parametrize('sensor_type', TYPES)
+def test_a_simulated_sensor_is_replayed_as_what_it_was(ros2, listen, tmp_path, sensor_type):
+    bag = write(tmp_path, sensor_type)
+    launched = ros2('launch', 'tactile_bringup', f'{sensor_type}.launch.py', 'source:=bag', f'path:={bag}')
+    ear = listen({f'/{sensor_type}/contacts': Contacts})
+    heard = ear.heard[f'/{sensor_type}/contacts']
+    assert ear.wait_for(lambda: any(message.contacts for message in list(heard)), 60), launched.log
+    assert launched.interrupt() == 0, launched.log
+    assert launched.complaints == [], launched.log
+
+
+@pytest.mark.parametrize('sensor_type', TYPES)
+def test_a_real_sensor_is_replayed_with_its_own_parameters(ros2, listen, tmp_path, sensor_type):
+    bag, kind = write(tmp_path, sensor_type, simulated=False), PLAIN.get(sensor_type, DotTracks)
+    topic = f'/{sensor_type}/{"contacts" if kind is Contacts else "dots"}'
+    launched = ros2('launch', 'tactile_bringup', f'{sensor_type}.launch.py', 'source:=bag', f'path:={bag}', 'loop:=true')
+    ear = listen({topic: kind})
+    assert ear.wait_for(lambda: len(ear.heard[topic]) > 5, 60), launched.log
+    assert ('not calibrated' in launched.log) == (sensor_type != 'touchpad'), launched.log
+    assert launched.interrupt() == 0, launched.log
+
+
+def refused(ros2, *words):
+    """The log of a launch that ends by itself."""
+    launched = ros2('launch', 'tactile_bringup', *words)
+    code = launched.wait(60)
+    if 'TACTILE_FALLBACK' in os.environ:  # ROS 2's own verb exits with 1
+        assert code == WRONG, launched.log
+    assert code != 0 and 'Traceback' not in launched.log, launched.log
+    return launched.log
+
+
+def test_what_is_refused_ends_the_launch(ros2, tmp_path):
+    bag = write(tmp_path, 'taxel_array')
+    assert 'is a recording of taxel_array, not of touchpad' in refused(ros2, 'touchpad.launch.py', 'source:=bag', f'path:={bag}')
+    log = refused(ros2, 'taxel_array.launch.py', 'source:=bag', f'path:={bag}', 'topic:=/nowhere')
+    assert log.count("has no images on '/nowhere'; its image topics: ") == 1, log
+    assert 'there is no launch argument origin; known are namespace' in refused(ros2, 'touchpad.launch.py', 'origin:=bag')
+
+
+def test_a_recording_that_was_cut_off_plays_as_far_as_it_goes(ros2, listen, tmp_path):
+    bag = write(tmp_path, 'touchpad')
+    file, = (tmp_path / 'bag').glob('*.mcap')
+    file.write_bytes(file.read_bytes()[:file.stat().st_size * 8 // 10])
+    (tmp_path / 'bag' / 'metadata.yaml').unlink()
+    launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', f'path:={bag}')
+    ear = listen({'/touchpad/dots': DotTracks})
+    assert ear.wait_for(lambda: len(ear.heard['/touchpad/dots']) >= 3, 60), launched.log
+    assert launched.interrupt() == 0, launched.log
