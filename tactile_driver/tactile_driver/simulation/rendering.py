@@ -104,7 +104,7 @@ class Renderer:
         normals = self.skin.area_vectors(shape).reshape(shape.shape)
         normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
         light, spots = self._illumination.look(shape, normals, seen)
-        place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        place = self._place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
@@ -129,7 +129,9 @@ class Renderer:
         for half in np.unique(reach):
             some = reach == half
             steps = np.arange(-half, half + 1)
-            covers.append(self._dot_patches(corner[some] - uv[some], spread[some], radius[some], steps.astype(np.float32)).ravel())
+            off = corner[some] - uv[some]
+            patches = self._dot_patches(off, spread[some], radius[some], steps.astype(np.float32))
+            covers.append(self._printed(patches, np.flatnonzero(some), off, spread[some], radius[some], steps).ravel())
             places.append((starts[some, None] + (steps[:, None] * wide + steps).ravel()).ravel())
         total = np.bincount(np.concatenate(places), np.concatenate(covers), wide * (camera.height + 2 * margin)).reshape(-1, wide)
         total = total[margin:-margin, margin:-margin].astype(np.float32)
@@ -151,6 +153,11 @@ class Renderer:
         np.subtract((0.5 + radius * scale).astype(np.float32)[:, None, None], cover, out=cover)
         np.clip(cover, 0, 1, out=cover)
         cover *= cover * (3 - 2 * cover)
+        return cover
+
+    def _printed(self, cover: np.ndarray, which: np.ndarray, off: np.ndarray, spread: np.ndarray, radius: np.ndarray,
+                 steps: np.ndarray) -> np.ndarray:
+        """What is left of the cover (k, s, s) of dots which (k,), by their number; all of it unless a subclass says otherwise."""
         return cover
 
     def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):

@@ -14,9 +14,11 @@ from .scene import Scene, TwoCameraScene
 from .specimen import Script, Specimen
 from .tools import tool_named
 from .touchpad import TOUCHPAD_SCENES
+from .worn_sheet import WORN_SHEET_SCENES
 
 #: The touchpad's have plain names; those of other sensors begin with the sensor's type.
-SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES}
+SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES,
+                             **WORN_SHEET_SCENES}
 
 
 def _script(name: str, rate: float) -> Script:

@@ -6,7 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import BadArgument, BadFrame
+from .auto_detect import AutoDetector
 from .blobs import BlobDetector
+from .discs import DiscDetector
 from .dots import Dots
 from .likelihood import LikelihoodDetector
 from .paper_detect import PaperDetector
@@ -64,5 +66,5 @@ def check_frame(image: np.ndarray):
         raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
 
 
-METHODS = {'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'paper': PaperDetector, 'paper_areal': PaperArealDetector,
-           'paper_cushion': PaperCushionDetector, 'paper_cushion_fast': FastCushionDetector}
+METHODS = {'likelihood': LikelihoodDetector, 'blobs': BlobDetector, 'discs': DiscDetector, 'auto': AutoDetector, 'paper': PaperDetector,
+           'paper_areal': PaperArealDetector, 'paper_cushion': PaperCushionDetector, 'paper_cushion_fast': FastCushionDetector}

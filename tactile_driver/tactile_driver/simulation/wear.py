@@ -1,0 +1,131 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What use does to printed markers and to the skin that carries them: chips, speckle, dirt, weave, glare."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+#: samples along a marker's side of its own map, which reaches a little beyond its edge.
+_SIDE, _REACH = 48, 1.15
+#: samples along the skin's side: a marker of a twentieth of the sheet has fifty.
+_SKIN = 1024
+_CHIP = (0.18, 0.5)  # radius of a chip, of the marker's
+_BITES = 60  # chips at most
+_SPECK_LEVEL = 0.55  # standard deviations over which speckle is a hole: 29 % of the area
+_FINER = 3  # points along a pixel's side at which the print is looked at
+
+
+@dataclass(frozen=True)
+class Wear:
+    """missing: share of a marker's area that has chipped off; speckle: share of the ink that has gone where it is speckled, 0 to 1; grain:
+    size of the speckles, of the marker's radius; dirt: share of the skin under dark dirt; grit: number of bright grains on the skin, each up
+    to a fourth of a marker across; weave: relative standard deviation of the skin's own brightness; glare: number of soft reflections that
+    stand still in the picture; seed: of all that."""
+
+    missing: float = 0.0
+    speckle: float = 0.0
+    grain: float = 0.2
+    dirt: float = 0.0
+    grit: int = 0
+    weave: float = 0.0
+    glare: int = 0
+    seed: int = 0
+
+    @classmethod
+    def of(cls, amount: float, seed: int = 0) -> Wear:
+        """From amount 0, as printed, to 1: a quarter chipped off, speckles nearly bare, dirt, grit, a coarse weave, glare."""
+        rng = np.random.default_rng([seed, 31])
+        return cls(0.25 * amount, 0.9 * amount, rng.uniform(0.12, 0.35), 0.03 * amount, int(60 * amount), 0.12 * amount,
+                   int(round(5 * amount)), seed)
+
+    def generator(self, part: int) -> np.random.Generator:
+        """Random numbers of one part of the wear."""
+        return np.random.default_rng([self.seed, 32, part])
+
+
+class WornPrint:
+    """The ink that is left on count markers."""
+
+    def __init__(self, wear: Wear, count: int):
+        rng = wear.generator(0)
+        grain = wear.grain * _SIDE / (2 * _REACH) / 2
+        self._left = np.stack([_chipped(wear.missing, rng) * (1 - wear.speckle * (_field(_SIDE, grain, rng) > _SPECK_LEVEL))
+                               for _ in range(count)]).astype(np.float32)
+
+    def left(self, which: np.ndarray, off: np.ndarray, inverse: np.ndarray, steps: np.ndarray, blur: float) -> np.ndarray:
+        """(k, s, s) share of the ink left at pixel steps (s,) about pixels that lie off (k, 2) px from the centres of markers which (k,).
+
+        inverse: (k, 2, 2) from px to radii of the marker; blur: px, standard deviation of the lens's spot.
+        """
+        fine = (np.arange(_FINER) - (_FINER - 1) / 2) / _FINER
+        at = (steps[:, None] + fine).ravel()
+        picture = np.empty((len(which), len(steps), len(steps)), np.float32)
+        for k, (marker, place, turn) in enumerate(zip(which, off, inverse)):
+            x, y = np.meshgrid(place[0] + at, place[1] + at)
+            a, b = ((turn[i, 0] * x + turn[i, 1] * y) / _REACH * _SIDE / 2 + (_SIDE - 1) / 2 for i in (0, 1))
+            seen = cv2.remap(self._left[marker], a.astype(np.float32), b.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            picture[k] = cv2.resize(cv2.GaussianBlur(seen, (0, 0), _FINER * blur), (len(steps),) * 2, interpolation=cv2.INTER_AREA)
+        return picture
+
+
+class WornSkin:
+    """Maps over the whole skin: bright grit, 0 to 1, and how much light dirt and weave leave; marker: radius of a marker, of the skin's
+    side."""
+
+    def __init__(self, wear: Wear, marker: float):
+        self._wear, self._marker = wear, marker * _SKIN
+
+    @cached_property
+    def grit(self) -> np.ndarray:
+        """(n, n) float32, cover of bright grains."""
+        rng, grit = self._wear.generator(1), np.zeros((_SKIN, _SKIN), np.float32)
+        for x, y in rng.uniform(0, _SKIN, (self._wear.grit, 2)):
+            size = rng.uniform(0.06, 0.25, 2) * self._marker
+            cv2.ellipse(grit, ((x, y), tuple(2 * size), rng.uniform(0, 180)), float(rng.uniform(0.4, 1.0)), -1)
+        return cv2.GaussianBlur(grit, (0, 0), 0.7)
+
+    @cached_property
+    def light(self) -> np.ndarray:
+        """(n, n) float32, factor on the light that comes from the skin and its print."""
+        wear, rng = self._wear, self._wear.generator(2)
+        dirty = _field(_SKIN, 0.25 * self._marker, rng)
+        dirt = dirty > np.quantile(dirty, 1 - wear.dirt) if wear.dirt else np.zeros((_SKIN, _SKIN), bool)
+        woven = 0.7 * _field(_SKIN, 0.1 * self._marker, rng) + 0.7 * _field(_SKIN, 1.0 * self._marker, rng)
+        return (np.clip(1 + wear.weave * woven, 0.3, 2) * (1 - 0.6 * cv2.GaussianBlur(dirt.astype(np.float32), (0, 0), 1.0))).astype(np.float32)
+
+
+def glare(wear: Wear, width: int, height: int, marker: float) -> np.ndarray:
+    """(height, width) float32 grey levels of reflections in the picture; marker: radius, px. They are streaks and clouds, none as large and
+    as sharp as a marker."""
+    rng, picture = wear.generator(3), np.zeros((height, width), np.float32)
+    for u, v in rng.uniform(0.05, 0.95, (wear.glare, 2)) * (width, height):
+        cloud = np.zeros_like(picture)
+        length, across = rng.uniform(2.5, 6) * marker, rng.uniform(0.12, 0.4) * marker
+        if rng.random() < 0.5:
+            across = length * rng.uniform(0.6, 1.0)
+        cv2.ellipse(cloud, ((u, v), (2 * length, 2 * across), rng.uniform(0, 180)), float(rng.uniform(40, 140)), -1)
+        picture += cv2.GaussianBlur(cloud, (0, 0), 0.35 * min(length, max(across, 0.3 * marker)) + 0.5)
+    return picture
+
+
+def _chipped(missing: float, rng: np.random.Generator) -> np.ndarray:
+    """(n, n) 1 where a marker's ink is left and 0 in its chips, which take that share of its disc."""
+    y, x = (np.mgrid[:_SIDE, :_SIDE] - (_SIDE - 1) / 2) * (2 * _REACH / _SIDE)
+    disc, left = np.hypot(x, y) <= 1, np.ones((_SIDE, _SIDE))
+    wanted = missing * rng.uniform(0.4, 1.6)
+    for _ in range(_BITES):
+        if 1 - left[disc].mean() >= wanted:
+            break
+        angle, away, radius = rng.uniform(0, 2 * np.pi), np.sqrt(rng.uniform(0, 1.2)), rng.uniform(*_CHIP)
+        left[np.hypot(x - away * np.cos(angle), y - away * np.sin(angle)) < radius] = 0
+    return left
+
+
+def _field(side: int, size: float, rng: np.random.Generator) -> np.ndarray:
+    """(side, side) random field of mean 0 and standard deviation 1; size: its Gaussian's standard deviation, samples."""
+    field = cv2.GaussianBlur(rng.standard_normal((side, side)).astype(np.float32), (0, 0), max(size, 0.3))
+    return (field - field.mean()) / field.std()

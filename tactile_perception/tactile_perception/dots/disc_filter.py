@@ -1,0 +1,106 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where discs are that are worn, speckled or textured: normalised correlation of the image with a disc on a ring of ground, at the discs' own
+scale, which the image tells.
+
+A threshold cuts a speckled disc into pieces; a filter as large as the disc averages over its speckles. The correlation is Lewis's (Fast
+normalized cross-correlation, 1995); the scale is the one at which the discs found explain most of the image's variance, as in Lindeberg's
+scale selection (1998), with correlations in place of derivatives.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+SIZE = 13.0  # px across a disc in the image that is filtered: speckles are averaged, places stay good to a pixel
+RING = 1.4  # outer diameter of the ring of ground, of the disc's: neighbours stay outside down to a pitch of 1.2 diameters
+LEAST = 0.45  # correlation: twice what noise of a pixel's size reaches, two thirds of what a disc with half of its ink does
+_SCANNED = 9.0  # px across a disc in the images among which the scale is chosen
+_DIAMETERS = 6.0 * 1.12 ** np.arange(20)  # px, from the smallest disc that is no dot to 52
+_APART = 0.8  # of the diameter: the least distance of two peaks
+_NOISE = 1.0  # grey levels: fainter structure is none
+_SUBPIXEL = 8  # samples along a pixel's side where templates are made
+_FEWEST = 4
+
+
+@dataclass
+class Peaks:
+    """Discs: uv (N, 2) px; correlation (N,), 0 to 1; amplitude (N,): grey levels of disc over ring."""
+
+    uv: np.ndarray
+    correlation: np.ndarray
+    amplitude: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.uv)
+
+
+def shrunk(grey: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w) float32 of an image (H, W) uint8 averaged down by a factor up to 1, and the factors (2,) along u and v that came out, since
+    sizes are whole."""
+    size = max(round(grey.shape[1] * factor), 1), max(round(grey.shape[0] * factor), 1)
+    small = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if factor < 1 else grey
+    return small.astype(np.float32), np.array([small.shape[1] / grey.shape[1], small.shape[0] / grey.shape[0]])
+
+
+def find_discs(grey: np.ndarray, sign: int, diameter: float, size: float = SIZE, least: float = LEAST) -> Peaks:
+    """Peaks of the correlation of an image (H, W) uint8 with a disc of this diameter, px.
+
+    sign: 1 for bright discs, -1 for dark ones; size: px across a disc in the image that is filtered, at most as in grey.
+    """
+    small, scale = shrunk(grey, min(1.0, size / diameter))
+    across = diameter * float(scale.mean())
+    correlation, amplitude = _correlate(small * sign, across)
+    width = 2 * int(_APART * across / 2) + 1
+    near = cv2.dilate(correlation, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width)))
+    v, u = np.nonzero((correlation >= near) & (correlation > least))
+    margin = across / 2 - 0.5
+    whole = (u >= margin) & (v >= margin) & (u <= small.shape[1] - 1 - margin) & (v <= small.shape[0] - 1 - margin)
+    u, v = u[whole], v[whole]
+    uv = (np.stack([u, v], axis=1) + 0.5) / scale - 0.5
+    return Peaks(uv, np.minimum(correlation[v, u], 0.999).astype(float), amplitude[v, u].astype(float))
+
+
+def measure_diameter(grey: np.ndarray, sign: int) -> float:
+    """Diameter, px, of the discs that explain most of an image (H, W) uint8; NaN where there are no four alike."""
+    explained = np.zeros(len(_DIAMETERS))
+    for k, diameter in enumerate(_DIAMETERS):
+        if RING * diameter < min(grey.shape):
+            explained[k] = explained_energy(find_discs(grey, sign, diameter, _SCANNED), diameter)
+    best = int(explained.argmax())
+    return float(_DIAMETERS[best]) if explained[best] > 0 else np.nan
+
+
+def explained_energy(found: Peaks, diameter: float) -> float:
+    """Squared grey levels times px^2 of an image that discs of this diameter, px, explain; of a brighter one no more than of most: a lamp's
+    reflection is no disc."""
+    if len(found) < _FEWEST:
+        return 0.0
+    amplitude = np.clip(found.amplitude, 0, np.median(found.amplitude))
+    return float((amplitude**2 * found.correlation**2).sum() * diameter**2)
+
+
+def _correlate(image: np.ndarray, across: float) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w) normalised correlation with a bright disc, px across, and its amplitude over the ring, in the image's levels."""
+    inside, support = _template(round(across, 2))
+    share, total = float(inside.sum() / support.sum()), float(support.sum())
+    contrast = inside - support * share
+    norm = float((contrast * contrast).sum())
+    level = image - image.mean()  # of float32 sums of squares little is left otherwise
+    product, plain, square = (cv2.filter2D(values, cv2.CV_32F, kernel, borderType=cv2.BORDER_REFLECT)
+                              for values, kernel in ((level, contrast), (level, support), (level * level, support)))
+    variance = np.maximum(square - plain * plain / total, 0) + total * _NOISE**2
+    return product / np.sqrt(variance * norm), product / norm
+
+
+@lru_cache(maxsize=64)
+def _template(across: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n, n) float32 share of each pixel inside a disc, px across, and inside disc and ring."""
+    half = int(np.ceil(RING * across / 2 + 0.5))
+    at = (np.arange((2 * half + 1) * _SUBPIXEL) + 0.5) / _SUBPIXEL - half - 0.5
+    away = np.hypot(at[:, None], at)
+    fine = 2 * half + 1, _SUBPIXEL, 2 * half + 1, _SUBPIXEL
+    return tuple((away < radius).reshape(fine).mean(axis=(1, 3)).astype(np.float32) for radius in (across / 2, RING * across / 2))
