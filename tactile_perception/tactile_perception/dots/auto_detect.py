@@ -13,7 +13,7 @@ from .dots import Dots
 from .likelihood import LikelihoodDetector
 
 _EXACT = (LikelihoodDetector, BlobDetector)  # in order of accuracy
-_ALL = 0.97  # of the discs that a detector has to find, and of what it finds that has to be discs
+_ALL = 0.95  # of the discs that a detector has to find, and of what it finds that has to be discs
 _NEAR = 0.35  # of a disc's diameter: two places of the same
 _LOST_SHARE = 0.6  # of the dots seen when the choice was made: with fewer it is made anew
 

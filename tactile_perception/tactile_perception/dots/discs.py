@@ -17,7 +17,8 @@ from .look import CHANNELS, select_channel
 _TOO_WIDE = 1.15  # the filter answers best to a disc this much smaller than itself, whose blurred edge it holds as well (measured)
 _LOST_SHARE = 0.6  # of the discs seen at the last look: with fewer, what they look like is measured anew
 _NEIGHBOURS = 8  # discs about one, by whose amplitude it is judged: light may be three times as strong elsewhere
-_FAINT = 0.3  # of its neighbours' amplitude: no disc, but dirt or a fold
+_FAINT = 0.45  # of its neighbours' amplitude: no disc, but dirt or a fold
+_UNLIKE = 0.68  # of the typical correlation: what is less like a disc than its fellows is none
 _FEWEST = 4
 _DOUBLE = 0.7  # of the diameter: of two discs nearer to each other one is none
 
@@ -79,11 +80,12 @@ def _clearness(found: Peaks, diameter: float) -> float:
 
 
 def _strong(found: Peaks) -> np.ndarray:
-    """(N,) bool: as bright over the ground as the neighbours, about."""
+    """(N,) bool: about as bright over the ground as the neighbours, and as like a disc as most."""
     if len(found) < 2:
         return np.ones(len(found), bool)
     near = cKDTree(found.uv).query(found.uv, min(_NEIGHBOURS + 1, len(found)))[1]
-    return found.amplitude > _FAINT * np.median(found.amplitude[near], axis=1)
+    strong = found.amplitude > _FAINT * np.median(found.amplitude[near], axis=1)
+    return strong & (found.correlation > _UNLIKE * np.median(found.correlation[strong]))
 
 
 def _single(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
