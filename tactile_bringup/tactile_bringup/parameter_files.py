@@ -35,6 +35,22 @@ _MARKER_VIDEO = """# Any video of a regular grid of printed dots, without a mode
 # Copy it and set rows and columns to what the image shows in full, and polarity.
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
+_GEL = """# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.
+# Copy it and set rows and columns to what the image shows in full.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
+_PINS = """# A dome of pins over a camera, as TacTip with 127 or 331 of them: bright, hexagonal, any number.
+# Each pin keeps the number that it has in the first image.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
+_WORN = """# Bright markers that are worn, speckled or dirty, in any arrangement, over a camera: dots, tracks, displacements.
+# Copy it; set polarity, and where the markers make a grid, its rows and columns and numbering lattice.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
+_PRESSURE = """# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).
+# What the pad is made of is not known: put in yours, or calibrate; until then no force is told.
+# Made by: python3 -m tactile_bringup.parameter_files FOLDER
+"""
 _MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the copy, and give it as params:=FILE.
 # Made by: python3 -m tactile_bringup.parameter_files FOLDER
 """
@@ -131,6 +147,7 @@ def simulated_specimen() -> dict[str, object]:
     }
 
 
+_PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
 _SIMULATED_TIPS = {'areal_single': 0.006, 'areal_dual': 0.008, 'air_cushion': 0.030}  # m, of the scenes' usual tip
 
 
@@ -153,13 +170,20 @@ def parameter_files() -> dict[str, str]:
     return files | _touchpad_files() | {'psd_finger.yaml': finger_file(_MARKERS.format('psd_finger')),
                                         'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger')),
                                         'taxel_array.yaml': array_file(_MARKERS.format('taxel_array'), {}),
-                                        'taxel_array_sim.yaml': array_file(_MARKERS_SIMULATED.format('taxel_array'), simulated_pad())}
+                                        'taxel_array_sim.yaml': array_file(_MARKERS_SIMULATED.format('taxel_array'), simulated_pad()),
+                                        'pressure_array_14x6.yaml': array_file(_PRESSURE, _PRESSURE_ARRAY)}
 
 
 def _touchpad_files() -> dict[str, str]:
     video = {'sensor_type': 'marker_video', 'rows': 7, 'columns': 10, 'surface': 'none'}
     surface_only = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
-    return {'touchpad.yaml': touchpad_file(_TOUCHPAD, {}), 'touchpad_sim.yaml': touchpad_file(_SIMULATED, simulated_specimen()),
+    gel = {**video, 'sensor_type': 'marker_gel'}
+    pins = {**video, 'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs',
+            'numbering': 'register'}
+    worn = {**pins, 'sensor_type': 'worn_markers', 'detection': 'discs', 'numbering': 'tracks'}
+    return {'touchpad.yaml': touchpad_file(_TOUCHPAD, {}), 'marker_gel.yaml': touchpad_file(_GEL, gel, surface_only),
+            'pin_dome.yaml': touchpad_file(_PINS, pins, surface_only), 'worn_markers.yaml': touchpad_file(_WORN, worn, surface_only),
+            'touchpad_sim.yaml': touchpad_file(_SIMULATED, simulated_specimen()),
             'marker_video.yaml': touchpad_file(_MARKER_VIDEO, video, surface_only)}
 
 

@@ -16,7 +16,7 @@ from tactile_perception.dots.tracker import DotTracker  # noqa: E402
 
 def test_markers_of_all_sizes_arrangements_and_wear_are_found():
     """On sheets by which nothing was chosen."""
-    scores = [one for _, one in worn_markers.run(18, 4, ('discs',))['discs']]
+    scores = [one for _, one in worn_markers.run(9, 4, ('discs',))['discs']]
     row = together(scores).row()
     assert row['recall'] > 0.95 and row['false'] < 0.02
     assert min(one.row()['recall'] for one in scores) > 0.8

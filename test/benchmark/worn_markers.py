@@ -4,8 +4,9 @@
 
     python3 test/benchmark/worn_markers.py [--sheets 36] [--seed 0] [--methods discs auto blobs likelihood]
 
-Each sheet has markers of 8 to 40 px, 50 to 350 of them, in a grid, hexagons or at random, bright on dark or dark on bright, light up to 3 to
-1, and wear from none to heavy; every third is worn as heavily as can be. A marker is found where a dot lies within 0.35 of its diameter.
+Each sheet has markers of 8 to 40 px, 50 to 350 of them, in a grid, hexagons or at random, bright on dark or dark on bright, in light
+of up to 3 to 1, with wear from none to heavy; every third is worn as heavily as can be. A marker is found where a dot lies within 0.35
+of its diameter.
 """
 from __future__ import annotations
 
@@ -96,7 +97,8 @@ def score(sheet: Sheet, method: str) -> Score:
 def together(scores: list[Score]) -> Score:
     """All sheets as one; the median of the times."""
     return Score(*(sum(getattr(s, name) for s in scores) for name in ('true', 'found', 'false')),
-                 *(np.concatenate([getattr(s, name) for s in scores]) for name in ('errors', 'sigma')), float(np.nanmedian([s.ms for s in scores])))
+                 *(np.concatenate([getattr(s, name) for s in scores]) for name in ('errors', 'sigma')),
+                 float(np.nanmedian([s.ms for s in scores])))
 
 
 def run(count: int, seed: int, methods: tuple[str, ...] = METHODS) -> dict[str, list[tuple[Print, Score]]]:

@@ -21,10 +21,13 @@ _FINER = 3  # points along a pixel's side at which the print is looked at
 
 @dataclass(frozen=True)
 class Wear:
-    """missing: share of a marker's area that has chipped off; speckle: share of the ink that has gone where it is speckled, 0 to 1; grain:
-    size of the speckles, of the marker's radius; dirt: share of the skin under dark dirt; grit: number of bright grains on the skin, each up
-    to a fourth of a marker across; weave: relative standard deviation of the skin's own brightness; glare: number of soft reflections that
-    stand still in the picture; seed: of all that."""
+    """What use has done.
+
+    missing: share of a marker's area that has chipped off; speckle: share of the ink that has gone where it is speckled, 0 to 1;
+    grain: size of the speckles, of the marker's radius; dirt: share of the skin under dark dirt; grit: number of bright grains on the
+    skin, each up to a fourth of a marker across; weave: relative standard deviation of the skin's own brightness; glare: number of soft
+    reflections that stand still in the picture; seed: of all that.
+    """
 
     missing: float = 0.0
     speckle: float = 0.0
@@ -67,7 +70,8 @@ class WornPrint:
         for k, (marker, place, turn) in enumerate(zip(which, off, inverse)):
             x, y = np.meshgrid(place[0] + at, place[1] + at)
             a, b = ((turn[i, 0] * x + turn[i, 1] * y) / _REACH * _SIDE / 2 + (_SIDE - 1) / 2 for i in (0, 1))
-            seen = cv2.remap(self._left[marker], a.astype(np.float32), b.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            at_map = a.astype(np.float32), b.astype(np.float32)
+            seen = cv2.remap(self._left[marker], *at_map, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
             picture[k] = cv2.resize(cv2.GaussianBlur(seen, (0, 0), _FINER * blur), (len(steps),) * 2, interpolation=cv2.INTER_AREA)
         return picture
 
@@ -95,12 +99,15 @@ class WornSkin:
         dirty = _field(_SKIN, 0.25 * self._marker, rng)
         dirt = dirty > np.quantile(dirty, 1 - wear.dirt) if wear.dirt else np.zeros((_SKIN, _SKIN), bool)
         woven = 0.7 * _field(_SKIN, 0.1 * self._marker, rng) + 0.7 * _field(_SKIN, 1.0 * self._marker, rng)
-        return (np.clip(1 + wear.weave * woven, 0.3, 2) * (1 - 0.6 * cv2.GaussianBlur(dirt.astype(np.float32), (0, 0), 1.0))).astype(np.float32)
+        passed = 1 - 0.6 * cv2.GaussianBlur(dirt.astype(np.float32), (0, 0), 1.0)
+        return (np.clip(1 + wear.weave * woven, 0.3, 2) * passed).astype(np.float32)
 
 
 def glare(wear: Wear, width: int, height: int, marker: float) -> np.ndarray:
-    """(height, width) float32 grey levels of reflections in the picture; marker: radius, px. They are streaks and clouds, none as large and
-    as sharp as a marker."""
+    """(height, width) float32 grey levels of reflections in the picture; marker: radius, px.
+
+    They are streaks and clouds, none as large and as sharp as a marker.
+    """
     rng, picture = wear.generator(3), np.zeros((height, width), np.float32)
     for u, v in rng.uniform(0.05, 0.95, (wear.glare, 2)) * (width, height):
         cloud = np.zeros_like(picture)
@@ -118,10 +125,14 @@ def _chipped(missing: float, rng: np.random.Generator) -> np.ndarray:
     disc, left = np.hypot(x, y) <= 1, np.ones((_SIDE, _SIDE))
     wanted = missing * rng.uniform(0.4, 1.6)
     for _ in range(_BITES):
-        if 1 - left[disc].mean() >= wanted:
+        gone = 1 - left[disc].mean()
+        if gone >= wanted:
             break
+        before = left.copy()
         angle, away, radius = rng.uniform(0, 2 * np.pi), np.sqrt(rng.uniform(0, 1.2)), rng.uniform(*_CHIP)
         left[np.hypot(x - away * np.cos(angle), y - away * np.sin(angle)) < radius] = 0
+        if 1 - left[disc].mean() > 2 * wanted - gone:  # further off than without it
+            left = before
     return left
 
 

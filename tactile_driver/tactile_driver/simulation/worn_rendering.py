@@ -59,7 +59,8 @@ class WornRenderer(Renderer):
     def _cover(self, uv, spread, radius):
         cover = super()._cover(uv, spread, radius)
         size = self.camera.width, self.camera.height
-        self._fine_place = cv2.resize(self._place, size, interpolation=cv2.INTER_LINEAR) * np.float32((len(self._skin.light) - 1) / self._last)
+        finer = np.float32((len(self._skin.light) - 1) / self._last)
+        self._fine_place = cv2.resize(self._place, size, interpolation=cv2.INTER_LINEAR) * finer
         return np.maximum(cover, self._seen(self._skin.grit))
 
     def _add_spots(self, picture, place, form, peak):

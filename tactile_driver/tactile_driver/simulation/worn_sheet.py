@@ -28,9 +28,12 @@ _TRIES = 300
 
 @dataclass(frozen=True)
 class Print:
-    """diameter: px, in the picture of 640 x 480; count: about how many; layout: a name in LAYOUTS; bright: markers on a dark sheet, else dark
-    ones on a bright one; contrast: brighter over darker; uneven: relative standard deviation of the sizes; light: brightest over darkest
-    part of the sheet; blur: px, standard deviation; wear: 0 to 1 (Wear.of)."""
+    """How the markers look.
+
+    diameter: px, in the picture of 640 x 480; count: about how many; layout: a name in LAYOUTS; bright: markers on a dark sheet, else
+    dark ones on a bright one; contrast: brighter over darker; uneven: relative standard deviation of the sizes; light: brightest over
+    darkest part of the sheet; blur: px, standard deviation; wear: 0 to 1 (Wear.of).
+    """
 
     diameter: float = 24.0
     count: int = 150
@@ -44,12 +47,14 @@ class Print:
 
 
 def worn_sheet(seed: int, width: int = 640, print_: Print = Print()) -> Specimen:
-    """A sheet with one camera. seed: of what was built a bit off, the wear, and the noise; width: of the picture, px. Raises BadArgument for a
-    layout that there is not."""
+    """A sheet with one camera.
+
+    seed: of what was built a bit off, the wear, and the noise; width: of the picture, px. Raises BadArgument for an unknown layout.
+    """
     rng = np.random.default_rng([seed, 15])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0, 1.3, 1.5e-4, 65)
-    camera = built_camera(rng, _FOCAL, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, _DISTANCE), (640, 480),
-                          width)
+    camera = built_camera(rng, _FOCAL, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, _DISTANCE),
+                          (640, 480), width)
     pattern = _pattern(sheet, print_, rng)
     level, other = _BRIGHTEST * np.array([1.0, 1 / print_.contrast])[::1 if not print_.bright else -1]
     lights = SideLight(tuple(level * rng.uniform(0.75, 1.0, 3)), print_.light, rng.uniform(0, 2 * np.pi), _HALF)

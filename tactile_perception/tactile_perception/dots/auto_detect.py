@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The detector that fits what the image shows: whole dots and markers are placed most exactly by those made for them, worn ones as discs."""
+"""The detector that fits what the image shows: whole markers are placed most exactly by those made for them, worn ones as discs."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where discs are that are worn, speckled or textured: normalised correlation of the image with a disc on a ring of ground, at the discs' own
-scale, which the image tells.
+"""Where worn, speckled or textured discs are: normalised correlation of the image with a disc on a ring of ground.
+
+It works at the discs' own scale, which the image tells.
 
 A threshold cuts a speckled disc into pieces; a filter as large as the disc averages over its speckles. The correlation is Lewis's (Fast
 normalized cross-correlation, 1995); the scale is the one at which the discs found explain most of the image's variance, as in Lindeberg's

@@ -23,13 +23,13 @@ _FARTHEST = 0.45  # radii from the place where it was found
 _SMALLEST, _LARGEST = 0.6, 1.5  # of the typical radius
 _BLOCK = 1.5  # radii: side of the square over which residuals may be of one piece of wear
 _RIDGE = 1e-3  # keeps flat patches solvable; grey levels squared per unit squared
-_UNSEEN = 1.6  # times the standard deviation: chips at an edge shift it without a residual (measured on simulated wear of all degrees)
+_UNSEEN = 1.6  # times the standard deviation: chips shift an edge without a residual (measured on simulated wear of all degrees)
 _MODEL = 0.03  # px of the small image: what the edge's shape leaves of a place
 
 
 @dataclass
 class _Patches:
-    """values (N, P) grey levels at pixels x, y (P,) from whole places corner (N, 2), px of an image that is scale (2,) times the full one."""
+    """values (N, P): levels at pixels x, y (P,) from whole places corner (N, 2), px of an image scale (2,) times the full one."""
 
     values: np.ndarray
     x: np.ndarray
@@ -44,7 +44,7 @@ class _Patches:
 
 
 def fit_discs(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
-    """Dots of an image (H, W) uint8, fitted from places uv (N, 2) px of discs about a diameter, px, across, bright (sign 1) or dark (-1)."""
+    """Dots of an image (H, W) uint8, fitted from places uv (N, 2) px of discs of about a diameter, px, bright (sign 1) or dark (-1)."""
     small, scale = shrunk(grey, min(1.0, SIZE / diameter))
     radius = diameter * float(scale.mean()) / 2
     found = (uv + 0.5) * scale - 0.5

@@ -70,7 +70,8 @@ class DiscDetector:
             if np.isfinite(diameter):
                 best = max(channels, key=lambda name: _clearness(find_discs(planes[name], self._sign, diameter), diameter))
                 return _Look(best, diameter, 0)
-        raise BadFrame(f'no {"bright" if self._sign > 0 else "dark"} discs stand out in the frame: check light, focus and the parameter polarity')
+        kind = 'bright' if self._sign > 0 else 'dark'
+        raise BadFrame(f'no {kind} discs stand out in the frame: check light, focus and the parameter polarity')
 
 
 def _clearness(found: Peaks, diameter: float) -> float:
