@@ -15,11 +15,11 @@ from .likelihood import LikelihoodDetector
 _EXACT = (LikelihoodDetector, BlobDetector)  # in order of accuracy
 _ALL = 0.95  # of the discs that a detector has to find, and of what it finds that has to be discs
 _NEAR = 0.35  # of a disc's diameter: two places of the same
-_LOST_SHARE = 0.6  # of the dots seen when the choice was made: with fewer it is made anew
+_LOST_SHARE, _MORE = 0.6, 1.3  # of the dots seen when the choice was made: with fewer, or with more (pieces of them), it is made anew
 
 
 class AutoDetector:
-    """The first of likelihood and blobs that sees what discs sees, else discs; chosen in the first frame, and again when dots get lost.
+    """The first of likelihood and blobs that sees what discs sees, else discs; chosen in the first frame, and again when there are fewer dots, or many more.
     sign: 1 for bright dots, -1 for dark ones."""
 
     def __init__(self, sign: int):
@@ -34,7 +34,7 @@ class AutoDetector:
     def detect(self, image: np.ndarray) -> Dots:
         """Dots of one checked uint8 image. Raises BadFrame where no method sees any."""
         dots = None if self._chosen is None else _tried(self._chosen, image)
-        if dots is None or len(dots) < _LOST_SHARE * self._count:
+        if dots is None or not _LOST_SHARE * self._count <= len(dots) <= _MORE * self._count:
             dots = self._choose(image)
             self._count = len(dots)
         return dots

@@ -24,11 +24,11 @@ def test_the_image_decides(draw_dots, diameter, bare, chosen):
     assert len(detector.detect(picture(draw_dots, diameter, bare))) == 24 and detector.chosen == chosen
 
 
-def test_it_decides_anew_when_dots_get_lost(draw_dots):
+def test_it_decides_anew_when_dots_come_in_pieces(draw_dots):
     detector = AutoDetector(1)
-    detector.detect(picture(draw_dots, 28.0, 0.45))
-    assert detector.chosen == 'DiscDetector'
-    assert len(detector.detect(picture(draw_dots, 5.0, 0.0))) == 24 and detector.chosen == 'LikelihoodDetector'
+    detector.detect(picture(draw_dots, 12.0, 0.0))
+    assert detector.chosen == 'LikelihoodDetector'
+    assert len(detector.detect(picture(draw_dots, 24.0, 0.5))) == 24 and detector.chosen == 'DiscDetector'
 
 
 def test_a_frame_in_which_no_method_sees_dots_is_refused():
