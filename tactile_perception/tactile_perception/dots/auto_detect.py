@@ -19,8 +19,10 @@ _LOST_SHARE, _MORE = 0.6, 1.3  # of the dots seen when the choice was made: with
 
 
 class AutoDetector:
-    """The first of likelihood and blobs that sees what discs sees, else discs; chosen in the first frame, and again when there are fewer dots, or many more.
-    sign: 1 for bright dots, -1 for dark ones."""
+    """The first of likelihood and blobs that sees what discs sees, else discs.
+
+    It is chosen in the first frame, and again when there are fewer dots, or many more. sign: 1 for bright dots, -1 for dark ones.
+    """
 
     def __init__(self, sign: int):
         self._sign, self._count = sign, 0
