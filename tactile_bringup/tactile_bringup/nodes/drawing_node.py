@@ -25,8 +25,8 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from ..introduction import place
+from .marker_messages import STALE_S
 
-_STALE_S = 2.0  # markers stay so long after the last data
 _LOOK_S = 0.25
 
 
@@ -68,7 +68,7 @@ class DrawingNode(Node):
 
     def _clear_stale(self) -> None:
         """Take markers away of which nothing new has come for a while: they say what is not known any more."""
-        if self._drawn_s is not None and time.monotonic() - self._drawn_s > _STALE_S:
+        if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
             self._drawn_s = None
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 

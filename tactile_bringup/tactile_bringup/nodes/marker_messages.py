@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
+from rclpy.duration import Duration
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
@@ -17,6 +18,9 @@ from .. import colours, mesh
 from ..picture import states_of
 from .skin_markers import SkinMarkers
 
+#: s: markers stay so long after the last data
+STALE_S = 2.0
+_LIFETIME = Duration(seconds=STALE_S).to_msg()
 _WITHIN_95 = 2.796  # standard deviations: three dimensions
 _THINNEST = 1e-5  # m: RViz warns of a scale of zero
 _LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
@@ -52,7 +56,8 @@ def untouched_cap(sizes: Mapping) -> Cap | None:
 
 
 class MarkerSet:
-    """Makes the markers of each frame, and takes away those of the frame before that are no more. They stay until then.
+    """Makes the markers of each frame, and takes away those of the frame before that are no more. RViz itself
+    takes away what nothing new has come of for STALE_S, as when a node was killed.
 
     sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
     untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
@@ -60,7 +65,7 @@ class MarkerSet:
 
     def __init__(self, sizes: Mapping):
         self._sizes, self._skin = sizes, SkinMarkers()
-        self._shown: set[tuple[str, int]] | None = None  # None: not known, as a node of this name may have been here before
+        self._shown: set[tuple[str, int]] = set()
         self._made: list[Marker] = []
         self._header = Header()
 
@@ -89,9 +94,6 @@ class MarkerSet:
 
     def _gone(self) -> list[Marker]:
         made = {(marker.ns, marker.id) for marker in self._made}
-        if self._shown is None:
-            self._shown = made
-            return [Marker(header=self._header, action=Marker.DELETEALL)]
         gone = [Marker(header=self._header, ns=ns, id=number, action=Marker.DELETE) for ns, number in sorted(self._shown - made)]
         self._shown = made
         return gone
@@ -99,7 +101,7 @@ class MarkerSet:
     def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
              number: int = 0) -> Marker:
         marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
-                        points=points)
+                        points=points, lifetime=_LIFETIME)
         marker.pose.orientation.w = 1.0
         self._made.append(marker)
         return marker
