@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
 
 _LONGEST = 3.0  # times the median edge: longer ones bridge a notch in the pattern's border
 _AMBIENT = 0.35  # of the light
@@ -31,26 +30,29 @@ def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
     flat = [ring[:, :2] for ring in rings]
     corners = np.concatenate([*rings, within[inside(within[:, :2], flat)]])
     corners = np.unique(corners[np.isfinite(corners).all(axis=1)], axis=0)
-    if len(corners) < 3:
-        return np.zeros((0, 3))
-    try:
-        triangles = Delaunay(corners[:, :2]).simplices
-    except QhullError:  # all on one line
-        return np.zeros((0, 3))
+    triangles = _triangles(corners)
     kept = triangles[inside(corners[triangles].mean(axis=1)[:, :2], flat)]
     return corners[kept].reshape(-1, 3)
 
 
 def skin(places: np.ndarray) -> np.ndarray:
     """(T, 3) indices of the triangles between places (N, 3), m, seen along z."""
+    triangles = _triangles(places)
+    if not len(triangles):
+        return triangles
+    edges = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
+    return triangles[edges.max(axis=1) < _LONGEST * np.median(edges)]
+
+
+def _triangles(places: np.ndarray) -> np.ndarray:
+    """(T, 3) indices of the Delaunay triangles between places (N, 3), m, seen along z; none of places on one line."""
+    from scipy.spatial import Delaunay, QhullError  # only where somebody looks at markers
     if len(places) < 3:
         return np.zeros((0, 3), np.int64)
     try:
-        triangles = Delaunay(places[:, :2]).simplices.astype(np.int64)
+        return Delaunay(places[:, :2]).simplices.astype(np.int64)
     except QhullError:  # all on one line
         return np.zeros((0, 3), np.int64)
-    edges = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
-    return triangles[edges.max(axis=1) < _LONGEST * np.median(edges)]
 
 
 def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:

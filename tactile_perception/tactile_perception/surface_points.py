@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .contact.grid_surface import grid_normals
 from .errors import BadArgument
@@ -58,6 +57,7 @@ def scattered_normals(xyz: np.ndarray) -> np.ndarray:
     if len(known) < _FEWEST:
         return normal
     places = xyz[known]
+    from scipy.spatial import cKDTree  # only where points are subscribed to
     _, near = cKDTree(places).query(places, min(_NEIGHBOURS + 1, len(known)))
     off = places[near] - places[near].mean(axis=1, keepdims=True)
     least = np.linalg.eigh(np.einsum('kni,knj->kij', off, off))[1][:, :, 0]

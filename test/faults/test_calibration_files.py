@@ -1,14 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Calibration files that are missing, cut off or of another sensor: the node ends with one line and a code of its own."""
-from dataclasses import replace
-
 import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from sensor_nodes import made, plans  # noqa: E402
+from sensor_nodes import made, planned  # noqa: E402
 from tactile_bringup.sensor_launch import share  # noqa: E402
 from tactile_driver.errors import TactileError as DriverError  # noqa: E402
 from tactile_driver.nodes.run import WRONG  # noqa: E402
@@ -39,10 +37,9 @@ def files(tmp_path):
 def test_a_bad_calibration_file_is_named(bench, files, monkeypatch, sensor_type, executable, fault):
     folder = files(sensor_type)
     monkeypatch.chdir(folder)
-    plan = next(plan for plan in plans(sensor_type, bench.fresh('file')) if plan.executable == executable)
-    bad = replace(plan, own={**plan.own, 'calibration': str(folder / FAULTS[fault])})
+    plan = planned(sensor_type, bench.fresh('file'))
     with pytest.raises((TactileError, DriverError), match=FAULTS[fault]) as caught:
-        made(bad)
+        made(plan, executable, calibration=str(folder / FAULTS[fault]))
     assert len(str(caught.value)) < 600
     assert not (folder / 'executed').exists(), 'what a file says is never executed'
 

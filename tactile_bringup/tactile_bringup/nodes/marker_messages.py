@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, Vector3
 from rclpy.duration import Duration
-from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA, Header
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 from tactile_perception.surface.cap import Cap
@@ -162,6 +161,7 @@ class MarkerSet:
         across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
         marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
         marker.pose.position = points_of(place[None])[0]
+        from scipy.spatial.transform import Rotation  # only where somebody looks at markers
         orientation = Rotation.from_matrix(axes).as_quat().tolist()
         marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
 
