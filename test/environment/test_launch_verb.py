@@ -60,6 +60,25 @@ def test_ends_with_1_when_the_process_fails(launch_file):
     assert launch(launch_file, 'code:=3').returncode == 1
 
 
+REFUSING = """
+from launch import LaunchDescription
+from launch.actions import OpaqueFunction
+
+def refuse(context):
+    raise ValueError('path:=x does not exist')
+
+def generate_launch_description():
+    return LaunchDescription([OpaqueFunction(function=refuse)])
+"""
+
+
+def test_ends_with_2_and_one_line_when_what_was_given_is_wrong(tmp_path):
+    (tmp_path / 'refusing.launch.py').write_text(REFUSING)
+    done = launch(str(tmp_path / 'refusing.launch.py'))
+    assert done.returncode == (2 if 'TACTILE_FALLBACK' in os.environ else 1)  # ROS 2's own ros2launch knows but 0 and 1
+    assert (done.stdout + done.stderr).count('path:=x does not exist') == 1
+
+
 def started(launch_file):
     process = subprocess.Popen(['ros2', 'launch', launch_file, 'seconds:=60'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                start_new_session=True)
