@@ -23,6 +23,7 @@ from tactile_perception.pipeline.taxel_parameters import TAXEL_PARAMETERS, TAXEL
 from tactile_perception.touch.sensor import MARKER_SENSORS
 
 from .parameters import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
+from .sensor_types import SENSOR_TYPES
 
 LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
 _TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
@@ -59,6 +60,7 @@ _MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of ty
 """
 #: By sensor type: N and N m of the longest arrows, the largest of the simulated specimens' scenes with room for twice as much.
 _FULL_WRENCH = {'areal_single': (3.0, 0.05), 'areal_dual': (2.0, 0.05), 'air_cushion': (25.0, 0.7)}
+_CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # What the launch files set for each sensor anew is left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
 
@@ -100,9 +102,9 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
               'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
               'force_length': 12 * size, 'full_force': _FULL_WRENCH[sensor_type][0], 'full_torque': _FULL_WRENCH[sensor_type][1],
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
-    camera = [('/**/camera_node', CAMERA_PARAMETERS), ('/**/dual_camera_node', DUAL_CAMERA_PARAMETERS)][sensor_type == 'areal_dual']
+    driver = SENSOR_TYPES[sensor_type].driver
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
-    sections = [('/**', MARKER_SENSOR_PARAMETERS), (camera[0], _without(camera[1], MARKER_SENSOR_PARAMETERS)),
+    sections = [('/**', MARKER_SENSOR_PARAMETERS), (f'/**/{driver}', _without(_CAMERAS[driver], MARKER_SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
                 ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
     return _text(about, sections, values, ('cap.',))
@@ -154,7 +156,7 @@ _SIMULATED_TIPS = {'areal_single': 0.006, 'areal_dual': 0.008, 'air_cushion': 0.
 def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Name -> value of what a user would measure on the simulated sheet or cushion, and of the tip that presses it; the scene."""
     scene = {'scene': f'{sensor_type}_demo', 'tip_radius': _SIMULATED_TIPS[sensor_type]}
-    if sensor_type == 'areal_dual':  # where its cameras stand, the calibration tells
+    if SENSOR_TYPES[sensor_type].stitched:  # where its cameras stand, the calibration tells
         return scene
     camera = open_scene(f'{sensor_type}_rest').camera
     return {**scene, 'camera.translation': [round(float(x), 7) for x in camera.translation],
