@@ -10,7 +10,7 @@ import tactile_bringup  # noqa: F401
 import tactile_perception  # noqa: F401
 
 try:
-    from tactile_driver.nodes.last_net import LastNet
+    from tactile_driver.nodes.runtime.last_net import LastNet
 except ImportError:  # there is no ROS, and no node
     pass
 else:

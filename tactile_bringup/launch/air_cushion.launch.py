@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """An inflated dome with printed circles and a camera in it: driver, perception, markers; RViz and a recording where asked for."""
-from tactile_bringup.sensor_launch import sensor_description
+from tactile_bringup.launch.arguments import sensor_description
 
 
 def generate_launch_description():

@@ -4,8 +4,8 @@
 from launch import LaunchDescription
 from launch.actions import OpaqueFunction
 
-from tactile_bringup.demo_launch import SENSOR_TYPE, demo_actions, demo_arguments
-from tactile_bringup.sensor_launch import sensor_arguments
+from tactile_bringup.launch.arguments import sensor_arguments
+from tactile_bringup.launch.demo import SENSOR_TYPE, demo_actions, demo_arguments
 
 
 def generate_launch_description():

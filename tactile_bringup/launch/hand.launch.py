@@ -4,7 +4,7 @@
 from launch import LaunchDescription
 from launch.actions import OpaqueFunction
 
-from tactile_bringup.hand_launch import hand_actions, hand_arguments
+from tactile_bringup.launch.hand import hand_actions, hand_arguments
 
 
 def generate_launch_description():

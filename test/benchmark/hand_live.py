@@ -28,13 +28,13 @@ import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from tactile_bringup.hand_file import HandSensor
-from tactile_bringup.hand_launch import planned_sensor
-from tactile_bringup.processes import SensorPlan, own_parameters
-from tactile_driver.nodes.run import make_room_for_images
-from tactile_driver.simulation.psd_scene import open_psd_scene
-from tactile_driver.simulation.scenes import open_dual_scene, open_scene
-from tactile_driver.simulation.taxel_scene import open_taxel_scene
+from tactile_bringup.hand.description import HandSensor
+from tactile_bringup.launch.hand import planned_sensor
+from tactile_bringup.launch.processes import SensorPlan, own_parameters
+from tactile_driver.nodes.runtime.run import make_room_for_images
+from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
 sys.path.insert(0, str(Path(__file__).parent))

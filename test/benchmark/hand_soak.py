@@ -26,7 +26,7 @@ import psutil
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from tactile_driver.nodes.run import make_room_for_images
+from tactile_driver.nodes.runtime.run import make_room_for_images
 
 sys.path.insert(0, str(Path(__file__).parent))
 from hand_live import SENSORS, rate_of  # noqa: E402

@@ -29,9 +29,9 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
-from tactile_bringup.sensor_launch import share
-from tactile_driver.nodes.run import make_room_for_images
-from tactile_driver.simulation.scenes import open_scene
+from tactile_bringup.installed import share
+from tactile_driver.nodes.runtime.run import make_room_for_images
+from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_msgs.msg import ContactRegion, Contacts
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -7,7 +7,7 @@ from collections import deque
 
 import cv2
 import numpy as np
-from tactile_perception.contact.slip import GROSS, INCIPIENT, NONE, SlipEstimate
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, SlipEstimate
 
 _SCALE = 4  # pixels a taxel: corners of a contact of a few taxels need room
 _CORNERS, _QUALITY, _APART = 60, 0.05, 4

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from scenes import NAMES, make_scene
 
-from tactile_perception.dots.grid import Numbered
-from tactile_perception.dots.numbering import METHODS
+from tactile_perception.dots.index.grid import Numbered
+from tactile_perception.dots.index.methods import METHODS
 
 SHIFTS = (0.0, 0.5, 1.0, 3.0)  # pitches, along the image's rows
 PITCH, SIZE = 18.0, (640, 480)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from tactile_bringup.sensor_launch import share
-from tactile_bringup.simulated_array import write_taxel_scene
-from tactile_perception.offline import calibrate_taxels
-from tactile_perception.offline.convert_recording import convert, open_recording
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.taxel import write_taxel_scene
+from tactile_perception.tools.calibrate import taxel as calibrate_taxels
+from tactile_perception.tools.convert.command import convert, open_recording
 
 sys.path.insert(0, str(Path(__file__).parent))
 import dots  # noqa: E402

@@ -20,16 +20,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from tactile_driver.nodes.parameters import defaults
-from tactile_perception.calibration.touchpad_file import read_touchpad
+from tactile_driver.parameters.table import defaults
+from tactile_perception.calibration.files.touchpad import read_touchpad
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.evaluation.counts import f1
-from tactile_perception.evaluation.overlap import region_iou
+from tactile_perception.evaluation.scores import f1, region_iou
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.pipeline.contact_stage import ContactStage
-from tactile_perception.pipeline.dot_places import DotPlaces
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad
+from tactile_perception.touchpad.places import DotPlaces
+from tactile_perception.touchpad.sensor import Touchpad
 
 sys.path.insert(0, str(Path(__file__).parent))
 import sources  # noqa: E402

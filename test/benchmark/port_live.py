@@ -23,7 +23,7 @@ import numpy as np
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from tactile_driver.nodes.run import make_room_for_images
+from tactile_driver.nodes.runtime.run import make_room_for_images
 
 sys.path.insert(0, str(Path(__file__).parent))
 import live  # noqa: E402

@@ -22,13 +22,12 @@ sys.path.insert(0, str(Path(__file__).parent))
 from psd_scenes import Signals, recorded, simulated  # noqa: E402
 
 from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E402
-from tactile_perception.psd.fit import fit_finger  # noqa: E402
+from tactile_perception.psd.geometry import MIX, angles, error_angle, position  # noqa: E402
 from tactile_perception.psd.model import NORMAL, FingerModel  # noqa: E402
-from tactile_perception.psd.paper import fit_paper  # noqa: E402
-from tactile_perception.psd.paper_finger import PaperFinger  # noqa: E402
+from tactile_perception.psd.model_fit import fit_finger  # noqa: E402
+from tactile_perception.psd.offset_map import fit_paper  # noqa: E402
 from tactile_perception.psd.presses import Presses, find_presses  # noqa: E402
-from tactile_perception.psd.signals import MIX, position  # noqa: E402
-from tactile_perception.psd.sphere import angles, error_angle  # noqa: E402
+from tactile_perception.psd.published import PaperFinger  # noqa: E402
 
 SATURATION, THRESHOLD, FARTHEST = 4.9, 0.2, 61.0  # V, V, degrees
 SECOND_PLACE = math.radians(30)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tactile_bringup.sensor_launch import share
+from tactile_bringup.installed import share
 from tactile_msgs.msg import Contacts, PsdVoltages
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -24,7 +24,7 @@ import port_live  # noqa: E402
 def finger(rate: float, batch_period: float) -> port_live.PortSensor:
     """The finger at rate samples/s, batch_period s a message."""
     return port_live.PortSensor(
-        ('tactile_driver.emulator', '--rate', str(rate)), ('psd_node', 'psd_contact_node'),
+        ('tactile_driver.emulators.psd', '--rate', str(rate)), ('psd_node', 'psd_contact_node'),
         {'batch_period': batch_period, 'calibration': share('calibration', 'psd_finger_sim.yaml')}, ('voltages', PsdVoltages),
         lambda message: (len(message.voltages) // 4, message.sample_period), {'contacts': Contacts}, 'sample')
 

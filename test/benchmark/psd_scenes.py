@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tactile_driver.simulation.psd_scene import open_psd_scene
+from tactile_driver.simulation.psd.scene import open_psd_scene
 
 from tactile_perception.psd.presses import Recording
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from tactile_perception.evaluation.counts import counts
+from tactile_perception.evaluation.scores import counts
 
 FREE_GAP = 50e-6  # m: free dots nearer to the tool than this are in neither class
 SLIP_TOLERANCE = 10e-6  # m, of the touchpad: slips of half to three times this are in neither class

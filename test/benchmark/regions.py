@@ -19,17 +19,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from tactile_perception.contact.contacts import ContactTracker
-from tactile_perception.contact.grid_surface import to_grid
-from tactile_perception.contact.methods import Judgement, make_method
-from tactile_perception.contact.outline import label_score
-from tactile_perception.contact.region import ContactDots, describe, find_regions
+from tactile_perception.common.contour import label_score
+from tactile_perception.common.dot_grid import to_grid
+from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.errors import TactileError
-from tactile_perception.evaluation.counts import f1
-from tactile_perception.evaluation.overlap import region_iou
-from tactile_perception.surface.cap import Cap
-from tactile_perception.surface.membrane import Membrane
-from tactile_perception.surface.membrane_forces import MembraneMaterial
+from tactile_perception.evaluation.scores import f1, region_iou
+from tactile_perception.touchpad.contact.methods import Judgement, make_method
+from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
+from tactile_perception.touchpad.contact.tracker import ContactTracker
+from tactile_perception.touchpad.membrane.forces import MembraneMaterial
+from tactile_perception.touchpad.membrane.solver import Membrane
 
 sys.path.insert(0, str(Path(__file__).parent))
 from region_scores import contact_counts, place_errors, slip_counts, true_loops  # noqa: E402

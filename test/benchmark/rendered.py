@@ -67,8 +67,9 @@ def playing(folder: Path, open_scene):
 
 def main() -> None:
     """Replace what opens scenes, and run sensor_nodes."""
-    from tactile_driver.simulation import scenes
-    from tactile_driver.sources import psd_simulated, taxel_simulated
+    from tactile_driver.simulation.sensors import scenes
+    from tactile_driver.sources.psd import simulated as psd_simulated
+    from tactile_driver.sources.taxel import simulated as taxel_simulated
     folder = Path(sys.argv[1])
     for module, name in ((scenes, 'open_scene'), (scenes, 'open_dual_scene'), (taxel_simulated, 'open_taxel_scene'),
                          (psd_simulated, 'open_psd_scene')):

@@ -19,7 +19,7 @@ import rclpy
 import yaml
 from rclpy.node import Node
 from sensor_msgs.msg import Image
-from tactile_bringup.sensor_launch import share as shared_file
+from tactile_bringup.installed import share as shared_file
 from tactile_msgs.msg import PsdVoltages
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -28,7 +28,7 @@ from hand_live import SENSORS, anonymous  # noqa: E402
 from soak_trend import Sample  # noqa: E402
 
 #: sensors on a serial port: module of the emulator; the others have a simulated camera
-EMULATORS = {'tip': 'tactile_driver.emulator', 'array': 'tactile_driver.taxel_emulator'}
+EMULATORS = {'tip': 'tactile_driver.emulators.psd', 'array': 'tactile_driver.emulators.taxel'}
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 96))
 _ENVIRONMENT = {'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 _PLUGGED_S = 2.0

@@ -17,7 +17,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tactile_perception.evaluation.counts import macro_f1
+from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains, fit_response

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image
-from tactile_bringup.sensor_launch import share
+from tactile_bringup.installed import share
 from tactile_msgs.msg import ContactRegion, Contacts, Slip
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -31,7 +31,7 @@ def array(rate: float, size: int, scene: str) -> port_live.PortSensor:
     if size == CALIBRATED:
         values['calibration'] = share('calibration', 'taxel_array_sim.yaml')
     return port_live.PortSensor(
-        ('tactile_driver.taxel_emulator', '--rate', str(rate), '--scene', scene, '--rows', str(size), '--columns', str(size)),
+        ('tactile_driver.emulators.taxel', '--rate', str(rate), '--scene', scene, '--rows', str(size), '--columns', str(size)),
         ('taxel_array_node', 'taxel_contact_node'), values, ('image_raw', Image),
         lambda _message: (1, 1 / rate), {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped},
         'frame')

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from tactile_perception.bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from tactile_perception.evaluation.evaluation import Evaluation
 from tactile_perception.evaluation.frames import Instant
-from tactile_perception.nodes import conversions as convert
-from tactile_perception.nodes.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
-from tactile_perception.offline.stamped import TRUE_WRENCH, TRUTH, pairs_of
-from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.taxel_parameters import TAXEL_PARAMETERS, taxel_estimator
+from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, taxel_estimator
 from tactile_perception.taxel.estimator import TAXEL_METHODS
 
 sys.path.insert(0, str(Path(__file__).parent))

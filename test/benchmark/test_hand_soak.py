@@ -40,7 +40,7 @@ def test_two_hands_with_all_five_sensors(tmp_path):
 
 def test_cameras_play_films(tmp_path):
     np.save(tmp_path / 'demo_240.npy', np.stack([np.full((480, 640, 3), value, np.uint8) for value in (10, 20, 30)]))
-    told = "from tactile_driver.simulation.scenes import open_scene; print(open_scene('demo', 240.0).render(1 / 240).image.max())"
+    told = "from tactile_driver.simulation.sensors.scenes import open_scene; print(open_scene('demo', 240.0).render(1 / 240).image.max())"
     done = subprocess.run([sys.executable, '-c', told], env=environment(tmp_path), cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout == '20\n'
 

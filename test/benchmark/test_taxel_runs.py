@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tactile_driver.simulation.truth import TruthFrame
-from tactile_perception.contact.slip import SlipEstimate
+from tactile_perception.common.estimates import SlipEstimate
 
 sys.path.insert(0, str(Path(__file__).parent))
 import taxel_runs  # noqa: E402

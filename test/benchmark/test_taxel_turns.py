@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
-from tactile_bringup.sensor_launch import share  # noqa: E402
-from tactile_bringup.simulated_array import write_taxel_scene  # noqa: E402
+from tactile_bringup.installed import share  # noqa: E402
+from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).parent))
 import taxel_turns  # noqa: E402

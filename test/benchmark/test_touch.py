@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.touch.estimate import TouchEstimate
-from tactile_perception.touch.sensor import MARKER_SENSORS
+from tactile_perception.markers.touches.touch import TouchEstimate
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')  # bags hold ROS messages
 

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import worn_markers  # noqa: E402
 from worn_markers import Print, photograph, score, together  # noqa: E402
 
-from tactile_driver.simulation.scenes import open_scene  # noqa: E402
+from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_perception.dots.tracker import DotTracker  # noqa: E402
 
 

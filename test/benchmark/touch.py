@@ -24,23 +24,23 @@ from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
-from tactile_driver.stitchers import STITCHERS
-from tactile_driver.stitching import Stitching
+from tactile_driver.stitching.calibration import Stitching
+from tactile_driver.stitching.methods import STITCHERS
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.offline.calibrate_markers import PressReader, fit_wrench
-from tactile_perception.offline.calibrate_stitching import find_stitching
+from tactile_perception.markers.methods import make_method, methods_for
+from tactile_perception.markers.touches.region import region_of
+from tactile_perception.markers.touches.tracker import TouchTracker
+from tactile_perception.markers.view.camera_views import view_maker
+from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.markers.wrench.regression import WrenchMap
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.pipeline.marker_parameters import MARKER_SENSOR_PARAMETERS
-from tactile_perception.pipeline.marker_views import view_maker
-from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad, camera_pose
-from tactile_perception.touch.methods import make_method, methods_for
-from tactile_perception.touch.rest_markers import RestMarkers
-from tactile_perception.touch.sensor import MARKER_SENSORS, MarkerSensor
-from tactile_perception.touch.touch_region import region_of
-from tactile_perception.touch.touch_tracks import TouchTracker
-from tactile_perception.touch.wrench_map import WrenchMap
+from tactile_perception.tools.calibrate.markers import PressReader, fit_wrench
+from tactile_perception.tools.calibrate.stitching import find_stitching
+from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
 sys.path.insert(0, str(Path(__file__).parent))
 import touch_sources  # noqa: E402

@@ -10,21 +10,20 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from tactile_bringup.sensor_launch import share
-from tactile_bringup.simulated_bag import write_scene
-from tactile_driver.simulation.scenes import open_dual_scene
-from tactile_driver.stitchers import Stitcher, make_stitcher
-from tactile_driver.stitching import Stitching
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.camera import write_scene
+from tactile_driver.simulation.sensors.scenes import open_dual_scene
+from tactile_driver.stitching.calibration import Stitching
+from tactile_driver.stitching.methods import Stitcher, make_stitcher
+from tactile_perception.bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
+from tactile_perception.bags.stitched_bag import bag_opener
 from tactile_perception.calibration.stitching import fit_stitching
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadArgument
-from tactile_perception.nodes import conversions as convert
-from tactile_perception.offline.convert_recording import convert as convert_folder
-from tactile_perception.offline.convert_recording import sensor_parameters
-from tactile_perception.offline.recording import Recording
-from tactile_perception.offline.stamped import TRUE_WRENCH, TRUTH, pairs_of
-from tactile_perception.offline.stitched_bag import bag_opener
-from tactile_perception.touch.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.nodes.messages import conversions as convert
+from tactile_perception.tools.convert.camera import Recording
+from tactile_perception.tools.convert.command import convert as convert_folder, sensor_parameters
 
 RECORDINGS = {'as': 'areal_single', 'ad': 'areal_dual', 'ac': 'air_cushion'}
 _CALIBRATION_RATE, _TEST_RATE = 3.0, 4.0  # Hz, of scenes

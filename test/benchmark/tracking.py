@@ -17,9 +17,9 @@ import numpy as np
 from dots import BlobDetector
 from scenes import NAMES, make_scene
 
-from tactile_perception.dots.detect import DotDetector
-from tactile_perception.dots.grid import Numbered
-from tactile_perception.dots.numbering import numbering_method
+from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.index.grid import Numbered
+from tactile_perception.dots.index.methods import numbering_method
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 

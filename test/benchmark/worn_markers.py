@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from tactile_driver.simulation.worn_sheet import LAYOUTS, Print, worn_sheet
-from tactile_perception.dots.detect import DotDetector
+from tactile_driver.simulation.sensors.worn_sheet import LAYOUTS, Print, worn_sheet
+from tactile_perception.dots.detect.methods import DotDetector
 from tactile_perception.errors import BadFrame
 
 FOUND = 0.35  # of a marker's diameter

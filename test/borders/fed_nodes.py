@@ -10,10 +10,10 @@ import itertools
 from good_messages import messages
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
+from tactile_bringup.installed import share
 from tactile_bringup.nodes.compose import kind_of
 from tactile_bringup.nodes.markers_node import _INPUTS
-from tactile_bringup.sensor_launch import share
-from tactile_driver.nodes.host import Host, SharedPublisher
+from tactile_driver.nodes.runtime.host import Host, SharedPublisher
 
 _NUMBERS = itertools.count(1)
 INPUTS = {'dot_tracker_node': ('camera_info', 'image_raw'), 'contact_region_node': ('camera_info', 'dots'),

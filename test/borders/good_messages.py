@@ -7,12 +7,12 @@ import functools
 
 import numpy as np
 from tactile_driver.frame import Frame, pinhole_calibration
-from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
-from tactile_driver.nodes.voltage_stream import voltages_message
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.streams.voltage import voltages_message
 from tactile_driver.samples import SampleBlock
-from tactile_driver.simulation.psd_scene import open_psd_scene
-from tactile_driver.simulation.scenes import open_scene
-from tactile_driver.simulation.taxel_scene import open_taxel_scene
+from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_driver.simulation.taxel.scene import open_taxel_scene
 
 BEGIN_NS = 1_700_000_000 * 10**9
 #: Camera sensors: scene, frames a second, and the seconds that are rendered: untouched, then pressed.

@@ -14,7 +14,7 @@ from random_messages import hostile  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from tactile_bringup.nodes.compose import kind_of  # noqa: E402
-from tactile_driver.nodes.host import Host  # noqa: E402
+from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]

@@ -15,7 +15,7 @@ from random_messages import hostile, random_message  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from sensor_nodes import made, planned  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.nodes.parameter_server import NodeParameters  # noqa: E402
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters  # noqa: E402
 
 pytestmark = pytest.mark.ros
 _COUNT = 150

@@ -16,12 +16,12 @@ def bench(tmp_path_factory):
     pytest.importorskip('rclpy', reason='ROS is not sourced')
     pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     from fault_rig import Bench
-    from tactile_driver import port_emulator
-    from tactile_driver.nodes.run import make_room_for_images
+    from tactile_driver.emulators import port
+    from tactile_driver.nodes.runtime.run import make_room_for_images
     make_room_for_images()  # whoever listens here is set up as the nodes are
     made = Bench(100 + os.getpid() % 100, tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(port_emulator, '_LARGEST_BACKLOG_NS', 10**10)  # a device goes on however busy this machine is
+        patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device goes on however busy this machine is
         yield made
     made.close()
     if made.rows:
@@ -86,7 +86,7 @@ def idle(bench):
 def bus(tmp_path, monkeypatch):
     """Serial ports in place of /dev."""
     from emulated import Bus
-    from tactile_driver.sources import serial_port
+    from tactile_driver.sources.base import serial_port
     made = Bus(tmp_path)
     monkeypatch.setattr(serial_port.list_ports, 'comports', made.comports)
     monkeypatch.setattr(serial_port, '_BY_ID', made.by_id)

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from tactile_driver.emulator import Emulator
-from tactile_driver.port_emulator import PortEmulator
+from tactile_driver.emulators.port import PortEmulator
+from tactile_driver.emulators.psd import Emulator
 from tactile_driver.serial_frames.binary import MATRIX, write_frame
 from tactile_driver.serial_frames.counts import CountFrame
 

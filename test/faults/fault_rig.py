@@ -20,10 +20,10 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from tactile_driver.nodes.host import Host
+from tactile_driver.nodes.runtime.host import Host
 from tactile_msgs.msg import PsdVoltages
-from tactile_perception.nodes.serialization import MessageCodec
-from tactile_perception.offline.bags import BagReader
+from tactile_perception.bags.rosbag import BagReader
+from tactile_perception.nodes.messages.serialization import MessageCodec
 from zygote import Zygote
 
 OK, WARN, ERROR = 0, 1, 2

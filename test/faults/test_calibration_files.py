@@ -7,9 +7,9 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from sensor_nodes import made, planned  # noqa: E402
-from tactile_bringup.sensor_launch import share  # noqa: E402
+from tactile_bringup.installed import share  # noqa: E402
 from tactile_driver.errors import TactileError as DriverError  # noqa: E402
-from tactile_driver.nodes.run import WRONG  # noqa: E402
+from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_perception.errors import TactileError  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -16,8 +16,8 @@ import yaml  # noqa: E402
 from emulated import CountingFinger, samples  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 PERCEPTION = 'tactile_perception.nodes.psd_contact_node'

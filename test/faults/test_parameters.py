@@ -11,8 +11,8 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from emulated import CountingFinger, samples  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
-from tactile_driver.nodes.parameter_server import NodeParameters  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402
 
 pytestmark = pytest.mark.ros

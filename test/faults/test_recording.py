@@ -16,8 +16,8 @@ from fault_rig import ERROR, OK  # noqa: E402
 from rosbags.rosbag2 import Reader  # noqa: E402
 from tactile_driver.nodes.psd_node import PsdNode  # noqa: E402
 from tactile_msgs.msg import PsdVoltages  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 RECORDER = 'tactile_bringup.nodes.record_node'

@@ -12,7 +12,7 @@ from emulated import samples
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts, PsdVoltages
 
 _KINDS = {'voltages': PsdVoltages, 'contacts': Contacts, 'image_raw': Image}

@@ -10,13 +10,13 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from sensor_msgs.msg import Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
-from tactile_bringup.simulated_array import write_taxel_scene  # noqa: E402
-from tactile_bringup.simulated_bag import write_scene  # noqa: E402
-from tactile_bringup.simulated_finger import write_psd_scene  # noqa: E402
-from tactile_driver.nodes.run import WRONG  # noqa: E402
+from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
+from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_msgs.msg import Contacts, DotTracks  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline.bags import BagReader, BagWriter  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader, BagWriter  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 FRAMES = 12

@@ -16,7 +16,7 @@ from lifecycle_msgs.srv import ChangeState, GetState  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_driver.nodes.run import WRONG  # noqa: E402
+from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 

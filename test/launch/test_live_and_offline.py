@@ -10,18 +10,18 @@ rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rosidl_runtime_py.utilities import get_message  # noqa: E402
-from tactile_bringup.sensor_launch import share  # noqa: E402
-from tactile_bringup.simulated_array import write_taxel_scene  # noqa: E402
-from tactile_bringup.simulated_bag import write_scene  # noqa: E402
-from tactile_bringup.simulated_finger import write_psd_scene  # noqa: E402
+from tactile_bringup.installed import share  # noqa: E402
+from tactile_bringup.simulate.camera import write_scene  # noqa: E402
+from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
+from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_perception.bags.rosbag import RawMessage  # noqa: E402
+from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
-from tactile_perception.offline.bags import RawMessage  # noqa: E402
-from tactile_perception.offline.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 
 pytestmark = pytest.mark.ros
 MARKERS = (DotTrackerNode, ContactPointNode)

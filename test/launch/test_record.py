@@ -9,8 +9,8 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
 from tactile_msgs.msg import ContactRegion, DotTracks  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 
 pytestmark = pytest.mark.ros
 RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench')

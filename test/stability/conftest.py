@@ -7,7 +7,7 @@ import sys
 import pytest
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parents[1] / 'tactile_perception' / 'test' / 'touch')]  # the latter for dome_scenes
+sys.path[:0] = [str(HERE), str(HERE.parents[1] / 'tactile_perception' / 'test' / 'helpers')]  # the latter for dome_scenes
 from hard_engine import Record  # noqa: E402
 from pad_rig import Pad, shared_pad  # noqa: E402
 

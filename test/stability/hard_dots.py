@@ -6,10 +6,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from hard_engine import Estimator
-from tactile_perception.dots.numbering import METHODS
-from tactile_perception.dots.register import Pattern
-from tactile_perception.dots.reference import Reference
-from tactile_perception.dots.tracks import Linker
+from tactile_perception.dots.index.linker import Linker
+from tactile_perception.dots.index.methods import METHODS
+from tactile_perception.dots.index.point_set_registration import Pattern
+from tactile_perception.dots.reference.drift import Reference
 
 ROWS, COLUMNS, SPACING, SIZE = 9, 13, 34.0, (480, 360)  # of the grid; px
 FINE = 4

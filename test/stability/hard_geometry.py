@@ -5,18 +5,19 @@ from __future__ import annotations
 
 import numpy as np
 from hard_engine import Estimator
-from tactile_driver.stitching import SideView
-from tactile_perception.camera import CameraModel
-from tactile_perception.contact.contacts import ContactTracker
-from tactile_perception.contact.motion import ObjectMotion
-from tactile_perception.contact.region import ContactDots, describe, find_regions
-from tactile_perception.contact.rigid import fit_rigid, fit_rigid_robust, rotation_matrix
-from tactile_perception.contact.slip import friction_centre, planar_twist
-from tactile_perception.surface.cap import Cap
-from tactile_perception.surface.sheet import SheetSurface
-from tactile_perception.touch.paper_point import grid_point
-from tactile_perception.touch.sensor import MARKER_SENSORS
-from tactile_perception.touch.view import CameraView
+from tactile_driver.stitching.calibration import SideView
+from tactile_perception.common.camera import CameraModel
+from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust, rotation_matrix
+from tactile_perception.common.slip import planar_twist
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.markers.places.sheet import SheetSurface
+from tactile_perception.markers.published.gaussian_peak import grid_point
+from tactile_perception.markers.view.marker_field import CameraView
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
+from tactile_perception.touchpad.contact.relative_motion import ObjectMotion
+from tactile_perception.touchpad.contact.slip import friction_centre
+from tactile_perception.touchpad.contact.tracker import ContactTracker
 
 TURN, SHIFT = np.array([0.02, -0.05, 0.3]), np.array([1e-3, -2e-3, 5e-4])
 CAP, COUNT, PITCH = Cap(), 23, 1.14e-3

@@ -8,17 +8,16 @@ import functools
 
 import numpy as np
 from hard_engine import Estimator
-from tactile_bringup.sensor_launch import share
-from tactile_driver.simulation.psd_scene import open_psd_scene
-from tactile_perception.calibration.psd_file import read_psd
+from tactile_bringup.installed import share
+from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_perception.calibration.files.psd import read_psd
+from tactile_perception.markers.touches.touch import TouchEstimate
+from tactile_perception.markers.touches.tracker import TouchTracker
 from tactile_perception.psd.finger import FingerSettings, PsdFinger
-from tactile_perception.psd.kalman import SphereFilter
-from tactile_perception.psd.paper import fit_paper
-from tactile_perception.psd.paper_finger import PaperFinger
-from tactile_perception.psd.signals import MIX, position
-from tactile_perception.psd.sphere import angles, bent, direction, flat
-from tactile_perception.touch.estimate import TouchEstimate
-from tactile_perception.touch.touch_tracks import TouchTracker
+from tactile_perception.psd.geometry import MIX, angles, bent, direction, flat, position
+from tactile_perception.psd.offset_map import fit_paper
+from tactile_perception.psd.published import PaperFinger
+from tactile_perception.psd.sphere_filter import SphereFilter
 
 PERIOD, VOLT, REST = 1e-3, 5 / 4096, 400
 THRESHOLD = 0.15  # V, of the paper's method

@@ -12,20 +12,19 @@ import numpy as np
 from hard_engine import Estimator
 from pad_rig import RATE, shared_pad
 from sheet_rig import PRESSED_AT, Sheet
-from tactile_perception.calibration.stitching_fit import SideMarkers, fit_sides
-from tactile_perception.camera import CameraModel
-from tactile_perception.contact.rigid import rotation_matrix
-from tactile_perception.dots.dots import DotTracks
+from tactile_perception.calibration.camera_poses import SideMarkers, fit_sides
+from tactile_perception.common.camera import CameraModel
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.rigid_motion import rotation_matrix
+from tactile_perception.markers.methods import TOUCH_METHODS, make_method
+from tactile_perception.markers.touches.presses import Presses
+from tactile_perception.markers.touches.touch import TouchEstimate
+from tactile_perception.markers.view.marker_field import MarkerField, RestMarkers
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.markers.wrench.regression import WrenchMap
 from tactile_perception.pipeline.contact_stage import ContactStage
-from tactile_perception.pipeline.dot_places import DotPlaces
-from tactile_perception.pipeline.sensor import Touchpad
-from tactile_perception.touch.estimate import TouchEstimate
-from tactile_perception.touch.field import MarkerField
-from tactile_perception.touch.methods import TOUCH_METHODS, make_method
-from tactile_perception.touch.presses import Presses
-from tactile_perception.touch.rest_markers import RestMarkers
-from tactile_perception.touch.sensor import MARKER_SENSORS
-from tactile_perception.touch.wrench_map import WrenchMap
+from tactile_perception.touchpad.places import DotPlaces
+from tactile_perception.touchpad.sensor import Touchpad
 
 SHIPPED = {'sheet, model': ('areal_single', 'model'), 'cushion, regression': ('air_cushion', 'regression')}
 FITTED = {'sheet, regression': 'regression', 'sheet, paper': 'paper', 'cushion, paper': 'paper_cushion'}

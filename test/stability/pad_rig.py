@@ -4,12 +4,12 @@
 import functools
 
 import cv2
-from tactile_driver.nodes.parameters import defaults
-from tactile_driver.simulation.scenes import open_scene
+from tactile_driver.parameters.table import defaults
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_stage import DotStage
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad
+from tactile_perception.touchpad.sensor import Touchpad
 
 RATE = 10.0
 PRESSED_AT = 2.7  # s: the disc rests, 3 mm deep

@@ -3,18 +3,18 @@
 """Simulated sheets and cushion, calibrated as they ship, and what reads them."""
 import numpy as np
 import pytest
-from tactile_bringup.sensor_launch import share
-from tactile_driver.simulation import scenes
-from tactile_driver.stitchers import make_stitcher
-from tactile_driver.stitching import stitching_from_dict
-from tactile_perception.calibration.touch_file import read_touch
+from tactile_bringup.installed import share
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.stitching.calibration import stitching_from_dict
+from tactile_driver.stitching.methods import make_stitcher
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.markers.view.camera_views import view_maker
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
-from tactile_perception.pipeline.marker_views import view_maker
-from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad, camera_pose
-from tactile_perception.pipeline.touch_stage import TouchStage
+from tactile_perception.pipeline.marker_stage import TouchStage
+from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
 RATE = 10.0
 SENSORS = ('areal_single', 'areal_dual', 'air_cushion')

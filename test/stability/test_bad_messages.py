@@ -9,11 +9,11 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
+from tactile_perception.bags.replay import ContactReplay, DotReplay, Replay  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame, TactileError  # noqa: E402
-from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
-from tactile_perception.nodes.touchpad_stages import ContactMessages, DotMessages  # noqa: E402
-from tactile_perception.offline.replay import ContactReplay, DotReplay, Replay  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
+from tactile_perception.nodes.stages.touchpad import ContactMessages, DotMessages  # noqa: E402
 
 pytestmark = pytest.mark.ros
 

@@ -5,11 +5,11 @@ import math
 
 import pytest
 import yaml
-from tactile_perception.calibration.touchpad_file import read_touchpad
+from tactile_perception.calibration.files.touchpad import read_touchpad
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
-from tactile_perception.pipeline.sensor import Touchpad
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
+from tactile_perception.touchpad.sensor import Touchpad
 
 NAN = math.nan
 NUMBERS = [p for p in (*DOT_PARAMETERS, *REGION_PARAMETERS) if p.type in (int, float, list[float])]

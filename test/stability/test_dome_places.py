@@ -5,18 +5,18 @@ from functools import partial
 
 import numpy as np
 import pytest
-from tactile_bringup.sensor_launch import share
-from tactile_driver.simulation import scenes
-from tactile_driver.simulation.air_cushion import air_cushion
-from tactile_driver.simulation.specimen import Script, one_after_the_other, press
-from tactile_perception.calibration.touch_file import read_touch
-from tactile_perception.dots.dots import DotTracks
-from tactile_perception.pipeline.dome_places import DomePlaces
-from tactile_perception.pipeline.marker_parameters import POINT_PARAMETERS, marker_sensor
-from tactile_perception.pipeline.marker_views import view_maker
-from tactile_perception.pipeline.parameter_file import read_parameters
-from tactile_perception.pipeline.sensor import camera_pose
-from tactile_perception.touch.regression import RegressionTouch
+from tactile_bringup.installed import share
+from tactile_driver.simulation.scene.specimen import Script, one_after_the_other, press
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.simulation.sensors.air_cushion import air_cushion
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.markers.methods import RegressionTouch
+from tactile_perception.markers.places.dome import DomePlaces
+from tactile_perception.markers.view.camera_views import view_maker
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.touchpad.sensor import camera_pose
 
 DEPTH, AT_REST, PRESSED = 0.033, 0.5, 2.4  # m, s, s
 NOISE = 0.05  # px

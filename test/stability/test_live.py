@@ -21,11 +21,11 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.run import make_room_for_images  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.runtime.run import make_room_for_images  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts  # noqa: E402
-from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
-from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros
 NODES = ('dot_tracker_node', 'contact_region_node')

@@ -12,20 +12,20 @@ from scipy.spatial import cKDTree
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import hard_taxels  # noqa: E402
 from hard_dots import COLUMNS, ROWS, SIZE, drawn, grid  # noqa: E402
-from tactile_perception.contact.dot_surface import DotSurface  # noqa: E402
-from tactile_perception.contact.region import ContactDots, describe, find_regions  # noqa: E402
-from tactile_perception.contact.paper_region import PaperRegion  # noqa: E402
-from tactile_perception.dots.detect import METHODS, DotDetector  # noqa: E402
-from tactile_perception.dots.grid import number_grid  # noqa: E402
-from tactile_perception.dots.reference import Reference  # noqa: E402
-from tactile_perception.dots.register import Pattern  # noqa: E402
+from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
+from tactile_perception.dots.detect.methods import METHODS, DotDetector  # noqa: E402
+from tactile_perception.dots.index.grid import number_grid  # noqa: E402
+from tactile_perception.dots.index.linker import Linker  # noqa: E402
+from tactile_perception.dots.index.point_set_registration import Pattern  # noqa: E402
+from tactile_perception.dots.reference.drift import Reference  # noqa: E402
 from tactile_perception.dots.tracker import DotTracker  # noqa: E402
-from tactile_perception.dots.tracks import Linker  # noqa: E402
 from tactile_perception.errors import BadArgument, BadFrame  # noqa: E402
-from tactile_perception.surface.membrane import Membrane  # noqa: E402
-from tactile_perception.surface.sheet import SheetSurface  # noqa: E402
+from tactile_perception.markers.places.sheet import SheetSurface  # noqa: E402
 from tactile_perception.taxel.array import SoftPad, TaxelArray  # noqa: E402
 from tactile_perception.taxel.estimator import TAXEL_METHODS  # noqa: E402
+from tactile_perception.touchpad.contact.published import PaperRegion  # noqa: E402
+from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions  # noqa: E402
+from tactile_perception.touchpad.membrane.solver import Membrane  # noqa: E402
 
 UV = grid(pitch=30.0)
 RNG = np.random.default_rng(1)

@@ -16,22 +16,22 @@ from hypothesis.extra import numpy as arrays  # noqa: E402
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: E402
 from hard_geometry import CAMERA  # noqa: E402
-from tactile_perception.contact.grid_surface import fill_unseen  # noqa: E402
-from tactile_perception.contact.outline import contour, signed_area  # noqa: E402
-from tactile_perception.contact.rigid import fit_rigid, fit_rigid_robust, rotation_matrix, rotation_vector  # noqa: E402
-from tactile_perception.contact.slip import planar_twist  # noqa: E402
-from tactile_perception.dots.grid import number_grid  # noqa: E402
-from tactile_perception.dots.tracks import Linker, assign  # noqa: E402
+from tactile_perception.common.contour import contour, signed_area  # noqa: E402
+from tactile_perception.common.dot_grid import fill_unseen  # noqa: E402
+from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust, rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.slip import planar_twist  # noqa: E402
+from tactile_perception.dots.index.grid import number_grid  # noqa: E402
+from tactile_perception.dots.index.linker import Linker, assign  # noqa: E402
 from tactile_perception.errors import BadFrame, TactileError  # noqa: E402
+from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
+from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
+from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E402
 from tactile_perception.pipeline.clock import StampClock  # noqa: E402
-from tactile_perception.psd.kalman import SphereFilter  # noqa: E402
-from tactile_perception.psd.sphere import angles, bent, direction, error_angle, flat  # noqa: E402
-from tactile_perception.psd.table import CellTable  # noqa: E402
-from tactile_perception.taxel.direction import ContinuousDirection  # noqa: E402
+from tactile_perception.psd.geometry import angles, bent, direction, error_angle, flat  # noqa: E402
+from tactile_perception.psd.maps import CellTable  # noqa: E402
+from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
+from tactile_perception.taxel.estimator import ContinuousDirection  # noqa: E402
 from tactile_perception.taxel.repair import fill  # noqa: E402
-from tactile_perception.touch.estimate import TouchEstimate  # noqa: E402
-from tactile_perception.touch.paper_point import gaussian  # noqa: E402
-from tactile_perception.touch.touch_tracks import TouchTracker  # noqa: E402
 
 pytestmark = pytest.mark.filterwarnings('ignore::RuntimeWarning')
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))

@@ -3,14 +3,14 @@
 """A cushion whose circles are printed anywhere: from a recording of presses to touches in another one."""
 import numpy as np
 import pytest
-from tactile_bringup.sensor_launch import share
-from tactile_bringup.simulated_bag import write_scene
-from tactile_perception.calibration.touch_file import read_touch
-from tactile_perception.nodes.serialization import MessageCodec
-from tactile_perception.offline.bags import BagReader
-from tactile_perception.offline.calibrate_markers import calibrate_markers
-from tactile_perception.offline.process_bag import process_bag
-from tactile_perception.offline.stream import Task
+from tactile_bringup.installed import share
+from tactile_bringup.simulate.camera import write_scene
+from tactile_perception.bags.rosbag import BagReader
+from tactile_perception.bags.stream import Task
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.nodes.messages.serialization import MessageCodec
+from tactile_perception.tools.calibrate.markers import calibrate_markers
+from tactile_perception.tools.process_bag import process_bag
 
 
 pytestmark = pytest.mark.slow

@@ -12,27 +12,26 @@ mp = pytest.importorskip('mpmath', reason='pip install mpmath')
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # noqa: E402
-from tactile_perception.contact.dot_surface import DotSurface  # noqa: E402
-from tactile_perception.contact.moments import MomentField  # noqa: E402
-from tactile_perception.contact.outline import Outline, region_outlines  # noqa: E402
-from tactile_perception.contact.region import axes, quaternion  # noqa: E402
-from tactile_perception.contact.rigid import fit_rigid, rotation_matrix, rotation_vector  # noqa: E402
-from tactile_perception.contact.slip import planar_twist  # noqa: E402
-from tactile_perception.psd.kalman import SphereFilter  # noqa: E402
-from tactile_perception.psd.paper import PaperMap  # noqa: E402
-from tactile_perception.psd.signals import MIX, position, position_covariance  # noqa: E402
-from tactile_perception.psd.sphere import angles, bent, direction, error_angle, flat  # noqa: E402
-from tactile_perception.surface.cap import Cap  # noqa: E402
-from tactile_perception.surface.optics import WaterModel  # noqa: E402
-from tactile_perception.surface.optics_colour import RingColours  # noqa: E402
-from tactile_perception.surface.optics_path import LightPath  # noqa: E402
+from tactile_perception.common.contour import Outline, region_outlines  # noqa: E402
+from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
+from tactile_perception.common.region_moments import MomentField, axes  # noqa: E402
+from tactile_perception.common.rigid_motion import fit_rigid, rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.slip import planar_twist  # noqa: E402
+from tactile_perception.common.spherical_cap import Cap  # noqa: E402
+from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
+from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
+from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402
+from tactile_perception.markers.view.marker_field import CameraView  # noqa: E402
+from tactile_perception.psd.geometry import MIX, angles, bent, direction, error_angle, flat, position, position_covariance  # noqa: E402
+from tactile_perception.psd.offset_map import PaperMap  # noqa: E402
+from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
 from tactile_perception.taxel.array import TaxelArray  # noqa: E402
 from tactile_perception.taxel.regions import flat_moments  # noqa: E402
 from tactile_perception.taxel.wrench import shifted  # noqa: E402
-from tactile_perception.touch.estimate import TouchEstimate  # noqa: E402
-from tactile_perception.touch.paper_point import gaussian  # noqa: E402
-from tactile_perception.touch.touch_tracks import ACCELERATION, TouchTracker  # noqa: E402
-from tactile_perception.touch.view import CameraView  # noqa: E402
+from tactile_perception.touchpad.contact.region import quaternion  # noqa: E402
+from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
+from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
+from tactile_perception.touchpad.optics.light_path import LightPath  # noqa: E402
 
 mp.mp.dps = 50
 AXIS = np.array([2.0, -1.0, 2.0]) / 3

@@ -7,19 +7,19 @@ import sys
 
 import numpy as np
 import pytest
-from tactile_bringup.sensor_launch import share
+from tactile_bringup.installed import share
 from tactile_driver.frame import Frame, pinhole_calibration
-from tactile_driver.nodes.conversions import calibration_to_message, header_of, image_to_message
-from tactile_driver.simulation import scenes
-from tactile_driver.simulation.areal_single import areal_single
-from tactile_driver.simulation.specimen import Script, one_after_the_other, press
-from tactile_perception.calibration.touch_file import read_touch
-from tactile_perception.dots.dots import DotTracks
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.simulation.scene.specimen import Script, one_after_the_other, press
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.simulation.sensors.areal_single import areal_single
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadCalibration, BadFrame
-from tactile_perception.nodes.touchpad_stages import DotMessages
-from tactile_perception.touch.estimate import AT_EDGE, OUT_OF_RANGE
-from tactile_perception.touch.methods import make_method
-from tactile_perception.touch.rest_markers import RestMarkers
+from tactile_perception.markers.methods import make_method
+from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.nodes.stages.touchpad import DotMessages
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet, check_right, nothing  # noqa: E402

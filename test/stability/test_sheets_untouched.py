@@ -7,8 +7,8 @@ import sys
 
 import numpy as np
 import pytest
-from tactile_perception.touch.methods import make_method
-from tactile_perception.touch.rest_markers import RestMarkers
+from tactile_perception.markers.methods import make_method
+from tactile_perception.markers.view.marker_field import RestMarkers
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet  # noqa: E402

@@ -13,16 +13,16 @@ from hard_dots import COLUMNS, ROWS, drawn, grid, random_pattern  # noqa: E402
 from hard_geometry import _moved, cap_dots  # noqa: E402
 from hard_psd import PERIOD, REST, finger, scene  # noqa: E402
 from hard_sheets import pad_inputs, pad_tracks, sheet, stage_of_pad  # noqa: E402
-from tactile_perception.contact.motion import MotionEstimate, ObjectMotion  # noqa: E402
-from tactile_perception.contact.paper_region import PaperRegion  # noqa: E402
-from tactile_perception.contact.region import ContactDots  # noqa: E402
-from tactile_perception.contact.slip import SlipEstimator  # noqa: E402
+from tactile_perception.dots.index.linker import Linker  # noqa: E402
 from tactile_perception.dots.tracker import DotTracker  # noqa: E402
-from tactile_perception.dots.tracks import Linker  # noqa: E402
 from tactile_perception.errors import BadFrame  # noqa: E402
-from tactile_perception.pipeline.touch_stage import TouchStage  # noqa: E402
-from tactile_perception.touch.estimate import TouchEstimate  # noqa: E402
-from tactile_perception.touch.touch_tracks import TouchTracker  # noqa: E402
+from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
+from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E402
+from tactile_perception.pipeline.marker_stage import TouchStage  # noqa: E402
+from tactile_perception.touchpad.contact.published import PaperRegion  # noqa: E402
+from tactile_perception.touchpad.contact.region import ContactDots  # noqa: E402
+from tactile_perception.touchpad.contact.relative_motion import MotionEstimate, ObjectMotion  # noqa: E402
+from tactile_perception.touchpad.contact.slip import SlipEstimator  # noqa: E402
 
 BEGUN = 10.0  # s: stamp of the last of what came before
 

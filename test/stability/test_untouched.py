@@ -3,12 +3,12 @@
 """Nothing touches, so nothing is found: whole images with noise, and the dots' places with noise as measured."""
 import numpy as np
 import pytest
-from tactile_perception.dots.dots import DotTracks
+from tactile_perception.common.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_stage import make_tracker
-from tactile_perception.pipeline.sensor import Touchpad
-from tactile_perception.surface.membrane import Membrane
-from tactile_perception.surface.optics_fit import fit_rest
+from tactile_perception.touchpad.membrane.solver import Membrane
+from tactile_perception.touchpad.optics.identification import fit_rest
+from tactile_perception.touchpad.sensor import Touchpad
 
 
 def grains(count):

@@ -74,7 +74,7 @@ def test_simulation_and_estimators_share_nothing():
     driver = {name: re.sub(r'#.*|"""(.|\n)*?"""', '', text_of(name)) for name in CODE if name.startswith('tactile_driver/')}
     assert [name for name, text in driver.items() if 'tactile_perception' in text] == []
     # The converter of recordings writes their ground truth in the form that a simulated sensor has it: a record, no formula.
-    forbidden = {name: r'(import|from) tactile_driver\.simulation' + (r'(?!\.truth )' if '/offline/' in name else '')
+    forbidden = {name: r'(import|from) tactile_driver\.simulation' + (r'(?!\.truth )' if '/tools/convert/' in name else '')
                  for name in CODE if name.startswith('tactile_perception/')}
     assert [name for name, pattern in forbidden.items() if re.search(pattern, text_of(name))] == []
 

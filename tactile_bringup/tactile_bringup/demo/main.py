@@ -13,19 +13,19 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.parameter_server import NodeParameters
-from tactile_driver.nodes.run import run_node
-from tactile_driver.nodes.timers import steady_timer
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.timers import steady_timer
 from tactile_msgs.msg import DotTracks
-from tactile_perception.nodes.conversions import image_to_array, stamp_seconds
-from tactile_perception.nodes.touchpad_stages import RESULTS
+from tactile_perception.nodes.messages.conversions import image_to_array, stamp_seconds
+from tactile_perception.nodes.stages.touchpad import RESULTS
 
-from ..parameters import DEMO_PARAMETERS
-from ..stamp_sync import StampSync
 from .moments import Moments
+from ..parameters.table import DEMO_PARAMETERS
 from .readings import reading_of
 from .summary import Reading, Summary
 from .video import Video
+from ..visualization.stamp_sync import StampSync
 
 _TOPICS = {'dots': DotTracks, **RESULTS}
 _QUEUE = QoSProfile(depth=30)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colours import STATE_NAMES
+from ..visualization.colours import STATE_NAMES
 
 _NAN = float('nan')
 _RECENT = 90

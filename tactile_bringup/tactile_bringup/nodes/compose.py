@@ -14,8 +14,8 @@ from threading import RLock
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.host import Host, SharedPublisher
-from tactile_driver.nodes.run import run_nodes
+from tactile_driver.nodes.runtime.host import Host, SharedPublisher
+from tactile_driver.nodes.runtime.run import run_nodes
 
 from ..sensor_types import NODES
 

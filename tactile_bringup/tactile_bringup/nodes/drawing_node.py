@@ -12,20 +12,20 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.last_net import LastNet, guard_services
-from tactile_driver.nodes.parameter_server import NodeParameters
-from tactile_driver.nodes.parameters import Parameter
-from tactile_driver.nodes.timers import steady_timer
-from tactile_perception.nodes.checks import check_message
-from tactile_perception.nodes.conversions import stamp_seconds
+from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.parameters.table import Parameter
+from tactile_perception.nodes.messages.checks import check_message
+from tactile_perception.nodes.messages.conversions import stamp_seconds
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..introduction import place
-from .marker_messages import STALE_S
+from ..recording.introduction import place
+from ..visualization.markers.messages import STALE_S
 
 _LOOK_S = 0.25
 

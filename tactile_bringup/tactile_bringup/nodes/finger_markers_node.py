@@ -7,13 +7,13 @@ import sys
 import time
 
 from rclpy.qos import QoSProfile
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts
 
-from ..parameters import FINGER_MARKERS_PARAMETERS
 from .drawing_node import DrawingNode
-from .finger_markers import FingerMarkers
+from ..parameters.table import FINGER_MARKERS_PARAMETERS
+from ..visualization.markers.finger import FingerMarkers
 
 _QUEUE = QoSProfile(depth=200)
 

@@ -11,16 +11,16 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.conversions import vector
-from tactile_driver.nodes.diagnostics import OK, Health, NodeDiagnostics, common_values
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.last_net import guard_services
-from tactile_driver.nodes.parameter_server import NodeParameters
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.messages.conversions import vector
+from tactile_driver.nodes.runtime.diagnostics import OK, Health, NodeDiagnostics, common_values
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.last_net import guard_services
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage
 
-from ..hand_file import Hand, read_hand
-from ..parameters import HAND_FRAMES_PARAMETERS
+from ..hand.description import Hand, read_hand
+from ..parameters.table import HAND_FRAMES_PARAMETERS
 
 
 def mounting_transforms(hand: Hand, stamp: Time) -> list[TransformStamped]:

@@ -11,23 +11,23 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.conversions import image_to_message, stamp_ns_of
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
-from tactile_driver.nodes.timers import steady_timer
-from tactile_driver.stitching import Stitching, load_stitching
+from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns_of
+from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
-from tactile_perception.nodes.conversions import camera_matrices, image_to_array
-from tactile_perception.nodes.touchpad_stages import RESULTS
+from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array
+from tactile_perception.nodes.stages.touchpad import RESULTS
 
-from ..introduction import camera_pose
-from ..parameters import MARKERS_PARAMETERS
-from ..picture import annotate
-from ..stamp_sync import StampSync
-from .annotation import Projection, annotation_of
 from .drawing_node import DrawingNode
-from .marker_messages import MarkerSet
+from ..parameters.table import MARKERS_PARAMETERS
+from ..recording.introduction import camera_pose
+from ..visualization.annotated_image import annotate
+from ..visualization.markers.annotation import Projection, annotation_of
+from ..visualization.markers.messages import MarkerSet
+from ..visualization.stamp_sync import StampSync
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
 _LOOK_S = 0.2

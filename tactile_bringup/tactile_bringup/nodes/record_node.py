@@ -13,20 +13,20 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
-from tactile_driver.nodes.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
-from tactile_driver.nodes.last_net import guard_services
-from tactile_driver.nodes.parameter_server import NodeParameters
-from tactile_driver.nodes.run import run_node
-from tactile_driver.nodes.timers import steady_timer
+from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
+from tactile_driver.nodes.runtime.last_net import guard_services
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.timers import steady_timer
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
-from tactile_perception.nodes.serialization import MessageCodec, type_name_of
-from tactile_perception.offline.rosbag2_writer import recorded_qos
+from tactile_perception.bags.rosbag2_writer import recorded_qos
+from tactile_perception.nodes.messages.serialization import MessageCodec, type_name_of
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..live_bag import LiveBag
-from ..parameters import RECORD_PARAMETERS
+from ..parameters.table import RECORD_PARAMETERS
+from ..recording.live_bag import LiveBag
 
 RAW = {'voltages': PsdVoltages, **{f'{view}{topic}': kind for view in ('', 'left/', 'right/')
                                    for topic, kind in (('image_raw', Image), ('camera_info', CameraInfo))}}

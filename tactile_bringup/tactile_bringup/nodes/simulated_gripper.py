@@ -10,9 +10,9 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import Image, JointState
 from tactile_driver.frame import Frame
-from tactile_driver.nodes.conversions import header_of, image_to_message
-from tactile_driver.nodes.ground_truth import GroundTruth
-from tactile_driver.simulation.held_object import HeldScene
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import GroundTruth
+from tactile_driver.simulation.taxel.held_object import HeldScene
 
 from .grip_reflex import JOINT
 

@@ -26,15 +26,15 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
-from tactile_driver.nodes.timers import steady_timer
+from tactile_driver.nodes.runtime.timers import steady_timer
 from tactile_msgs.msg import Contacts
-from tactile_perception.nodes.conversions import image_to_array
-from tactile_perception.nodes.taxel_stages import taxel_values
+from tactile_perception.nodes.messages.conversions import image_to_array
+from tactile_perception.nodes.stages.taxel import taxel_values
 from visualization_msgs.msg import MarkerArray
 
-from ..hand_file import names_in
-from ..hand_picture import SCENE, finger_picture, sheet, taxel_picture, tile
-from .marker_picture import marker_picture
+from ..hand.description import names_in
+from ..visualization.markers.picture import marker_picture
+from ..visualization.tiles import SCENE, finger_picture, sheet, taxel_picture, tile
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _SETTLE_S = 2.5  # until the middleware has found all sensors

@@ -19,8 +19,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from tactile_driver.command import tells_errors
 
-from ..hand_file import names_in
-from ..hand_status import HandStatus
+from ..hand.description import names_in
+from ..hand.status_table import HandStatus
 
 _QUEUE = 100
 _PERIOD_S, _LOOK_S = 1.0, 2.5  # nodes report once a second

@@ -9,14 +9,14 @@ from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.timer import Timer
 from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
-from tactile_driver.nodes.timers import steady_timer
-from tactile_perception.nodes.taxel_stages import RESULTS
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
+from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_perception.nodes.stages.taxel import RESULTS
 
-from ..parameters import TAXEL_MARKERS_PARAMETERS
 from .drawing_node import DrawingNode
-from .taxel_markers import TaxelMarkers
+from ..parameters.table import TAXEL_MARKERS_PARAMETERS
+from ..visualization.markers.taxel import TaxelMarkers
 
 _INPUTS = {'image_raw': Image, **RESULTS}
 _KEPT = 20  # messages of each topic, among which those of one instant are sought

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Image  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import image_to_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import image_to_message  # noqa: E402
 from tactile_msgs.msg import DotTracks  # noqa: E402
 
 from tactile_bringup.demo import main  # noqa: E402

@@ -16,13 +16,13 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
 from tactile_msgs.msg import ContactRegion  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline import process_bag  # noqa: E402
-from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
+from tactile_perception.tools import process_bag  # noqa: E402
 
 from tactile_bringup.nodes.compose import made  # noqa: E402
 from tactile_bringup.sensor_types import NODES  # noqa: E402
-from tactile_bringup.simulated_bag import write_scene  # noqa: E402
+from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 
 pytestmark = pytest.mark.ros
 DOMAIN = 100 + os.getpid() % 100

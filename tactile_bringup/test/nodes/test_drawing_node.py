@@ -9,8 +9,8 @@ pytest.importorskip('rclpy')
 import rclpy  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.last_net import LastNet  # noqa: E402
-from tactile_driver.nodes.parameters import Parameter  # noqa: E402
+from tactile_driver.nodes.runtime.last_net import LastNet  # noqa: E402
+from tactile_driver.parameters.table import Parameter  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Slip  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402

@@ -7,7 +7,7 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.host import Host  # noqa: E402
+from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 from tactile_bringup.nodes.hand_frames_node import HandFramesNode  # noqa: E402

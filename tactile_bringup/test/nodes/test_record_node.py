@@ -15,8 +15,8 @@ from std_msgs.msg import String  # noqa: E402
 from tactile_bringup.nodes.record_node import RecordNode  # noqa: E402
 from tactile_driver.errors import TactileError  # noqa: E402
 from tactile_msgs.msg import DotTracks  # noqa: E402
-from tactile_perception.nodes.serialization import MessageCodec  # noqa: E402
-from tactile_perception.offline.bags import BagReader  # noqa: E402
+from tactile_perception.bags.rosbag import BagReader  # noqa: E402
+from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 pytestmark = pytest.mark.ros

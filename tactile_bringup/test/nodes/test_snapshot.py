@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from std_msgs.msg import ColorRGBA, String  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
 from tactile_msgs.msg import Contact, Contacts  # noqa: E402
 from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 

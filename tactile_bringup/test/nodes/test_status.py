@@ -8,7 +8,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from rclpy.node import Node  # noqa: E402
-from tactile_driver.nodes.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values  # noqa: E402
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, common_values  # noqa: E402
 
 from tactile_bringup.nodes.status import main  # noqa: E402
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import sys
 
-from ..frame import load_calibration
-from ..sources.registry import make_source
-from .camera_parameters import CAMERA_PARAMETERS, LIVE, check_together
 from .driver_node import DriverNode
-from .host import Host
-from .image_stream import ImagePublishers, ImageStream
-from .run import run_node
+from ..frame import load_calibration
+from ..parameters.camera import CAMERA_PARAMETERS, LIVE, check_together
+from .runtime.host import Host
+from .runtime.run import run_node
+from ..sources.camera.registry import make_source
+from .streams.image import ImagePublishers, ImageStream
 
 
 class CameraNode(DriverNode):

@@ -11,15 +11,15 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.publisher import Publisher
 
 from ..errors import BadArgument, DeviceLost, TactileError
-from ..sources.capture import Backoff
-from .base_stream import BaseStream
-from .camera_health import unconfigured_health
-from .diagnostics import Health, NodeDiagnostics, SayOnce
-from .host import Host, SharedPublisher
-from .last_net import guard_services
-from .parameter_server import NodeParameters
-from .parameters import Parameter
-from .timers import steady_timer
+from ..parameters.table import Parameter
+from .runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from .runtime.host import Host, SharedPublisher
+from .runtime.last_net import guard_services
+from .runtime.parameter_server import NodeParameters
+from .runtime.timers import steady_timer
+from ..sources.base.capture import Backoff
+from .streams.base import BaseStream
+from .streams.camera_health import unconfigured_health
 
 _SUPERVISION_S = 0.1
 

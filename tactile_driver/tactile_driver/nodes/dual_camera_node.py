@@ -5,16 +5,16 @@ from __future__ import annotations
 
 import sys
 
-from ..frame import load_calibration
-from ..sources.dual_registry import make_dual_source
-from ..stitching import load_stitching
-from .camera_parameters import LIVE
 from .driver_node import DriverNode
-from .dual_camera_parameters import DUAL_CAMERA_PARAMETERS, check_together
-from .dual_stream import DualPublishers, DualStream
-from .host import Host
-from .run import run_node
-from .topic_source import TopicSource
+from ..frame import load_calibration
+from ..parameters.camera import LIVE
+from ..parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_together
+from .runtime.host import Host
+from .runtime.run import run_node
+from ..sources.dual_camera.registry import make_dual_source
+from ..stitching.calibration import load_stitching
+from .streams.dual_camera import DualPublishers, DualStream
+from .streams.topic_source import TopicSource
 
 
 class DualCameraNode(DriverNode):

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import sys
 
-from ..sources.psd_registry import make_psd_source
 from .driver_node import DriverNode
-from .host import Host
-from .psd_parameters import PSD_DRIVER_PARAMETERS, check_together
-from .run import run_node
-from .voltage_stream import VoltageStream, voltage_publishers
+from ..parameters.psd import PSD_DRIVER_PARAMETERS, check_together
+from .runtime.host import Host
+from .runtime.run import run_node
+from ..sources.psd.registry import make_psd_source
+from .streams.voltage import VoltageStream, voltage_publishers
 
 
 class PsdNode(DriverNode):

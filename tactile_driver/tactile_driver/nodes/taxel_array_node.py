@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import sys
 
-from ..sources.taxel_registry import make_taxel_source
 from .driver_node import DriverNode
-from .host import Host
-from .run import run_node
-from .taxel_parameters import TAXEL_DRIVER_PARAMETERS, check_together
-from .taxel_stream import TaxelStream, taxel_publishers
+from ..parameters.taxel import TAXEL_DRIVER_PARAMETERS, check_together
+from .runtime.host import Host
+from .runtime.run import run_node
+from ..sources.taxel.registry import make_taxel_source
+from .streams.taxel import TaxelStream, taxel_publishers
 
 
 class TaxelArrayNode(DriverNode):

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..samples import SampleBlock
 from .counts import CountFrame
 from .device_clock import DeviceClock
+from ..samples import SampleBlock
 
 NS = 1_000_000_000
 _STEPS = 64  # between frames that do not tell their period

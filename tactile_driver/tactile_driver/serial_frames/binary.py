@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument
 from .counts import CountFrame, FrameCounts, SequenceCheck
+from ..errors import BadArgument
 
 SAMPLES, MATRIX = 1, 2
 SYNC, END = b'\xa5\x5a', 0x7e

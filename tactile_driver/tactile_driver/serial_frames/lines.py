@@ -8,8 +8,8 @@ from binascii import crc_hqx
 
 import numpy as np
 
-from ..errors import BadArgument
 from .counts import CountFrame, FrameCounts
+from ..errors import BadArgument
 
 _START = 0xffff
 _LONGEST = 256  # bytes: what has no end of line by then is no line

@@ -3,14 +3,10 @@
 """Fixtures for the tests of nodes, in this process and as processes of their own."""
 import os
 import signal
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
 
 @pytest.fixture

@@ -21,9 +21,9 @@ from tactile_msgs.msg import Contacts  # noqa: E402
 from watching import Watcher, ended, stamps  # noqa: E402
 
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.run import WRONG  # noqa: E402
-from tactile_driver.stitchers import make_stitcher  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
+from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
 
 pytestmark = pytest.mark.ros
 WARN = b'\x01'

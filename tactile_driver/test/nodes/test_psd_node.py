@@ -33,7 +33,7 @@ def finger(start):
 @pytest.fixture
 def emulator(tmp_path):
     """The emulator as a process; its standard input takes faults."""
-    process = subprocess.Popen([sys.executable, '-m', 'tactile_driver.emulator', '--link', str(tmp_path / 'port'), '--rate', '1000'],
+    process = subprocess.Popen([sys.executable, '-m', 'tactile_driver.emulators.psd', '--link', str(tmp_path / 'port'), '--rate', '1000'],
                                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     process.stdout.readline()
     yield process

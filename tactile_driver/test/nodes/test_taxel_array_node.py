@@ -34,7 +34,7 @@ def array(start):
 @pytest.fixture
 def emulator(tmp_path):
     """The emulator as a process; its standard input takes faults."""
-    command = [sys.executable, '-m', 'tactile_driver.taxel_emulator', '--link', str(tmp_path / 'port'), '--rate', '100']
+    command = [sys.executable, '-m', 'tactile_driver.emulators.taxel', '--link', str(tmp_path / 'port'), '--rate', '100']
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     process.stdout.readline()
     yield process

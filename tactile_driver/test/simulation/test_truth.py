@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 
-from tactile_driver.simulation.truth import NO_SLIP, NON_CONTACT, TruthFrame
+from tactile_driver.simulation.truth import NON_CONTACT, NO_SLIP, TruthFrame
 
 
 def test_a_frame_without_contact_says_so():

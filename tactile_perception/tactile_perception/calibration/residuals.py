@@ -1,10 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a calibration gets wrong at presses that it was not fitted to, and which of them stand out."""
+"""Residuals of a calibration at presses that it was not fitted to: which of them stand out, a picture of them over the sensor's surface,
+and their report at the end of every calibration."""
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -40,3 +42,48 @@ def outliers(found: Sequence[Residuals]) -> list[str]:
         lines += [f'{residuals.when[k]}: {residuals.name} {size[k]:.3g} {residuals.unit} off, {middle:.2g} {residuals.unit} is usual'
                   for k in far[:_MOST]]
     return lines
+
+
+def plot_path(calibration: Path) -> Path:
+    """Where the picture of a calibration file is: beside it."""
+    return calibration.with_name(calibration.stem + '_residuals.png')
+
+
+def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
+    """Write a PNG with a panel for each quantity: a disc at each press, coloured by its error. Raises OSError."""
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+
+    figure, panels = pyplot.subplots(1, len(found), figsize=(5.2 * len(found), 4.6), squeeze=False, layout='constrained')
+    for panel, residuals in zip(panels[0], found):
+        order = np.argsort(np.abs(residuals.value))  # of several presses at one place the worst is seen
+        value, place = np.asarray(residuals.value, float)[order], np.asarray(residuals.place, float)[order]
+        known = np.isfinite(value)
+        signed = bool((value[known] < 0).any())
+        most = max(float(np.abs(value[known]).max(initial=0.0)), 1e-12)
+        drawn = panel.scatter(*place[known].T, c=value[known], s=36, edgecolors='black', linewidths=0.4,
+                              cmap='coolwarm' if signed else 'viridis', vmin=-most if signed else 0.0, vmax=most)
+        panel.scatter(*place[~known].T, marker='x', c='grey', s=24)
+        figure.colorbar(drawn, ax=panel, label=f'{residuals.name} ({residuals.unit})')
+        middle = np.median(np.abs(value[known])) if known.any() else np.nan
+        panel.set_title(f'{residuals.name}: median {middle:.2g}, largest {most:.2g} {residuals.unit}', fontsize='small')
+        panel.set(xlabel=residuals.axes[0], ylabel=residuals.axes[1])
+        same = residuals.axes[0].split('(')[-1] == residuals.axes[1].split('(')[-1]
+        panel.set_aspect('equal' if same else 'auto', adjustable='datalim')
+    figure.suptitle(title)
+    try:
+        figure.savefig(path, dpi=90)
+    finally:
+        pyplot.close(figure)
+
+
+def tell_residuals(found: Sequence[Residuals], standing_out: Sequence[str], output: Path, sensor: str) -> list[str]:
+    """Draw the residuals beside the calibration file output; lines that tell of the picture and of what is standing out."""
+    picture = plot_path(output)
+    try:
+        draw_residuals(picture, f'{sensor}: errors at presses held out', found)
+        drawn = f'errors over the sensor: {picture}'
+    except OSError as error:
+        drawn = f'no picture of the errors: {error}'
+    return [*(f'stands out: {line}' for line in standing_out), drawn]

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from tactile_driver.stitchers import make_stitcher
-from tactile_driver.stitching import SideView, Stitching
+from tactile_driver.stitching.calibration import SideView, Stitching
+from tactile_driver.stitching.methods import make_stitcher
 
-from ..dots.detect import DotDetector
-from ..dots.dots import Dots
-from ..dots.grid import number_grid
-from ..dots.lattice import find_lattice
+from .camera_poses import SideMarkers, fit_sides
+from ..common.dots import Dots
+from ..dots.detect.methods import DotDetector
+from ..dots.index.grid import number_grid
+from ..dots.index.lattice import find_lattice
 from ..errors import BadArgument, BadCalibration, BadFrame
-from ..touch.sensor import MarkerSensor
-from .stitching_fit import SideMarkers, fit_sides
+from ..markers.view.sensor import MarkerSensor
 
 SIDES = ('left', 'right')
 WHOLE_COLUMN = 0.8  # of the rows: a column with fewer markers is cut by the image's border

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..camera import CameraModel
+from ..common.camera import CameraModel
+from ..common.spherical_cap import Cap
 from ..errors import BadArgument, BadCalibration, BadFrame
-from ..surface.cap import Cap
-from ..surface.optics import WaterModel
-from ..surface.optics_colour import RING_PIXELS, RingColours
-from ..surface.optics_fit import Colours, OpticsPrior, as_rings, fit, fit_rest, model_from, rest_colours
-from .press import OnSphere, Press, dots_on_sphere
 from .residuals import Residuals
+from .sphere_presses import OnSphere, Press, dots_on_sphere
+from ..touchpad.optics.absorption import WaterModel
+from ..touchpad.optics.colour import RING_PIXELS, RingColours
+from ..touchpad.optics.identification import Colours, OpticsPrior, as_rings, fit, fit_rest, model_from, rest_colours
 
 MINIMUM_DEPTH = 3e-4  # m: a shallower press holds too few dots on the sphere
 MINIMUM_SPAN = 1e-3   # m, between the shallowest and the deepest press

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_perception.dots.detect import DotDetector
-from tactile_perception.dots.dots import Dots, DotTracks
-from tactile_perception.dots.grid import Numbered
-from tactile_perception.dots.numbering import WITHOUT_GRID, numbering_method
-from tactile_perception.dots.reference import Reference
+from tactile_perception.common.dots import DotTracks, Dots
+from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.index.grid import Numbered
+from tactile_perception.dots.index.methods import WITHOUT_GRID, numbering_method
+from tactile_perception.dots.reference.drift import Reference
 from tactile_perception.dots.warm import WarmStart
 from tactile_perception.errors import BadArgument, BadFrame
 

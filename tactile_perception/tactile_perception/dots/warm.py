@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_perception.dots.dots import Dots
-from tactile_perception.dots.follow import BEND, edges_found, torn
+from tactile_perception.common.dots import Dots
+from tactile_perception.dots.index.follow import BEND, edges_found, torn
 
 LOST_SHARE = 0.02  # of the dots seen last may not be found again, and FEW; an outer row is more
 FEW = 2

@@ -7,14 +7,11 @@ from collections import defaultdict
 
 import numpy as np
 
-from ..contact.region import ContactRegionEstimate
-from ..contact.slip import SlipEstimate
-from .counts import label_f1, macro_f1
+from ..common.estimates import ContactRegionEstimate, SlipEstimate
 from .frames import Instant
-from .overlap import region_iou
 from .quantities import QUANTITIES, Errors, over_surface, over_time, spread
+from .scores import label_f1, macro_f1, region_iou, relative_errors
 from .touches import TouchCounts, pairs, touch_errors
-from .vectors import relative_errors
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')

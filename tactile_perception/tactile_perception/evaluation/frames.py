@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..contact.contacts import ContactEstimate
-from ..contact.region import ContactRegionEstimate
-from ..contact.slip import SlipEstimate
+from ..common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 
 
 @dataclass

@@ -7,14 +7,14 @@ import sys
 from collections.abc import Collection
 
 from rclpy.qos import qos_profile_system_default
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import DotTracks
 
-from ..pipeline.parameters import REGION_PARAMETERS
-from .point_cloud import POINTS
+from .messages.point_cloud import POINTS
+from ..parameters.touchpad import REGION_PARAMETERS
 from .stage_node import StageNode
-from .touchpad_stages import RESULTS, ContactMessages
+from .stages.touchpad import RESULTS, ContactMessages
 
 
 class ContactRegionNode(StageNode):

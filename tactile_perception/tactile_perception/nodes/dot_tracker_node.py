@@ -7,13 +7,13 @@ import sys
 from collections.abc import Collection
 
 from sensor_msgs.msg import Image
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import DotTracks
 
-from ..pipeline.parameters import DOT_PARAMETERS
+from ..parameters.touchpad import DOT_PARAMETERS
 from .stage_node import CAMERA_QUEUE, StageNode
-from .touchpad_stages import DotMessages
+from .stages.touchpad import DotMessages
 
 
 class DotTrackerNode(StageNode):

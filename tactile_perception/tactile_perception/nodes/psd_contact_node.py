@@ -7,13 +7,13 @@ import sys
 from collections.abc import Collection
 
 from rclpy.qos import QoSProfile
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts, PsdVoltages
 
-from ..pipeline.psd_parameters import PSD_PARAMETERS
-from .psd_stages import PsdMessages
+from ..parameters.psd import PSD_PARAMETERS
 from .stage_node import StageNode
+from .stages.psd import PsdMessages
 
 _QUEUE = QoSProfile(depth=200)  # a second of blocks: every sample counts
 _LONGEST_S = 3600.0  # of a block: more is no sample_period

@@ -11,14 +11,14 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
-from tactile_driver.nodes.diagnostics import Health, NodeDiagnostics, SayOnce
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.last_net import LastNet, guard_services
-from tactile_driver.nodes.parameter_server import NodeParameters
-from tactile_driver.nodes.parameters import Parameter
+from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
+from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.parameters.table import Parameter
 
 from ..errors import BadArgument, ClockSetBack, TactileError
-from .conversions import stamp_ns_of, stamp_seconds
+from .messages.conversions import stamp_ns_of, stamp_seconds
 from .shedding import LONGEST_S, Shedding
 from .work_log import WorkLog
 
@@ -35,7 +35,7 @@ class StageNode(Node):
 
     source: (topic, type, QoS) of what it processes, where the reliability is what its publishers offer; results: topic ->
     type. Subclasses say in on_message(message, topics) what is computed, and set self.stage, the messages' side of it
-    (touchpad_stages.py), which takes camera_info, or with_camera to False. Frames that raise a TactileError are counted, said once,
+    (stages/touchpad.py), which takes camera_info, or with_camera to False. Frames that raise a TactileError are counted, said once,
     skipped.
     """
 

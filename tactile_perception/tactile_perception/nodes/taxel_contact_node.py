@@ -8,15 +8,15 @@ from collections.abc import Collection
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import Image
-from tactile_driver.nodes.host import Host
-from tactile_driver.nodes.run import run_node
+from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage
 
 from ..errors import BadFrame
-from ..pipeline.taxel_parameters import TAXEL_PARAMETERS, frames_of, grasped_object
-from .point_cloud import POINTS
+from .messages.point_cloud import POINTS
+from ..parameters.taxel import TAXEL_PARAMETERS, frames_of, grasped_object
 from .stage_node import StageNode
-from .taxel_stages import RESULTS, TaxelMessages
+from .stages.taxel import RESULTS, TaxelMessages
 
 _QUEUE = QoSProfile(depth=100)  # slip is told from motion: frames should not be lost
 

@@ -8,7 +8,7 @@ import time
 from collections import deque
 from statistics import median
 
-from tactile_driver.nodes.diagnostics import ERROR, OK, WARN, Health, common_values
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from tactile_driver.stamp_gaps import StampGaps
 
 _RECENT = 120

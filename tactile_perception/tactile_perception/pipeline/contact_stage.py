@@ -9,19 +9,20 @@ from functools import partial
 
 import numpy as np
 
-from ..calibration.files import CalibrationFile
-from ..camera import CameraModel
-from ..contact.contacts import AMBIGUOUS, ContactEstimate, ContactTracker
-from ..contact.methods import Judgement, make_method
-from ..contact.motion import ObjectMotion
-from ..contact.region import ContactDots, ContactRegionEstimate, describe, find_regions
-from ..contact.slip import SlipEstimate, SlipEstimator
-from ..dots.dots import DotTracks
-from ..dots.rest_shape import rest_suspicion
+from ..calibration.files.format import CalibrationFile
+from ..common.camera import CameraModel
+from ..common.dots import DotTracks
+from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points, spread
+from ..dots.reference.untouched_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
-from ..surface_points import UNKNOWN, SurfacePoints, dot_points, spread
-from .rest_places import RestPlaces
-from .sensor import Touchpad
+from ..touchpad.contact.methods import Judgement, make_method
+from ..touchpad.contact.region import ContactDots, describe, find_regions
+from ..touchpad.contact.relative_motion import ObjectMotion
+from ..touchpad.contact.slip import SlipEstimator
+from ..touchpad.contact.tracker import ContactTracker
+from ..touchpad.places import RestPlaces
+from ..touchpad.sensor import Touchpad
 
 _FARTHEST = 10.0  # radii of the cap: no dot of it gets so far
 _DRIFTED = 0.1  # px: a reference that has moved by more is looked at anew

@@ -8,16 +8,16 @@ from typing import Protocol
 
 import numpy as np
 
-from ..camera import CameraModel
-from ..dots.detect import DotDetector
-from ..dots.dots import DotTracks
-from ..dots.known_rest import KnownRest
-from ..dots.numbering import REGISTER
-from ..dots.reference import Reference
+from ..common.camera import CameraModel
+from ..common.dots import DotTracks
+from ..dots.detect.methods import DotDetector
+from ..dots.index.methods import REGISTER
+from ..dots.reference.calibrated_rest import KnownRest
+from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
-from ..surface.optics import WaterModel
-from .dot_places import DotPlaces
-from .sensor import Touchpad
+from ..touchpad.optics.absorption import WaterModel
+from ..touchpad.places import DotPlaces
+from ..touchpad.sensor import Touchpad
 
 
 def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:

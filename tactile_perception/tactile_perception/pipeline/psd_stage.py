@@ -11,9 +11,9 @@ import numpy as np
 
 from ..errors import BadFrame
 from ..psd.finger import Touch
-from ..psd.kalman import SphereFilter
 from ..psd.methods import make_finger
 from ..psd.model import FingerModel
+from ..psd.sphere_filter import SphereFilter
 
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
 _LONGEST_STEP_S = 1.0  # between single samples of unknown rate

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .ambient_light import StepWatch, TouchDecision
+from .baseline import Reference
 from ..errors import BadArgument, BadFrame
+from .geometry import CROSS as CROSS_SUM, MIX, TOTAL, position_covariance
 from .model import CROSS, DEVIATION, INSIDE, LEVEL, LOADS, NORMAL, FingerModel
-from .reference import Reference
-from .signals import CROSS as CROSS_SUM
-from .signals import MIX, TOTAL, position_covariance
-from .steps import StepWatch
-from .touch import TouchDecision
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
 _CHUNK_S, _CHUNK = 0.1, 250  # the reference is followed in steps of so long, and of so many samples at least

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from ..errors import BadArgument
 from .finger import FingerSettings, PsdFinger
 from .model import FingerModel
-from .paper_finger import PaperFinger
+from .published import PaperFinger
 
 
 def _map(model: FingerModel, values: Mapping) -> PsdFinger:

@@ -9,11 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .paper import NOMINAL_BETA, PaperMap
+from .geometry import bent
+from .maps import CellTable, SmoothMap
+from .offset_map import NOMINAL_BETA, PaperMap
 from .response import level_basis, load, place_part
-from .smooth_map import SmoothMap
-from .sphere import bent
-from .table import CellTable
 
 NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS = slice(0, 3), 3, 4, 5, 6, slice(7, 9)
 _CROSS_TERMS = 6

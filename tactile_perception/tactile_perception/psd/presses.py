@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadCalibration
-from .signals import MIX, TOTAL
+from .geometry import MIX, TOTAL
 
 _REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # of the untouched stretch before a press: how long, how far from the press, from the last one
 _SAME_PLACE = 0.005  # rad: a contact that moves is many places

@@ -10,24 +10,43 @@ from functools import partial
 
 import numpy as np
 
-from ..contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate
-from ..contact.region import ContactRegionEstimate, axes
-from ..contact.slip import SlipEstimate
-from ..errors import BadArgument, BadFrame
-from ..surface_points import SurfacePoints
 from .array import SoftPad, TaxelArray
 from .baseline import Baseline
+from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ..common.region_moments import axes
+from ..common.surface_points import SurfacePoints
 from .contacts import NumberedRegion, RegionNumbers
-from .direction import ContinuousDirection
+from ..errors import BadArgument, BadFrame
 from .imprint import Imprint, ImprintMotion
-from .paper import PaperMethod
 from .points import taxel_forces, taxel_points, taxel_states
+from .published import PaperMethod
 from .regions import Regions, TaxelRegion, find_regions
 from .repair import DeadTaxels, dead_mask
 from .response import Response
 from .score import ContactScore
 from .slip import TaxelSlip
 from .wrench import GraspedObject, normal_force, wrench_of
+
+
+class ContinuousDirection:
+    """Angles that go on from the last one; a frame without direction leaves it."""
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self) -> None:
+        """The next angle is taken as it is."""
+        self._last = math.nan
+
+    def process(self, angle: float) -> float:
+        """angle, rad, plus the multiple of pi that brings it nearest to the last one; NaN where it is NaN."""
+        if not math.isfinite(angle):
+            return math.nan
+        if math.isfinite(self._last):
+            angle += math.pi * round((self._last - angle) / math.pi)
+        self._last = angle
+        return float(angle)
+
 
 _FULL = 0.995  # of the full scale: a taxel there is saturated
 _CERTAIN = 0.5  # outlines between taxels, over those between printed dots

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..contact.slip import NONE, SlipEstimate
-from ..surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 from .array import SoftPad, TaxelArray
+from ..common.estimates import NONE, SlipEstimate
+from ..common.surface_points import SLIPPING, STICKING, UNKNOWN, SurfacePoints
 from .imprint import ImprintMotion
 from .regions import Regions
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..contact.moments import Moments
-from ..contact.outline import Outline, contour, group_loops
 from .array import TaxelArray
+from ..common.contour import Outline, contour, group_loops
+from ..common.region_moments import Moments
 from .score import LEVEL, largest_near
 
 _AROUND, _NEAR = 2, (5, 5)  # taxels beside a region that its force reaches, and the square of those

@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
-from ..contact.slip import NONE, SlipEstimate, next_state
 from .array import TaxelArray
+from ..common.estimates import NONE, SlipEstimate
+from ..common.slip import next_state
 from .imprint import ImprintMotion
 
 _FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation

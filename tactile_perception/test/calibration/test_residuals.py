@@ -1,8 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Presses whose error stands out are named by their time; even ones are not."""
+"""Presses whose error stands out are named by their time; even ones are not.
+The picture of the errors is made, whatever is known of them.
+Outliers and the picture are told; that it cannot be written loses no calibration."""
+import cv2
 import numpy as np
-from tactile_perception.calibration.residuals import Residuals, outliers
+import pytest
+from tactile_perception.calibration.residuals import Residuals, draw_residuals, outliers, plot_path, tell_residuals
 
 
 def made(value):
@@ -22,3 +26,32 @@ def test_nothing_stands_out_of_even_errors_of_few_or_of_unknown_ones():
     assert outliers([made(np.random.default_rng(1).normal(0, 0.1, 200))]) == []
     assert outliers([made([0, 0, 0, 5.0]), made(np.full(9, np.nan)), made([])]) == []
     assert outliers([made([*np.full(9, 0.1), np.nan])]) == []
+
+
+@pytest.mark.parametrize('value', [np.linspace(0, 1, 9), np.linspace(-1, 1, 9), np.full(9, np.nan), np.zeros(0)])
+def test_a_panel_for_each_quantity(tmp_path, value):
+    place = np.random.default_rng(0).normal(size=(len(value), 2))
+    path = plot_path(tmp_path / 'my_pad.yaml')
+    draw_residuals(path, 'touchpad', [Residuals('depth', 'mm', value, place, ('x (mm)', 'y (mm)'), ())] * 2)
+    assert path.name == 'my_pad_residuals.png'
+    picture = cv2.imread(str(path))
+    assert picture.shape[1] > 800 and picture.shape[0] > 300 and len(np.unique(picture)) > 10
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    with pytest.raises(OSError):
+        draw_residuals(tmp_path / 'none' / 'x.png', '', [Residuals('a', 'b', np.zeros(1), np.zeros((1, 2)), ('x', 'y'), ())])
+
+
+FOUND = [Residuals('depth', 'mm', np.arange(3.0), np.zeros((3, 2)), ('x (mm)', 'y (mm)'), ('a', 'b', 'c'))]
+
+
+def test_lines_and_the_picture(tmp_path):
+    lines = tell_residuals(FOUND, ['c: far off'], tmp_path / 'pad.yaml', 'touchpad')
+    assert lines == ['stands out: c: far off', f'errors over the sensor: {tmp_path / "pad_residuals.png"}']
+    assert (tmp_path / 'pad_residuals.png').stat().st_size > 1000
+
+
+def test_no_picture_is_told(tmp_path):
+    lines = tell_residuals(FOUND, [], tmp_path / 'none' / 'pad.yaml', 'touchpad')
+    assert len(lines) == 1 and lines[0].startswith('no picture of the errors: ')

@@ -3,21 +3,19 @@
 """One untouched pair tells how two views make one picture; markers stand where they are printed, on drawn and on recorded pairs."""
 import json
 import os
-import sys
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from tactile_driver.stitchers import make_stitcher
+from tactile_driver.stitching.methods import make_stitcher
 from tactile_perception.calibration.stitching import fit_stitching
-from tactile_perception.dots.detect import DotDetector
-from tactile_perception.dots.grid import number_grid
+from tactile_perception.dots.detect.methods import DotDetector
+from tactile_perception.dots.index.grid import number_grid
 from tactile_perception.errors import BadArgument, BadCalibration, BadFrame
-from tactile_perception.touch.sensor import MARKER_SENSORS, MarkerSensor
+from tactile_perception.markers.view.sensor import MARKER_SENSORS, MarkerSensor
 
-sys.path.insert(0, str(Path(__file__).parent))
-from sheet_pair import DISTORTION, MATRIX, SENSOR, picture, pose, printed  # noqa: E402
+from sheet_pair import DISTORTION, MATRIX, SENSOR, picture, pose, printed
 
 KNOWN = (MATRIX, DISTORTION)
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.calibration.press import Press
+from tactile_perception.calibration.sphere_presses import Press
 from tactile_perception.calibration.touchpad import fit_touchpad
-from tactile_perception.camera import CameraModel
-from tactile_perception.dots.dots import DotTracks
+from tactile_perception.common.camera import CameraModel
+from tactile_perception.common.dots import DotTracks
 from tactile_perception.errors import BadCalibration
-from tactile_perception.surface.optics_fit import fit_rest
+from tactile_perception.touchpad.optics.identification import fit_rest
 
 RADIUS = 0.008
 PLACES = [(0.0, 0.0), (0.005, 0.001), (-0.004, 0.004)]

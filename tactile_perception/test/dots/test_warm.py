@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tactile_perception.dots.detect import DotDetector
+from tactile_perception.dots.detect.methods import DotDetector
 from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.dots.warm import SEARCHES, WarmStart
 from tactile_perception.errors import BadFrame

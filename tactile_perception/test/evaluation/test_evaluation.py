@@ -1,16 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Errors of made-up recordings, by hand."""
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 from tactile_perception.evaluation.evaluation import Evaluation
 from tactile_perception.evaluation.frames import Instant
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from made import contact, region, slip  # noqa: E402
+from made import contact, region, slip
 
 WRENCH = np.array([0.0, 0.0, -2.0, 0.01, 0.0, 0.0])
 

@@ -1,13 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import pathlib
-import sys
 
 import numpy as np
 from tactile_perception.evaluation.frames import Instant
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from made import contact, region  # noqa: E402
+from made import contact, region
 
 
 def test_what_is_touched_where():

@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Pictures are made of what there is, and of nothing else."""
-import pathlib
-import sys
 
 import cv2
 import numpy as np
@@ -10,8 +8,7 @@ from tactile_perception.evaluation.evaluation import Evaluation
 from tactile_perception.evaluation.frames import Instant
 from tactile_perception.evaluation.plots import draw
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from made import contact, region, slip  # noqa: E402
+from made import contact, region, slip
 
 NO_TIMES = {'latency_ms': {}, 'stages_ms': {}}
 

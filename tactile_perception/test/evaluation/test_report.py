@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report says in words what the numbers say, and is JSON."""
 import json
-import pathlib
-import sys
 
 import numpy as np
 from tactile_perception.evaluation.evaluation import Evaluation
 from tactile_perception.evaluation.frames import Instant
 from tactile_perception.evaluation.report import plain, text
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from made import contact, region, slip  # noqa: E402
+from made import contact, region, slip
 
 TIMES = {'latency_ms': {'contacts': {'median': 12.34, 'within_95': 20.0, 'worst': 99.9, 'count': 5}}, 'stages_ms': {}, 'memory_mb': 151.2,
          'refused': {'image is black': 2}}

@@ -1,15 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Which touch is which, what was missed and made up, and honesty."""
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 from tactile_perception.evaluation.touches import TouchCounts, pairs, touch_errors
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from made import contact  # noqa: E402
+from made import contact
 
 
 def counted(frames):

@@ -10,11 +10,11 @@ def ball_messages():
     """camera_info, two untouched images and a pressed one, the parameters that belong to them, and the ball's truth."""
     pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
     from tactile_driver.frame import Frame
-    from tactile_driver.nodes.conversions import header_of, image_to_message
-    from tactile_driver.nodes.parameters import defaults
-    from tactile_driver.simulation.scenes import open_scene
-    from tactile_perception.nodes.conversions import camera_info_message
-    from tactile_perception.pipeline.parameters import DOT_PARAMETERS, REGION_PARAMETERS
+    from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+    from tactile_driver.parameters.table import defaults
+    from tactile_driver.simulation.sensors.scenes import open_scene
+    from tactile_perception.nodes.messages.conversions import camera_info_message
+    from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS
 
     scene = open_scene('sphere_press', rate=10.0, seed=2)
     camera, skin, images = scene.camera, scene.membrane, []

@@ -11,17 +11,17 @@ rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
-from tactile_driver.nodes.conversions import header_of  # noqa: E402
-from tactile_driver.nodes.parameters import defaults  # noqa: E402
-from tactile_driver.nodes.voltage_stream import voltages_message  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of  # noqa: E402
+from tactile_driver.nodes.streams.voltage import voltages_message  # noqa: E402
+from tactile_driver.parameters.table import defaults  # noqa: E402
 from tactile_driver.samples import SampleBlock  # noqa: E402
-from tactile_driver.simulation.psd_scene import open_psd_scene  # noqa: E402
+from tactile_driver.simulation.psd.scene import open_psd_scene  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 
 from tactile_perception.errors import BadFrame, ClockSetBack  # noqa: E402
 from tactile_perception.nodes.psd_contact_node import PsdContactNode  # noqa: E402
-from tactile_perception.nodes.psd_stages import PsdMessages, later  # noqa: E402
-from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS  # noqa: E402
+from tactile_perception.nodes.stages.psd import PsdMessages, later  # noqa: E402
+from tactile_perception.parameters.psd import PSD_PARAMETERS  # noqa: E402
 
 pytestmark = pytest.mark.ros
 BATCH = 10

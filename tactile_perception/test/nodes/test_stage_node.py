@@ -21,15 +21,15 @@ from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.diagnostics import WARN  # noqa: E402
-from tactile_driver.nodes.host import Host  # noqa: E402
-from tactile_driver.nodes.last_net import LastNet  # noqa: E402
-from tactile_driver.simulation.scenes import open_scene  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.runtime.diagnostics import WARN  # noqa: E402
+from tactile_driver.nodes.runtime.host import Host  # noqa: E402
+from tactile_driver.nodes.runtime.last_net import LastNet  # noqa: E402
+from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
-from tactile_perception.nodes.conversions import camera_info_message  # noqa: E402
 from tactile_perception.nodes.dot_tracker_node import DotTrackerNode  # noqa: E402
+from tactile_perception.nodes.messages.conversions import camera_info_message  # noqa: E402
 from tactile_perception.nodes.stage_node import CAMERA_QUEUE, StageNode  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -169,7 +169,7 @@ def test_a_node_that_is_too_slow_leaves_out_messages_says_so_and_stays_up_to_dat
     assert np.median(steps) <= 3 and np.mean(steps) > 1.2
 
 
-CAMERA = Path(__file__).parents[3] / 'tactile_driver/test/nodes/foreign_camera.py'
+CAMERA = Path(__file__).parents[3] / 'tactile_driver/test/helpers/foreign_camera.py'
 #: what makes Fast DDS something else than it is by itself
 PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')
 

@@ -15,8 +15,8 @@ from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
-from tactile_driver.nodes.conversions import header_of, image_to_message  # noqa: E402
-from tactile_driver.nodes.host import Host  # noqa: E402
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
+from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 from tactile_msgs.msg import Contacts  # noqa: E402
 from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402

@@ -4,7 +4,7 @@
 import math
 
 import pytest
-from tactile_driver.nodes.diagnostics import ERROR, OK, WARN
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
 from tactile_perception.nodes.work_log import WorkLog
 
 

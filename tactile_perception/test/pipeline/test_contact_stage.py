@@ -5,12 +5,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tactile_perception.calibration.files import CalibrationFile
-from tactile_perception.contact.contacts import AMBIGUOUS, OUT_OF_RANGE
-from tactile_perception.dots.dots import DotTracks
+from tactile_perception.calibration.files.format import CalibrationFile
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.estimates import AMBIGUOUS, OUT_OF_RANGE
+from tactile_perception.common.surface_points import UNKNOWN
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.pipeline.contact_stage import ContactStage
-from tactile_perception.surface_points import UNKNOWN
 
 
 def tracks_of(ball, truth, keep=slice(None)):

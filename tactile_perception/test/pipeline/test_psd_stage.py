@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_driver.nodes.parameters import defaults
-from tactile_driver.simulation.psd_scene import open_psd_scene
+from tactile_driver.parameters.table import defaults
+from tactile_driver.simulation.psd.scene import open_psd_scene
 
 from tactile_perception.errors import BadArgument, BadFrame
-from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS
+from tactile_perception.parameters.psd import PSD_PARAMETERS
 from tactile_perception.pipeline.psd_stage import PsdStage
 from tactile_perception.psd.model import FingerModel
 

@@ -1,18 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A simulated finger, and the model that its calibration scene gives."""
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path[:0] = [str(Path(__file__).parent)]
 
 
 @pytest.fixture(scope='session')
 def fit():
     import played
-    from tactile_perception.psd.fit import fit_finger
+    from tactile_perception.psd.model_fit import fit_finger
     from tactile_perception.psd.presses import find_presses
     return fit_finger(find_presses([played.recording('calibration')], 4.9))
 

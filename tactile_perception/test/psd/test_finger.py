@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import played
 import pytest
-from tactile_driver.simulation.psd_scene import Act, Ambient, PsdScript
+from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScript
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.psd.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED, FingerSettings, PsdFinger
+from tactile_perception.psd.geometry import error_angle
 from tactile_perception.psd.model import FingerModel
-from tactile_perception.psd.sphere import error_angle
 
 PERIOD = played.PERIOD
 

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import pytest
-from tactile_driver.nodes.parameters import defaults
+from tactile_driver.parameters.table import defaults
 
 from tactile_perception.errors import BadArgument
-from tactile_perception.pipeline.psd_parameters import PSD_PARAMETERS
+from tactile_perception.parameters.psd import PSD_PARAMETERS
 from tactile_perception.psd.methods import PSD_METHODS, make_finger
 from tactile_perception.psd.model import FingerModel
 

@@ -5,8 +5,8 @@ import played
 import pytest
 
 from tactile_perception.errors import BadCalibration
+from tactile_perception.psd.geometry import TOTAL
 from tactile_perception.psd.presses import Recording, find_presses
-from tactile_perception.psd.signals import TOTAL
 
 
 def test_presses_are_cut_into_stretches_with_their_loads():

@@ -2,14 +2,30 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.contact.contacts import AMBIGUOUS, AT_EDGE, SATURATED
-from tactile_perception.contact.slip import NONE
+from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, NONE, SATURATED
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.taxel.array import SoftPad, TaxelArray
-from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
+from tactile_perception.taxel.estimator import TAXEL_METHODS, ContinuousDirection, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
+
+
+def test_no_jumps_by_half_turns():
+    direction = ContinuousDirection()
+    true = np.linspace(0, 7, 50)
+    folded = (true + np.pi / 2) % np.pi - np.pi / 2
+    assert [direction.process(angle) for angle in folded] == pytest.approx(true.tolist())
+
+
+def test_a_frame_without_direction_is_bridged_and_reset_forgets():
+    direction = ContinuousDirection()
+    direction.process(1.5)
+    assert np.isnan(direction.process(np.nan))
+    assert direction.process(-1.5) == pytest.approx(np.pi - 1.5)
+    direction.reset()
+    assert direction.process(-1.5) == -1.5
+
 
 KNOWN = TaxelSettings(response=Response((500.0, 0.0, 0.0), known=True))
 

@@ -3,8 +3,8 @@
 """Taxels as points: forces that add up to the contacts', pad and states as the estimator tells them."""
 import numpy as np
 import pytest
-from tactile_perception.contact.slip import GROSS, NONE, SlipEstimate
-from tactile_perception.surface_points import SLIPPING, STICKING, UNKNOWN
+from tactile_perception.common.estimates import GROSS, NONE, SlipEstimate
+from tactile_perception.common.surface_points import SLIPPING, STICKING, UNKNOWN
 from tactile_perception.taxel.array import SoftPad
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.imprint import ImprintMotion

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.contact.slip import GROSS, INCIPIENT, NONE
+from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.taxel.imprint import ImprintMotion
 from tactile_perception.taxel.slip import TaxelSlip
 from taxel_pictures import ARRAY, bar, picture

@@ -10,7 +10,7 @@ import sys
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
-_SCENES = 'tactile_driver.simulation.scenes'
+_SCENES = 'tactile_driver.simulation.sensors.scenes'
 
 
 class _Films(MetaPathFinder):

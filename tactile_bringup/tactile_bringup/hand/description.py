@@ -1,0 +1,164 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The YAML file that says which sensors a hand has, and where they are. No ROS here."""
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+from scipy.spatial.transform import Rotation
+from tactile_driver.errors import BadArgument
+
+from ..sensor_types import SENSOR_TYPES
+
+#: what the launch file of a sensor calls by the same name; of these the first two are paths
+_SETTINGS = ('calibration', 'params', 'device', 'right_device', 'rate', 'scene')
+_PATHS = _SETTINGS[:2]
+_KEYS = ('name', 'type', 'parent', 'xyz', 'rpy', 'quaternion', *_SETTINGS)
+_NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
+_UNIT = 1e-3  # how far a quaternion's length may be from 1
+
+
+@dataclass(frozen=True)
+class HandSensor:
+    """One sensor: name, which is its namespace; type; parent frame; xyz, m, and quaternion (x, y, z, w) of the sensor frame in it;
+    settings: arguments of the sensor's launch file, as text."""
+
+    name: str
+    type: str
+    parent: str
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    settings: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def frame(self) -> str:
+        """The sensor frame."""
+        return self.name.replace('/', '_')
+
+
+@dataclass(frozen=True)
+class Hand:
+    """frame: that all sensors hang on, directly or by another's; sensors: as the file lists them."""
+
+    frame: str
+    sensors: tuple[HandSensor, ...]
+
+
+def read_hand(path: str | Path) -> Hand:
+    """The hand that a file describes. Raises BadArgument, which says in one line what is wrong, and where."""
+    path = Path(path).expanduser()
+    try:
+        page = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise BadArgument(f'hand {path}: cannot be read: {" ".join(str(error).split())}') from error
+    try:
+        return _hand(page, path.parent)
+    except BadArgument as error:
+        raise BadArgument(f'hand {path}: {error}') from error
+
+
+def names_in(path: Path | None) -> list[str]:
+    """The sensors that a hand's file names, none without one. Raises BadArgument."""
+    return [sensor.name for sensor in read_hand(path).sensors] if path else []
+
+
+def _hand(page: object, folder: Path) -> Hand:
+    _check_keys(page, ('frame', 'sensors'), 'the file')
+    frame = _name(page.get('frame', 'hand'), 'frame')
+    listed = page.get('sensors')
+    if not isinstance(listed, list) or not listed:
+        raise BadArgument('sensors must be a list of one sensor or more')
+    sensors = []
+    for number, entry in enumerate(listed, 1):
+        where = f'sensor {entry["name"]}' if isinstance(entry, dict) and 'name' in entry else f'sensor number {number}'
+        try:
+            sensors.append(_sensor(entry, frame, folder))
+        except BadArgument as error:
+            raise BadArgument(f'{where}: {error}') from error
+    _check_frames(sensors, frame)
+    return Hand(frame, tuple(sensors))
+
+
+def _sensor(entry: object, hand_frame: str, folder: Path) -> HandSensor:
+    _check_keys(entry, _KEYS, 'a sensor')
+    for key in ('name', 'type'):
+        if key not in entry:
+            raise BadArgument(f'{key} is missing')
+    name = _name(entry['name'], 'name')
+    if entry['type'] not in SENSOR_TYPES:
+        raise BadArgument(f'type {entry["type"]!r} is unknown; choose one of {", ".join(SENSOR_TYPES)}')
+    if 'right_device' in entry and 'right_device' not in SENSOR_TYPES[entry['type']].arguments:
+        raise BadArgument(f'right_device: a sensor of type {entry["type"]} has one camera at most')
+    return HandSensor(name, entry['type'], _name(entry.get('parent', hand_frame), 'parent'), tuple(_numbers(entry, 'xyz', 3)),
+                      _quaternion(entry), _settings(entry, folder))
+
+
+def _settings(entry: Mapping, folder: Path) -> dict[str, str]:
+    """Arguments as text; paths are beside the hand's file unless they are absolute."""
+    found = {}
+    for key in _SETTINGS:
+        value = entry.get(key)
+        if value is None:
+            continue
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise BadArgument(f'{key} is {value!r}, but must be text or a number')
+        found[key] = str(folder / Path(str(value)).expanduser()) if key in _PATHS else str(value)
+    return found
+
+
+def _check_keys(entry: object, known: tuple[str, ...], what: str) -> None:
+    if not isinstance(entry, dict):
+        raise BadArgument(f'{what} must have the form key: value, with the keys {", ".join(known)}')
+    for key in entry:
+        if key not in known:
+            raise BadArgument(f'key {key!r} is unknown; known are {", ".join(known)}')
+
+
+def _name(value: object, key: str) -> str:
+    if not isinstance(value, str) or not _NAME.fullmatch(value):
+        raise BadArgument(f'{key} is {value!r}, but must be of letters, digits and _, as thumb or left/pad')
+    return value
+
+
+def _numbers(entry: Mapping, key: str, count: int) -> list[float]:
+    """So many finite numbers; zeros where the key is missing."""
+    values = entry.get(key, [0.0] * count)
+    good = isinstance(values, list) and len(values) == count and all(
+        isinstance(v, (int, float)) and not isinstance(v, bool) and math.isfinite(v) for v in values)
+    if not good:
+        raise BadArgument(f'{key} is {values!r}, but must be a list of {count} numbers')
+    return [float(v) for v in values]
+
+
+def _quaternion(entry: Mapping) -> tuple[float, ...]:
+    """Of quaternion (x, y, z, w), or of rpy: rad, about the parent's x, then y, then z axis."""
+    if 'quaternion' not in entry:
+        return tuple(Rotation.from_euler('xyz', _numbers(entry, 'rpy', 3)).as_quat().tolist())
+    if 'rpy' in entry:
+        raise BadArgument('rpy and quaternion are both given; give one')
+    values = _numbers(entry, 'quaternion', 4)
+    length = math.hypot(*values)
+    if abs(length - 1.0) > _UNIT:
+        raise BadArgument(f'quaternion is {values!r} of length {length:.3g}, but must have length 1 (x, y, z, w)')
+    return tuple(v / length for v in values)
+
+
+def _check_frames(sensors: list[HandSensor], hand_frame: str) -> None:
+    """Each frame once, and no sensor that hangs on itself."""
+    parents: dict[str, str] = {}
+    for sensor in sensors:
+        if sensor.frame in parents or sensor.frame == hand_frame:
+            raise BadArgument(f'sensor {sensor.name}: its name is taken; each needs a name of its own, the hand ({hand_frame}) too')
+        parents[sensor.frame] = sensor.parent
+    for sensor in sensors:
+        frame, seen = sensor.frame, set()
+        while frame in parents:
+            if frame in seen:
+                raise BadArgument(f'sensor {sensor.name}: parent {sensor.parent} hangs on the sensor itself')
+            seen.add(frame)
+            frame = parents[frame]

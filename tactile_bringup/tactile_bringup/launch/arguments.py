@@ -1,0 +1,202 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch file of any sensor: its arguments, and the actions that these make, by the table of sensor types."""
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from tactile_driver.errors import TactileError
+from tactile_driver.parameters.table import Parameter
+from tactile_perception.parameters.file import read_parameters
+
+from ..installed import share
+from .processes import LaunchError, SensorPlan, processes
+from ..sensor_types import SENSOR_TYPES
+
+_BOOLEANS = {'true': True, 'false': False}
+# The whole tables take a second to import, and launch needs only this of them.
+_SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in 3D'),)
+_CALIBRATION = (Parameter('calibration', str, '', '', 'calibration file'),)
+
+
+def sensor_description(sensor_type: str) -> LaunchDescription:
+    """The launch file of a sensor type."""
+    return LaunchDescription([*sensor_arguments(sensor_type), OpaqueFunction(function=sensor_actions, args=[sensor_type])])
+
+
+def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
+    """The arguments of a sensor type's launch file."""
+    kind = SENSOR_TYPES[sensor_type]
+    texts = {
+        'namespace': (sensor_type, "of the sensor's nodes and topics; the sensor frame is named after it"),
+        'source': ('sim', 'where data comes from: ' + ', '.join(kind.sources)),
+        'device': ('', 'device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number'),
+        'path': ('', 'file, bag: the video, folder of images or rosbag2 folder'),
+        'topic': ('', f'bag: the topic with the raw data; empty: {kind.raw["topic"]} of this sensor'),
+        'params': ('', f'parameter file of all nodes; empty: params/{sensor_type}.yaml, simulated params/{sensor_type}_sim.yaml'),
+        'calibration': ('', 'calibration file, as calibrate writes it; empty: what the parameter file says'),
+        'rviz': ('false', 'show it in RViz: true or false'),
+        'record': ('', 'bag (MCAP) to write; empty: none'),
+        'rate': ('', "Hz; file, bag: 0 for as fast as it is consumed; empty: the source's own"),
+        'loop': ('', 'file, bag: start again at the end, true or false; empty: what the parameter file says'),
+        'scene': ('', 'sim: the scene; empty: what the parameter file says'),
+        'autostart': ('', 'false: the driver waits, unconfigured, for its lifecycle services; empty: what the parameter file says, true'),
+        'composed': ('true', 'true: all nodes in one process, in which images go from one to the next by a call; false: one process for '
+                             'each node, for debugging'),
+        **{name: ('', text) for name, text in kind.arguments.items()},
+    }
+    # No choices: launch would say a wrong one twice; check says it once.
+    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
+
+
+def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
+    """Name -> value as given, of the arguments declared. Raises LaunchError for one that is not."""
+    known = [argument.name for argument in arguments]
+    # launch would swallow a name that nobody declares. A launch file that includes this one may have arguments of its own.
+    file = Path(getattr(context.locals, 'current_launch_file_path', 'none')).name if context.argv else ''
+    if any(Path(word).name == file for word in sys.argv):
+        for word in context.argv:
+            name = word.partition(':=')[0]
+            if name not in known:
+                raise LaunchError(f'{word}: there is no launch argument {name}; known are {", ".join(known)}')
+    return {name: LaunchConfiguration(name).perform(context) for name in known}
+
+
+def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = ()) -> list:
+    """The actions for the arguments in context; more: arguments that the launch file has besides. Raises LaunchError."""
+    values = values_of(context, [*sensor_arguments(sensor_type), *more])
+    plan = sensor_plan(values, sensor_type)
+    return [*processes(plan, _BOOLEANS[values['composed']]), *(LogInfo(msg=note) for note in plan.notes),
+            *_rviz(values, sensor_type, plan.frame)]
+
+
+def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
+    """The nodes of a sensor for the values of its arguments. Raises LaunchError."""
+    kind = SENSOR_TYPES[sensor_type]
+    check(values, kind.sources)
+    values = completed(values, sensor_type)
+    frame = values['namespace'].strip('/').replace('/', '_') or sensor_type
+    calibrated = {'calibration': values['calibration']} if values['calibration'] else {}
+    calibration = values['calibration'] or _parameter(values['params'], kind.perception[-1], _CALIBRATION)
+    stitching = {'stitching_path': calibration} if kind.stitched and calibration else {}
+    perception = kind.perception if _NEEDS[kind.needs](values['params'], calibration) else kind.perception[:-1]
+    notes = ()
+    if kind.uncalibrated and not _tells_touches(values['params'], calibration):
+        notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
+    nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
+             **{name: calibrated for name in perception},
+             kind.markers: {'frame_id': frame} | (calibrated if kind.stitched else {})}
+    return SensorPlan(frame, values['namespace'], values['params'], nodes, values['record'], notes)
+
+
+def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
+    """What can be told before anything is read. Raises LaunchError."""
+    for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
+                          'composed': _BOOLEANS}.items():
+        check_choice(name, values[name], choices)
+    if values['source'] in ('file', 'bag'):
+        if not values['path']:
+            raise LaunchError(f'source:={values["source"]} needs the recording: path:=...')
+        if not Path(values['path']).expanduser().exists():
+            raise LaunchError(f'path:={values["path"]} does not exist')
+    for name in ('params', 'calibration'):
+        if values[name] and not Path(values[name]).is_file():
+            raise LaunchError(f'{name}:={values[name]} is no file')
+    check_new(values['record'])
+
+
+def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
+    """Raises LaunchError where the value of an argument is none of the choices."""
+    if value not in choices:
+        raise LaunchError(f'{name}:={value} is none of {", ".join(filter(None, choices))}')
+
+
+def check_new(record: str) -> None:
+    """Raises LaunchError for a recording that exists."""
+    if record and Path(record).exists():
+        raise LaunchError(f'record:={record} exists already: choose another name or remove it')
+
+
+def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
+    """values with what a recording says of its sensor, and with the package's own parameter and calibration files where the user gives
+    none; the simulated specimen has its own. Raises LaunchError."""
+    simulated, topics = values['source'] == 'sim', {}
+    if values['source'] == 'bag':
+        from .recorded import recorded_topics  # half a second, that other sources do without
+        given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
+        try:
+            topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
+        except TactileError as error:
+            raise LaunchError(str(error)) from error
+    own = share('calibration', f'{sensor_type}_sim.yaml')
+    return {**values, **topics,
+            'params': values['params'] or share('params', f'{sensor_type}_sim.yaml' if simulated else f'{sensor_type}.yaml'),
+            'calibration': values['calibration'] or (own if simulated and Path(own).is_file() else '')}
+
+
+def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
+    """The parameters of the driver that the arguments set. Raises LaunchError for a rate that is none."""
+    kind = SENSOR_TYPES[sensor_type]
+    names = ('source', 'device', 'path', 'topic', 'scene', *kind.arguments)
+    chosen = {name: values[name] for name in names if values[name]}
+    chosen.update({name: _BOOLEANS[values[name]] for name in ('loop', 'autostart') if values[name]})
+    if values['rate']:
+        chosen['rate'] = number('rate', values['rate'])
+    return chosen
+
+
+def number(name: str, text: str) -> float:
+    """The number that an argument gives, 0 or more. Raises LaunchError."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise LaunchError(f'{name}:={text} is no number') from None
+    if not 0.0 <= value < math.inf:
+        raise LaunchError(f'{name}:={text} must be 0 or more')
+    return value
+
+
+def _tells_touches(_params: str, calibration: str) -> bool:
+    """Whether a calibration file holds more than a stitching; a bad one does as well: the node says what is wrong with it."""
+    if not calibration:
+        return False
+    text = Path(calibration).read_text(errors='replace') if Path(calibration).is_file() else ''
+    return not ('\n  stitching:' in text and '\n  methods:' not in text)
+
+
+def _has_surface(params: str, _calibration: str) -> bool:
+    """Whether a parameter file gives the dots places in 3D, without which there is no contact region. Raises LaunchError."""
+    return _parameter(params, 'dot_tracker_node', _SURFACE) != 'none'
+
+
+_NEEDS: dict[str, Callable[[str, str], bool]] = {'': lambda *_: True, 'surface': _has_surface, 'presses': _tells_touches}
+
+
+def _parameter(params: str, node: str, table: tuple[Parameter]) -> str:
+    """The value of the table's only parameter that a parameter file sets for a node. Raises LaunchError."""
+    try:
+        return read_parameters(params, node, table)[table[0].name]
+    except TactileError as error:
+        raise LaunchError(' '.join(str(error).split())) from error  # a parser's message has many lines
+
+
+def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
+    """RViz where the argument rviz asks for it, with the topics of its configuration, which are under the sensor type, moved."""
+    if not _BOOLEANS[values['rviz']]:
+        return []
+    try:
+        get_package_prefix('rviz2')
+    except PackageNotFoundError:
+        return [LogInfo(msg='rviz:=true: RViz (package rviz2) is not installed; everything else is started')]
+    namespace = f'/{values["namespace"].strip("/")}'.rstrip('/')
+    return [Node(package='rviz2', executable='rviz2', name='rviz2', namespace=values['namespace'], output='screen',
+                 arguments=['-d', share('rviz', f'{sensor_type}.rviz'), '-f', frame],
+                 remappings=[(f'/{sensor_type}/{topic}', f'{namespace}/{topic}') for topic in SENSOR_TYPES[sensor_type].shown])]

@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""All sensors of a hand, from the arguments of its launch file: each by the lines of its own launch file."""
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchContext
+from launch.actions import DeclareLaunchArgument, LogInfo
+from launch_ros.actions import Node
+from tactile_driver.errors import TactileError
+
+from .arguments import check_choice, check_new, sensor_arguments, sensor_plan, values_of
+from ..hand.configurations import aggregator_configuration, rviz_configuration
+from ..hand.description import Hand, HandSensor, read_hand
+from ..installed import share
+from .processes import LaunchError, SensorPlan, hand_frames, processes, written
+from ..sensor_types import SENSOR_TYPES
+
+_BOOLEANS = ('true', 'false')
+_CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'rviz': _BOOLEANS, 'aggregator': _BOOLEANS}
+
+
+def hand_arguments() -> list[DeclareLaunchArgument]:
+    """The arguments of hand.launch.py; what holds for one sensor is in the hand's file."""
+    texts = {
+        'hand': (share('hands', 'example_hand.yaml'), 'YAML file with the sensors of the hand; where none is given an example'),
+        'source': ('sim', 'where data comes from: ' + ', '.join(_CHOICES['source'])),
+        'path': ('', 'bag: a recording of the hand: a bag with the topics of all sensors, or a folder with one of each, as record makes'),
+        'composed': ('true', 'true: one process for each sensor; false: one for each node, for debugging'),
+        'autostart': ('', 'false: drivers wait, unconfigured, for their lifecycle services; empty: what the parameter files say, true'),
+        'loop': ('', 'bag: start again at the end, true or false; empty: what the parameter files say'),
+        'record': ('', 'folder to write, with one bag (MCAP) of each sensor; empty: none'),
+        'rviz': ('false', 'show the hand in RViz: true or false'),
+        'aggregator': ('false', 'group /diagnostics by sensors with diagnostic_aggregator: true or false'),
+    }
+    return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
+
+
+def hand_actions(context: LaunchContext) -> list:
+    """The actions for the arguments in context. Raises LaunchError."""
+    values = values_of(context, hand_arguments())
+    for name, choices in _CHOICES.items():
+        check_choice(name, values[name], choices)
+    check_new(values['record'])
+    try:
+        hand = read_hand(values['hand'])
+    except TactileError as error:
+        raise LaunchError(str(error)) from error
+    plans = [planned_sensor(sensor, values) for sensor in hand.sensors]
+    return [*(LogInfo(msg=note) for plan in plans for note in plan.notes),
+            *(node for plan in plans for node in processes(plan, values['composed'] == 'true')), hand_frames(values['hand']),
+            *_viewer(hand, values['rviz'] == 'true'), *_aggregator(hand, values['aggregator'] == 'true')]
+
+
+def planned_sensor(sensor: HandSensor, given: dict[str, str]) -> SensorPlan:
+    """The nodes of a sensor, for the arguments given for the hand. Raises LaunchError, which names the sensor."""
+    try:
+        plan = sensor_plan(sensor_values(sensor, given), sensor.type)
+    except (LaunchError, TactileError) as error:
+        raise LaunchError(f'hand {given["hand"]}: sensor {sensor.name}: {" ".join(str(error).split())}') from error
+    return replace(plan, notes=tuple(f'{sensor.name}: {note}' for note in plan.notes))
+
+
+def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
+    """The arguments of the sensor's own launch file. Raises BadArgument where a recording has nothing of it."""
+    values = {argument.name: '' for argument in sensor_arguments(sensor.type)}
+    values.update(sensor.settings, namespace=sensor.name, source=given['source'], rviz='false', autostart=given['autostart'],
+                  composed=given['composed'])
+    if given['record']:
+        values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
+    simulated = given['source'] == 'sim'
+    if given['source'] == 'bag':
+        from .recorded import bag_of, recorded_topics  # half a second, that other sources do without
+        if not given['path']:
+            raise LaunchError('source:=bag needs the recording: path:=...')
+        path = bag_of(given['path'], sensor.name)
+        topics = {name: f'/{sensor.name}/{topic}' for name, topic in SENSOR_TYPES[sensor.type].raw.items()}
+        values.update(topics, path=path, loop=given['loop'], rate='')
+        simulated = recorded_topics(path, sensor.type, sensor.name, topics)[1]
+    if simulated:  # the simulated specimen's own, whatever the real sensor's are
+        values.update({name: '' for name in ('device', 'right_device', 'params', 'calibration') if name in values})
+    return values
+
+
+def _optional(package: str, executable: str, **how) -> list:
+    """A node of a package that may be missing: then one line says so."""
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        return [LogInfo(msg=f'package {package} is not installed: {executable} is left out, everything else is started')]
+    return [Node(package=package, executable=executable, output='screen', **how)]
+
+
+def _file_name(hand: Hand, ending: str) -> str:
+    return hand.frame.replace('/', '_') + ending
+
+
+def _viewer(hand: Hand, wanted: bool) -> list:
+    if not wanted:
+        return []
+    file = written(_file_name(hand, '.rviz'), rviz_configuration(hand))
+    return [LogInfo(msg=f'RViz configuration of the hand: {file}'), *_optional('rviz2', 'rviz2', name='rviz2', arguments=['-d', file])]
+
+
+def _aggregator(hand: Hand, wanted: bool) -> list:
+    if not wanted:
+        return []
+    file = written(_file_name(hand, '_diagnostics.yaml'), aggregator_configuration(hand))
+    return [LogInfo(msg=f'configuration of diagnostic_aggregator: {file}'),
+            *_optional('diagnostic_aggregator', 'aggregator_node', name='analyzers', parameters=[file])]

@@ -1,0 +1,73 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a recording says about its sensors: where each one's bag is, its topics, whether it was simulated."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from tactile_driver.errors import BadArgument, TactileError
+from tactile_perception.bags.descriptions import descriptions
+from tactile_perception.bags.rosbag import BagReader
+
+from ..sensor_types import SENSOR_TYPES
+
+
+def bag_of(recording: str, namespace: str) -> str:
+    """The bag with a sensor's topics: the recording itself, or the one in it that is named as the sensor's frame. Raises BadArgument where
+    it holds nothing under that namespace."""
+    whole = Path(recording).expanduser()
+    own = whole / namespace.replace('/', '_')
+    path = own if own.is_dir() else whole
+    topics = topics_of(path)
+    if not any(topic.startswith(f'/{namespace}/') for topic in topics):
+        raise BadArgument(f'{path} has no topic under /{namespace}; it has {", ".join(sorted(topics)) or "none"}')
+    return str(path)
+
+
+def topics_of(path: str | Path) -> set[str]:
+    """The topics of a bag. Raises BadArgument for one that cannot be read, in one line."""
+    try:
+        with BagReader(Path(path).expanduser()) as bag:
+            return set(bag.topics)
+    except TactileError as error:
+        raise BadArgument(' '.join(str(error).split())) from error
+
+
+def recorded_topics(path: str, sensor_type: str, namespace: str, given: Mapping[str, str]) -> tuple[dict[str, str], bool]:
+    """Parameters of the driver that name the topics to play, and whether the sensor was simulated; given: those that the user names.
+
+    The sensor is that of the topic given; else that in namespace; else the only one of sensor_type. Nothing is added where the bag has no
+    topics of the usual names: the driver then plays what is there. Raises BadArgument for another type of sensor, or for several sensors.
+    """
+    given = {name: topic for name, topic in given.items() if topic}
+    kinds, simulated = _described(path)
+    fitting = _fitting(topics_of(path), SENSOR_TYPES[sensor_type].raw, given.get('topic', ''), f'/{namespace.strip("/")}/')
+    views = [prefix for prefix in fitting if any(prefix != other and prefix.startswith(other) for other in kinds)]
+    fitting = [prefix for prefix in fitting if prefix not in views or given]
+    others = sorted({kinds[prefix] for prefix in (fitting or kinds) if kinds.get(prefix, sensor_type) != sensor_type})
+    fitting = [prefix for prefix in fitting if kinds.get(prefix, sensor_type) == sensor_type]
+    if not fitting and others:
+        raise BadArgument(f'path:={path} is a recording of {others[0]}, not of {sensor_type}; play it with {others[0]}.launch.py')
+    if len(fitting) > 1:
+        raise BadArgument(f'path:={path} has several sensors ({", ".join(fitting)}); choose one with namespace:= or topic:=')
+    chosen = {name: prefix + topic for prefix in fitting for name, topic in SENSOR_TYPES[sensor_type].raw.items()}
+    return chosen | given, any(prefix in simulated for prefix in fitting)
+
+
+def _fitting(topics: set[str], raw: Mapping[str, str], given: str, own: str) -> list[str]:
+    """'/ns/' of the sensors with these raw topics, of which one is given ('' for none), or in the namespace own."""
+    found = sorted(t.removesuffix(raw['topic']) for t in topics if t.endswith('/' + raw['topic']))
+    found = [prefix for prefix in found if all(prefix + name in topics for name in raw.values())]
+    if given:
+        return [prefix for prefix in found if prefix + raw['topic'] == given]
+    return [own] if own in found else found
+
+
+def _described(path: str) -> tuple[dict[str, str], set[str]]:
+    """'/ns/' -> sensor type, of those known here, as their descriptions in a bag say; which of all were simulated."""
+    prefixes = [topic.removesuffix('description') for topic in topics_of(path) if topic.endswith('/description')]
+    about = {prefix: next(descriptions(path, prefix.strip('/')), {}) for prefix in prefixes}
+    kinds = {prefix: told.get('sensor_type') for prefix, told in about.items()}
+    return ({prefix: kind for prefix, kind in kinds.items() if kind in SENSOR_TYPES},
+            {prefix for prefix, told in about.items() if told.get('source') == 'sim'})

@@ -1,0 +1,200 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Makes params/*.yaml from the nodes' parameter tables: python3 -m tactile_bringup.parameters.files FOLDER."""
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from scipy.spatial.transform import Rotation
+from tactile_driver.parameters.camera import CAMERA_PARAMETERS
+from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
+from tactile_driver.parameters.table import Parameter, to_yaml
+from tactile_driver.parameters.taxel import TAXEL_DRIVER_PARAMETERS
+from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_driver.simulation.taxel.pad import PadSpecimen
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, POINT_PARAMETERS
+from tactile_perception.parameters.psd import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
+from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
+
+from ..sensor_types import SENSOR_TYPES
+from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
+
+LICENCE = '# Copyright 2026 The tactile authors\n# SPDX-License-Identifier: Apache-2.0\n'
+_TOUCHPAD = """# Parameters of a touchpad's nodes, all with their defaults. Copy it, change the copy, and give it as params:=FILE.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_SIMULATED = """# Parameters of the simulated touchpad (source:=sim): the defaults, with the geometry and the membrane of that specimen.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_MARKER_VIDEO = """# Any video of a regular grid of printed dots, without a model of the surface: dots, numbers and the displacement field.
+# Copy it and set rows and columns to what the image shows in full, and polarity.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_GEL = """# A gel with a grid of dark markers over a camera, as GelSight Mini: dots, numbers, displacement field.
+# Copy it and set rows and columns to what the image shows in full.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_PINS = """# A dome of pins over a camera, as TacTip with 127 or 331 of them: bright, hexagonal, any number.
+# Each pin keeps the number that it has in the first image.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_WORN = """# Bright markers that are worn, speckled or dirty, in any arrangement, over a camera: dots, tracks, displacements.
+# Copy it; set polarity, and where the markers make a grid, its rows and columns and numbering lattice.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_PRESSURE = """# A pressure array of 14 x 6 cells, 3.4 mm apart, 12 bits, as on the fingers of an SDH gripper (its other pads: rows 13).
+# What the pad is made of is not known: put in yours, or calibrate; until then no force is told.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the copy, and give it as params:=FILE.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+_MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of type {}.
+# Made by: python3 -m tactile_bringup.parameters.files FOLDER
+"""
+#: By sensor type: N and N m of the longest arrows, the largest of the simulated specimens' scenes with room for twice as much.
+_FULL_WRENCH = {'areal_single': (3.0, 0.05), 'areal_dual': (2.0, 0.05), 'air_cushion': (25.0, 0.7)}
+_CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
+# What the launch files set for each sensor anew is left out.
+_BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
+
+
+def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> list[Parameter]:
+    names = _BY_LAUNCH | {p.name for p in others}
+    return [p for p in table if p.name not in names]
+
+
+def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], changed: Mapping[str, object],
+          left_out: tuple[str, ...] = ()) -> str:
+    """A parameter file of sections (node, table).
+
+    about: comment on top; changed: name -> value other than the default; left_out: nodes, and what the names of parameters begin with, that
+    are of no use here.
+    """
+    tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
+              for node, table in sections if not node.endswith(left_out)]
+    return LICENCE + about + '\n'.join(to_yaml(table, node) for node, table in tables)
+
+
+def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
+    """The text of a parameter file for a touchpad's nodes. See _text."""
+    left_out = ('dome.', *left_out)
+    sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
+                ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS + SHEET_PARAMETERS)),
+                ('/**/contact_region_node', _without(REGION_PARAMETERS, SENSOR_PARAMETERS)),
+                ('/**/markers_node', _without(MARKERS_PARAMETERS, SENSOR_PARAMETERS))]
+    return _text(about, sections, changed, left_out)
+
+
+def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> str:
+    """The text of a parameter file for the nodes of a sheet or an air cushion."""
+    sensor = MARKER_SENSORS[sensor_type]
+    size = min(sensor.pitch) / 4
+    values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
+              'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
+              'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
+              'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
+              'force_length': 12 * size, 'full_force': _FULL_WRENCH[sensor_type][0], 'full_torque': _FULL_WRENCH[sensor_type][1],
+              'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
+    driver = SENSOR_TYPES[sensor_type].driver
+    own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
+    sections = [('/**', MARKER_SENSOR_PARAMETERS), (f'/**/{driver}', _without(_CAMERAS[driver], MARKER_SENSOR_PARAMETERS)),
+                ('/**/dot_tracker_node', own), ('/**/contact_point_node', _without(POINT_PARAMETERS, MARKER_SENSOR_PARAMETERS)),
+                ('/**/markers_node', _without(MARKERS_PARAMETERS, MARKER_SENSOR_PARAMETERS))]
+    return _text(about, sections, values, ('cap.',))
+
+
+def finger_file(about: str) -> str:
+    """The text of a parameter file for the nodes of a PSD finger."""
+    sections = [('/**', PSD_SENSOR_PARAMETERS), ('/**/psd_node', _without(PSD_DRIVER_PARAMETERS, PSD_SENSOR_PARAMETERS)),
+                ('/**/psd_contact_node', _without(PSD_PARAMETERS, PSD_SENSOR_PARAMETERS)),
+                ('/**/finger_markers_node', _without(FINGER_MARKERS_PARAMETERS, PSD_SENSOR_PARAMETERS))]
+    return _text(about, sections, {})
+
+
+def array_file(about: str, changed: Mapping[str, object]) -> str:
+    """The text of a parameter file for the nodes of a taxel array."""
+    sections = [('/**', TAXEL_SENSOR_PARAMETERS), ('/**/taxel_array_node', _without(TAXEL_DRIVER_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
+                ('/**/taxel_contact_node', _without(TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
+                ('/**/taxel_markers_node', _without(TAXEL_MARKERS_PARAMETERS, TAXEL_SENSOR_PARAMETERS))]
+    return _text(about, sections, changed)
+
+
+def simulated_pad() -> dict[str, object]:
+    """Name -> value of what a user would measure on the simulated array's pad."""
+    pad = PadSpecimen()
+    return {'pad.thickness': pad.thickness, 'pad.stiffness': round(pad.press * pad.thickness, 1),
+            'pad.shear_modulus': round(pad.pull * pad.thickness, 1), 'pad.friction': pad.grip}
+
+
+def simulated_specimen() -> dict[str, object]:
+    """Name -> value of what a user would measure on the simulated pad: where its camera stands, its skin's tension and pressure.
+
+    The skin is stretched so far that all of its stiffness is tension, which a neo-Hookean membrane has at the limit of its stiffness.
+    """
+    scene = open_scene('rest')
+    camera, membrane = scene.camera, scene.membrane
+    rotation = Rotation.from_matrix(camera.rotation).as_rotvec()
+    return {
+        'camera.rotation': [round(float(x), 6) for x in rotation],
+        'camera.translation': [round(float(x), 7) for x in camera.translation],
+        'membrane.shear_stiffness': round(1.0003 * float(membrane.tension), 2),
+        'membrane.rest_pressure': round(float(membrane.pressure), 1),
+    }
+
+
+_PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
+_SIMULATED_TIPS = {'areal_single': 0.006, 'areal_dual': 0.008, 'air_cushion': 0.030}  # m, of the scenes' usual tip
+
+
+def simulated_markers(sensor_type: str) -> dict[str, object]:
+    """Name -> value of what a user would measure on the simulated sheet or cushion, and of the tip that presses it; the scene."""
+    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': _SIMULATED_TIPS[sensor_type]}
+    if SENSOR_TYPES[sensor_type].stitched:  # where its cameras stand, the calibration tells
+        return scene
+    camera = open_scene(f'{sensor_type}_rest').camera
+    return {**scene, 'camera.translation': [round(float(x), 7) for x in camera.translation],
+            'camera.rotation': [round(float(x), 6) for x in Rotation.from_matrix(camera.rotation).as_rotvec()]}
+
+
+def parameter_files() -> dict[str, str]:
+    """File name -> text."""
+    files = {}
+    for sensor_type in MARKER_SENSORS:
+        files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
+        files[f'{sensor_type}_sim.yaml'] = marker_file(_MARKERS_SIMULATED.format(sensor_type), sensor_type, simulated_markers(sensor_type))
+    return files | _touchpad_files() | {'psd_finger.yaml': finger_file(_MARKERS.format('psd_finger')),
+                                        'psd_finger_sim.yaml': finger_file(_MARKERS_SIMULATED.format('psd_finger')),
+                                        'taxel_array.yaml': array_file(_MARKERS.format('taxel_array'), {}),
+                                        'taxel_array_sim.yaml': array_file(_MARKERS_SIMULATED.format('taxel_array'), simulated_pad()),
+                                        'pressure_array_14x6.yaml': array_file(_PRESSURE, _PRESSURE_ARRAY)}
+
+
+def _touchpad_files() -> dict[str, str]:
+    video = {'sensor_type': 'marker_video', 'rows': 7, 'columns': 10, 'surface': 'none'}
+    surface_only = ('cap.', 'camera.', 'membrane.', 'calibration', 'contact_region_node', 'markers_node')
+    gel = {**video, 'sensor_type': 'marker_gel'}
+    pins = {**video, 'sensor_type': 'pin_dome', 'rows': 0, 'columns': 0, 'polarity': 'bright', 'detection': 'blobs',
+            'numbering': 'register'}
+    worn = {**pins, 'sensor_type': 'worn_markers', 'detection': 'discs', 'numbering': 'tracks'}
+    return {'touchpad.yaml': touchpad_file(_TOUCHPAD, {}), 'marker_gel.yaml': touchpad_file(_GEL, gel, surface_only),
+            'pin_dome.yaml': touchpad_file(_PINS, pins, surface_only), 'worn_markers.yaml': touchpad_file(_WORN, worn, surface_only),
+            'touchpad_sim.yaml': touchpad_file(_SIMULATED, simulated_specimen()),
+            'marker_video.yaml': touchpad_file(_MARKER_VIDEO, video, surface_only)}
+
+
+def main() -> int:
+    """Write the files into the folder named on the command line."""
+    for name, text in parameter_files().items():
+        Path(sys.argv[1], name).write_text(text)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

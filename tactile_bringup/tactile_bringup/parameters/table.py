@@ -1,0 +1,76 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of the nodes of this package."""
+from __future__ import annotations
+
+from tactile_driver.parameters.table import Parameter
+
+
+def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
+    """The parameters of a wrench's arrows, with their defaults."""
+    return (Parameter('force_length', float, length, 'm', 'length of the arrows of full_force and full_torque; none is longer', 0.0, 10.0,
+                      read_only=read_only),
+            Parameter('full_force', float, force, 'N', 'force whose arrow has its full length: the largest of the calibrated range', 1e-6,
+                      1e6, read_only=read_only),
+            Parameter('full_torque', float, torque, 'N m', 'torque whose arrow has its full length', 1e-9, 1e6, read_only=read_only))
+
+
+MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'touchpad', '', 'the sensor frame; /tf_static tells where its camera is', read_only=True),
+    Parameter('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'rotation vector from sensor to camera frame', -10.0, 10.0,
+              read_only=True),
+    Parameter('camera.translation', list[float], [0.0, 0.0, 0.04], 'm', "sensor frame's origin in the camera frame", -10.0, 10.0,
+              read_only=True),
+    Parameter('calibration', str, '', '', 'of two cameras: calibration file, which tells where places appear in the stitched picture',
+              read_only=True),
+    Parameter('dot_size', float, 0.0006, 'm', 'diameter of a dot among the markers; lines and arrows are in proportion', 1e-5, 1.0),
+    Parameter('dot_colour', str, 'state', '', 'what colours dots tell: contact state, or depth under the untouched sheet or dome',
+              choices=('state', 'depth')),
+    Parameter('sensor_type', str, 'touchpad', '', 'tells what the untouched surface is: a cap, a sheet or a dome', read_only=True),
+    Parameter('cap.curvature_radius', float, 0.020, 'm', 'touchpad: radius of the untouched sphere', 1e-4, 10.0, read_only=True),
+    Parameter('cap.height', float, 0.013, 'm', 'touchpad: height over the rim', 1e-4, 10.0, read_only=True),
+    Parameter('dome.rim_radius', float, 0.0, 'm', 'air_cushion: radius of the rim', 0.0, 10.0, read_only=True),
+    Parameter('dome.height', float, 0.0, 'm', 'air_cushion: height over the rim', 0.0, 10.0, read_only=True),
+    Parameter('full_depth', float, 0.003, 'm', 'depth under the untouched surface where the scale of colours ends', 1e-5, 1.0),
+    Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0),
+    *_arrows(0.009, 4.0, 0.03),
+)
+
+FINGER_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'psd_finger', '', 'the sensor frame; /tf_static tells where its tip is', read_only=True),
+    Parameter('radius', float, 0.016, 'm', "of the hemisphere's outside", 1e-4, 1.0, read_only=True),
+    Parameter('point_size', float, 0.0015, 'm', 'diameter of a contact among the markers; lines and arrows are in proportion', 1e-5, 1.0,
+              read_only=True),
+    Parameter('normal_length', float, 0.008, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    Parameter('trail', float, 2.0, 's', 'how long the way of a contact is shown', 0.0, 3600.0, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+)
+
+TAXEL_MARKERS_PARAMETERS = (
+    Parameter('frame_id', str, 'taxel_array', '', 'the sensor frame; /tf_static tells where the taxels are', read_only=True),
+    Parameter('pitch', float, 0.001, 'm', 'from taxel to taxel; lines and arrows are in proportion', 1e-5, 0.1, read_only=True),
+    Parameter('cell_height', float, 0.002, 'm', 'of the pad: so far under its surface the cells are drawn', 1e-5, 0.1, read_only=True),
+    Parameter('full_value', float, 120.0, '', 'value of a taxel where the scale of colours ends', 1.0, 65535.0, read_only=True),
+    Parameter('normal_length', float, 0.006, 'm', "length of a contact's normal", 0.0, 10.0, read_only=True),
+    *_arrows(0.009, 120.0, 1.0, read_only=True),
+    Parameter('flow_scale', float, 0.5, 's', 'length of the flow arrows for each m/s', 0.0, 1e3, read_only=True),
+    Parameter('rate', float, 30.0, 'Hz', 'how often markers are drawn', 0.1, 1000.0, read_only=True),
+)
+
+RECORD_PARAMETERS = (
+    Parameter('bag', str, '', '', 'rosbag2 folder (MCAP) to write; it must not exist', read_only=True),
+    Parameter('pictures', bool, False, '', 'record markers and image_annotated too, which can be made again from the rest', read_only=True),
+    Parameter('patience', float, 15.0, 's', 'how long raw data wait for somebody who works on them: a recording that is played begins with '
+              'its first subscriber', 0.0, 1e3, read_only=True),
+)
+
+HAND_FRAMES_PARAMETERS = (
+    Parameter('hand', str, '', '', 'YAML file with the sensors of the hand', read_only=True),
+)
+
+DEMO_PARAMETERS = (
+    Parameter('out', str, 'out/demo', '', 'folder for pictures and video', read_only=True),
+    Parameter('seconds', float, 25.0, 's', 'how long it lasts, by the stamps; 0: until nothing comes any more', 0.0, 1e6, read_only=True),
+    Parameter('patience', float, 30.0, 's', 'how long it waits for the first frame', 0.1, 1e6, read_only=True),
+    Parameter('panel', bool, False, '', 'numbers written over each other, for a terminal, instead of line under line', read_only=True),
+)

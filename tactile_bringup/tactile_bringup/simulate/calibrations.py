@@ -1,0 +1,78 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Makes calibration/*_sim.yaml: calibrates the simulated specimens, as a user would calibrate his, by presses at known places or loads.
+
+    python3 -m tactile_bringup.simulate.calibrations FOLDER [TYPE ...]
+
+Of a sheet's or dome's touch methods the files hold the one that did best; the errors of all are there.
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from tactile_driver.command import tells_errors
+from tactile_perception.calibration.files.format import read_calibration, write_calibration
+from tactile_perception.calibration.files.markers import METHODS, best_method
+from tactile_perception.errors import BadArgument
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.tools.calibrate.markers import calibrate_markers
+from tactile_perception.tools.calibrate.psd import calibrate_psd
+from tactile_perception.tools.calibrate.taxel import calibrate_taxels
+
+from .camera import write_scene
+from ..installed import share
+from ..parameters.files import LICENCE
+from .psd import write_psd_scene
+from .taxel import write_taxel_scene
+
+# sensor type: what calibrates it; what writes a scene of it; which scene; Hz (of sheets and dome two to four frames a depth)
+SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},
+             'psd_finger': (calibrate_psd, write_psd_scene, 'calibration', 1000.0),
+             'taxel_array': (calibrate_taxels, write_taxel_scene, 'plate', 20.0)}
+
+
+def calibrate_specimen(sensor_type: str, output: Path) -> str:
+    """Write the calibration of the simulated specimen of a type to output, from its calibration scene; how it went.
+
+    Raises TactileError for a type that there is none of.
+    """
+    if sensor_type not in SPECIMENS:
+        raise BadArgument(f'no simulated specimen of type {sensor_type!r}; there are {", ".join(SPECIMENS)}')
+    calibrate, write, scene, rate = SPECIMENS[sensor_type]
+    with TemporaryDirectory() as folder:
+        bag = Path(folder) / sensor_type
+        write(bag, scene, rate)
+        told = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
+    if sensor_type in MARKER_SENSORS:
+        keep_best(output, sensor_type)
+    output.write_text(LICENCE + output.read_text())  # it ships
+    return told
+
+
+def keep_best(path: Path, sensor_type: str) -> None:
+    """Leave only the best of the methods in a calibration file."""
+    file = read_calibration(path, sensor_type)
+    methods = file.fitted[METHODS]
+    best = best_method(file.residuals, methods)
+    file.fitted[METHODS] = {best: methods[best]}
+    write_calibration(path, file)
+
+
+@tells_errors('simulated_calibrations')
+def main(args: list[str] | None = None) -> int:
+    """The command; exit code 0, or 1 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser('simulated_calibrations', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('folder', type=Path)
+    parser.add_argument('types', nargs='*', default=list(SPECIMENS), help=f'of {", ".join(SPECIMENS)}; all where none is given')
+    given = parser.parse_args(args)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    for sensor_type in given.types:
+        print(calibrate_specimen(sensor_type, given.folder / f'{sensor_type}_sim.yaml'), flush=True)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,69 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated scene as a bag, with ground truth, as its recording would be: what calibrate and process_bag read."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import cv2
+from tactile_driver.frame import Frame, pinhole_calibration
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.simulation.scene.scene import TwoCameraScene
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+from tactile_perception.bags.message_bag import write_messages
+
+from ..recording.introduction import camera_pose, introduction, place
+
+_FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
+_SECOND_NS = 10**9
+
+
+def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
+    """Write a scene to a new bag, at rate Hz, under namespace (empty: the sensor's type); the number of frames written.
+
+    frames: how many, 0 for the whole scene. Raises BadArgument for an unknown scene or a bag that exists.
+    """
+    scene = _open(name, rate, seed)
+    numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
+    told = _introduction(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
+    frames_of = chain.from_iterable(_messages(scene, number, numbers, namespace) for number in range(count))
+    write_messages(path, namespace, chain(told, frames_of))
+    return count
+
+
+def _introduction(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
+    """Description and the cameras' places."""
+    two = isinstance(scene, TwoCameraScene)
+    cameras = dict(zip(('left_camera', 'right_camera'), scene.cameras)) if two else {'camera': scene.camera}
+    places = [place(frame_id, name, *camera_pose(cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation))
+              for name, camera in cameras.items()]
+    size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
+    return introduction(_FIRST_NS, scene.sensor, frame_id, {**about, **size, 'encoding': 'bgr8'}, places)
+
+
+def _open(name: str, rate: float, seed: int):
+    """The scene, of whichever number of cameras it has."""
+    return (open_dual_scene if name.startswith('areal_dual') else open_scene)(name, rate, seed)
+
+
+def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """(stamp, ns, topic, message) of one frame; truth has the stamp of the only, or the left view."""
+    stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
+    if isinstance(scene, TwoCameraScene):
+        left, right, truth = scene.render(number / scene.rate)
+        late_ns = stamp_ns + round(scene.trigger_delay * _SECOND_NS)
+        views = (('left/', left, scene.cameras[0], stamp_ns), ('right/', right, scene.cameras[1], late_ns))
+    else:
+        seen = scene.render(number / scene.rate)
+        truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)
+    for prefix, image, camera, own_ns in views:
+        info = calibration_to_message(pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height)))
+        info.header = header_of(own_ns, frame_id)
+        yield own_ns, f'{prefix}camera_info', info
+        yield own_ns, f'{prefix}image_raw', image_to_message(Frame(image, own_ns, 'bgr8'), '', info.header)
+    header = header_of(stamp_ns, frame_id)
+    for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / scene.rate, header).items():
+        yield stamp_ns, f'ground_truth/{name}', message

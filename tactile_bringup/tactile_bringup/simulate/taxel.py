@@ -1,0 +1,44 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes of the simulated taxel array as bags."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
+from tactile_driver.simulation.taxel.scene import open_taxel_scene
+from tactile_perception.bags.message_bag import write_messages
+
+from ..recording.introduction import introduction, place
+
+SENSOR_TYPE = 'taxel_array'
+_SECOND_NS = 10**9
+
+
+def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = SENSOR_TYPE) -> int:
+    """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
+
+    Raises BadArgument for an unknown scene or a bag that exists.
+    """
+    scene = open_taxel_scene(name, rate, seed)
+    pad = scene.specimen
+    told = introduction(_SECOND_NS, SENSOR_TYPE, namespace, {'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
+                                                             'height': pad.rows, 'encoding': 'mono8'},
+                        [place(namespace, 'taxels', (0.0, 0.0, -pad.thickness))])
+    write_messages(path, namespace, chain(told, _messages(scene, rate, namespace)))
+    return scene.frames
+
+
+def _messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """(stamp, ns, topic, message) of all frames."""
+    numbers = TouchNumbers()
+    for number in range(scene.frames):
+        stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # a stamp of zero means «no time» to much of ROS
+        header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
+        yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
+        for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():
+            yield stamp, f'ground_truth/{name}', message

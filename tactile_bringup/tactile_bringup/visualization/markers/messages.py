@@ -1,0 +1,190 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From results to what RViz draws."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from rclpy.duration import Duration
+from std_msgs.msg import ColorRGBA, Header
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+from tactile_perception.common.spherical_cap import Cap
+from visualization_msgs.msg import Marker, MarkerArray
+
+from .. import colours, mesh
+from ..annotated_image import states_of
+from .skin import SkinMarkers
+
+#: s: markers stay so long after the last data
+STALE_S = 2.0
+_LIFETIME = Duration(seconds=STALE_S).to_msg()
+_WITHIN_95 = 2.796  # standard deviations: three dimensions
+_THINNEST = 1e-5  # m: RViz warns of a scale of zero
+_LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
+
+
+def _colour(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
+    return ColorRGBA(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
+
+
+_STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
+
+
+def points_of(places: np.ndarray) -> list[Point]:
+    """Places (N, 3), m, as Points."""
+    return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
+
+
+def _array(points) -> np.ndarray:
+    return np.array([(p.x, p.y, p.z) for p in points], float).reshape(-1, 3)
+
+
+def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Outlines and holes, each (n, 3), m."""
+    return [_array(polygon.points) for polygon in region.outlines], [_array(polygon.points) for polygon in region.holes]
+
+
+def untouched_cap(sizes: Mapping) -> Cap | None:
+    """The untouched surface of a touchpad or an air cushion; None for a sheet."""
+    if sizes['sensor_type'] == 'touchpad':
+        return Cap(sizes['cap.curvature_radius'], sizes['cap.height'])
+    rim, height = sizes['dome.rim_radius'], sizes['dome.height']
+    return Cap((rim**2 + height**2) / (2 * height), height) if min(rim, height) > 0 else None
+
+
+class MarkerSet:
+    """Makes the markers of each frame, and takes away those of the frame before that are no more. RViz itself
+    takes away what nothing new has come of for STALE_S, as when a node was killed.
+
+    sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
+    untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
+    """
+
+    def __init__(self, sizes: Mapping):
+        self._sizes, self._skin = sizes, SkinMarkers()
+        self._shown: set[tuple[str, int]] = set()
+        self._made: list[Marker] = []
+        self._header = Header()
+
+    def frame(self, header: Header, found: Mapping) -> MarkerArray:
+        """The markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        self._header, self._made = header, []
+        dots = found.get('dots')
+        places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if dots is not None and len(dots.x) else np.zeros((0, 3))
+        region = found.get('contact_region') or ContactRegion()
+        if len(places):
+            self._dots(dots, places, region)
+        if region.outlines:
+            self._region(region, places)
+        if found.get('contacts') is not None:
+            self._contacts(found['contacts'])
+        if found.get('wrench') is not None:
+            self._wrench(found['wrench'].wrench, region)
+        if found.get('slip') is not None:
+            self._slip(found['slip'], region)
+        return MarkerArray(markers=self._gone() + self._made)
+
+    def nothing(self, header: Header) -> MarkerArray:
+        """Takes all markers away."""
+        self._shown = set()
+        return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
+
+    def _gone(self) -> list[Marker]:
+        made = {(marker.ns, marker.id) for marker in self._made}
+        gone = [Marker(header=self._header, ns=ns, id=number, action=Marker.DELETE) for ns, number in sorted(self._shown - made)]
+        self._shown = made
+        return gone
+
+    def _add(self, ns: str, kind: int, scale: tuple[float, float, float], colour: ColorRGBA, points: list[Point],
+             number: int = 0) -> Marker:
+        marker = Marker(header=self._header, ns=ns, id=number, type=kind, scale=Vector3(x=scale[0], y=scale[1], z=scale[2]), color=colour,
+                        points=points, lifetime=_LIFETIME)
+        marker.pose.orientation.w = 1.0
+        self._made.append(marker)
+        return marker
+
+    def _dots(self, dots: DotTracks, places: np.ndarray, region: ContactRegion) -> None:
+        known = np.isfinite(places).all(axis=1)
+        places, id, size = places[known], np.asarray(dots.id, np.int64)[known], self._sizes['dot_size']
+        points, share = points_of(places), self._depths(places) / self._sizes['full_depth']
+        self._add('dots', Marker.SPHERE_LIST, (size, size, size), _STATES[0], points).colors = self._dot_colours(id, share, region)
+        corners = self._skin.corners(id, places, dots.columns)
+        if len(corners):
+            skin = self._add('skin', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.CONTACT), [points[k] for k in corners])
+            skin.colors = self._skin.colours(places, share)
+
+    def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
+        """Of dots id (N,) at a share (N,) of the full depth."""
+        if self._sizes['dot_colour'] == 'depth':
+            return [_colour(rgb) for rgb in colours.of_depth(share).tolist()]
+        state = states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
+        return [_STATES[max(s, 0)] for s in state.tolist()]
+
+    def _depths(self, places: np.ndarray) -> np.ndarray:
+        """(N,) m, of places (N, 3), m, under the untouched surface, along its normal."""
+        cap = untouched_cap(self._sizes)
+        if cap is None:
+            return -places[:, 2]
+        return cap.curvature_radius - np.linalg.norm(places - [0.0, 0.0, cap.centre_z], axis=1)
+
+    def _region(self, region: ContactRegion, places: np.ndarray) -> None:
+        outlines, holes = rings_of(region)
+        for ns, rings, colour in (('outlines', outlines, colours.REGION), ('holes', holes, colours.HOLE)):
+            if rings:
+                ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
+                lines = np.concatenate(ends) + (0.0, 0.0, _LIFTED)
+                self._add(ns, Marker.LINE_LIST, (0.5 * self._sizes['dot_size'], 0.0, 0.0), _colour(colour), points_of(lines))
+        corners = mesh.fill(outlines + holes, places[np.isfinite(places).all(axis=1)])
+        if len(corners):
+            lifted = points_of(corners + (0.0, 0.0, 0.5 * _LIFTED))
+            self._add('region', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), _colour(colours.REGION, 0.4), lifted)
+
+    def _arrow(self, ns: str, number: int, ends: np.ndarray, colour: tuple[float, float, float]) -> None:
+        if np.isfinite(ends).all() and np.ptp(ends, axis=0).any():
+            size = self._sizes['dot_size']
+            self._add(ns, Marker.ARROW, (0.6 * size, 1.5 * size, 2.0 * size), _colour(colour), points_of(ends), number)
+
+    def _contacts(self, contacts: Contacts) -> None:
+        for contact in contacts.contacts:
+            place, normal = _array([contact.position])[0], _array([contact.normal])[0]
+            self._arrow('normals', contact.id, np.stack([place, place + self._sizes['normal_length'] * normal]), colours.CONTACT)
+            self._covariance(contact.id, place, np.asarray(contact.position_covariance).reshape(3, 3))
+
+    def _covariance(self, number: int, place: np.ndarray, covariance: np.ndarray) -> None:
+        """The ellipsoid in which the touch is with 95 %."""
+        if not (np.isfinite(covariance).all() and np.isfinite(place).all() and covariance.any()):
+            return
+        variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
+        axes[:, 0] *= np.sign(np.linalg.det(axes))
+        across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
+        marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
+        marker.pose.position = points_of(place[None])[0]
+        from scipy.spatial.transform import Rotation  # only where somebody looks at markers
+        orientation = Rotation.from_matrix(axes).as_quat().tolist()
+        marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
+
+    def _wrench(self, wrench, region: ContactRegion) -> None:
+        """Force as it points, towards the region's centroid, over which its tip stands off by a normal's length so as not to hide the
+        touch; torque at the frame's origin. What is not known is not drawn."""
+        if not region.outlines:
+            return
+        force = self._arrow_of(_array([wrench.force])[0], self._sizes['full_force'])
+        torque = self._arrow_of(_array([wrench.torque])[0], self._sizes['full_torque'])
+        away = -force / max(float(np.linalg.norm(force)), 1e-12)
+        tip = _array([region.centroid])[0] + self._sizes['normal_length'] * away
+        self._arrow('force', 0, np.stack([tip - force, tip]), colours.FORCE)
+        self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
+
+    def _arrow_of(self, vector: np.ndarray, full: float) -> np.ndarray:
+        """(3,) m, the arrow of a vector (3,): force_length for one of the size full and for larger ones."""
+        share = float(np.linalg.norm(vector)) / full
+        return vector * (self._sizes['force_length'] / full / max(1.0, share))
+
+    def _slip(self, slip: Slip, region: ContactRegion) -> None:
+        centre = _array([slip.rotation_center])[0]
+        if slip.state != Slip.NONE and np.isfinite(centre[:2]).all():
+            centre[2] = centre[2] if np.isfinite(centre[2]) else region.centroid.z
+            size = 2.0 * self._sizes['dot_size']
+            self._add('slip_center', Marker.SPHERE_LIST, (size, size, size), _STATES[2], points_of(centre[None]))

@@ -1,0 +1,106 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a taxel array's results to what RViz draws: cells by value, outlines, axes, normals, flow, slip and wrench."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from geometry_msgs.msg import Point, Vector3, Wrench
+from sensor_msgs.msg import Image
+from std_msgs.msg import ColorRGBA, Header
+from tactile_msgs.msg import ContactRegion, Slip
+from tactile_perception.nodes.stages.taxel import taxel_values
+from visualization_msgs.msg import Marker, MarkerArray
+
+from .. import colours
+from .messages import MarkerSet, points_of, rings_of
+
+_SLIP_TEXT = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
+_SLIP_COLOURS = {Slip.NONE: colours.STATE_COLOURS[1], Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
+_MOST_ARROWS = 200
+_TONES = 64  # steps of the cells' colours: finer than is seen
+_SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
+
+
+def _colour(rgb, opacity: float = 1.0) -> ColorRGBA:
+    return ColorRGBA(r=float(rgb[0]), g=float(rgb[1]), b=float(rgb[2]), a=opacity)
+
+
+def _known(wrench: Wrench) -> Wrench:
+    """The part of a wrench that is known, which is what can be drawn."""
+    parts = {name: {axis: float(np.nan_to_num(getattr(getattr(wrench, name), axis))) for axis in 'xyz'} for name in ('force', 'torque')}
+    return Wrench(force=Vector3(**parts['force']), torque=Vector3(**parts['torque']))
+
+
+class TaxelMarkers(MarkerSet):
+    """sizes: pitch, cell_height, normal_length, force_length (m), full_value, full_force (N), full_torque (N m), flow_scale (s)."""
+
+    def __init__(self, sizes: Mapping):
+        super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
+        self._array = sizes
+        self._tones = [_colour(rgb, 0.9) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
+        self._places: tuple[tuple[int, ...], list[Point]] = (), []  # of the cells of an array of some shape
+
+    def frame(self, header: Header, found: Mapping) -> MarkerArray:
+        """The markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        self._header, self._made = header, []
+        region = found.get('contact_region') or ContactRegion()
+        if found.get('image_raw') is not None:
+            self._cells(found['image_raw'])
+        if region.outlines:
+            self._lines(region)
+        if found.get('contacts') is not None:
+            self._contacts(found['contacts'])
+        if found.get('wrench') is not None:
+            self._wrench(_known(found['wrench'].wrench), region)
+        if found.get('slip') is not None and region.outlines:
+            self._flow(found['slip'], region)
+            self._slip(found['slip'], region)
+        return MarkerArray(markers=self._gone() + self._made)
+
+    def _cells(self, image: Image) -> None:
+        """A plate a taxel, just under the pad's surface, on which the outlines are, coloured by its value."""
+        values = taxel_values(image).astype(float)
+        pitch, thick = self._array['pitch'], 0.1 * self._array['cell_height']
+        if self._places[0] != values.shape:
+            self._places = values.shape, self._cell_places(values.shape, thick)
+        marker = self._add('cells', Marker.CUBE_LIST, (pitch, pitch, thick), self._tones[0], self._places[1])
+        tone = np.clip(np.round((_TONES - 1) * values.ravel() / self._array['full_value']), 0, _TONES - 1).astype(int)
+        marker.colors = [self._tones[k] for k in tone.tolist()]
+
+    def _cell_places(self, shape: tuple[int, int], thick: float) -> list[Point]:
+        """The cells' centres, row by row."""
+        row, column = (index.ravel() for index in np.indices(shape))
+        pitch = self._array['pitch']
+        return points_of(np.column_stack([(column - 0.5 * (shape[1] - 1)) * pitch, (row - 0.5 * (shape[0] - 1)) * pitch,
+                                          np.full(row.size, -0.5 * thick)]))
+
+    def _lines(self, region: ContactRegion) -> None:
+        """Outlines, holes, and the axes of the region."""
+        width = 0.3 * self._array['pitch']
+        for ns, rings, colour in zip(('outlines', 'holes'), rings_of(region), (colours.REGION, colours.HOLE)):
+            if rings:
+                ends = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1).reshape(-1, 3) for ring in rings]
+                self._add(ns, Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colour), points_of(np.concatenate(ends)))
+        middle = np.array([region.centroid.x, region.centroid.y, region.centroid.z])
+        if np.isfinite(region.orientation):
+            along = np.array([np.cos(region.orientation), np.sin(region.orientation), 0.0])
+            across = np.array([-along[1], along[0], 0.0])
+            ends = [middle + side * 0.5 * length * axis for axis, length in ((along, region.major_axis), (across, region.minor_axis))
+                    for side in (-1, 1)]
+            self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
+
+    def _flow(self, slip: Slip, region: ContactRegion) -> None:
+        """An arrow where the object slips, and the slip's state in words."""
+        size, scale = self._array['pitch'], self._array['flow_scale']
+        at = np.column_stack([slip.x, slip.y, np.zeros(len(slip.x))]).astype(float)
+        by = np.column_stack([slip.vx, slip.vy, np.zeros(len(slip.vx))]).astype(float)
+        known = np.flatnonzero(np.isfinite(by).all(axis=1))
+        known = known[::1 + len(known) // _MOST_ARROWS]
+        if len(known):
+            ends = np.stack([at[known], at[known] + scale * by[known]], axis=1).reshape(-1, 3)
+            self._add('flow', Marker.LINE_LIST, (0.15 * size, 0.0, 0.0), _colour(colours.ARROW), points_of(ends))
+        text = self._add('slip', Marker.TEXT_VIEW_FACING, (0.0, 0.0, 4 * size), _colour(_SLIP_COLOURS[slip.state]), [])
+        text.text = _SLIP_TEXT[slip.state]
+        text.pose.position = Point(x=region.centroid.x, y=region.centroid.y, z=2 * self._array['normal_length'])

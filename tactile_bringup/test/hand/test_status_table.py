@@ -1,0 +1,51 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from tactile_bringup.hand.status_table import ERROR, OK, WARN, HandStatus
+
+GOOD = {'state': 'running', 'rate (Hz)': '29.97', 'latency (ms)': '12.34', 'age (s)': '0.0213', 'dropped': '2'}
+
+
+def line_of(text, node):
+    return next(line.split() for line in text.splitlines() if f' {node} ' in line)
+
+
+def test_a_line_for_each_node_with_its_numbers():
+    status = HandStatus()
+    status.add('/left/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
+    status.add('/left/thumb/dot_tracker_node: dot_tracker', OK, '', {**GOOD, 'state': 'idle', 'dropped': '0'}, 10.0)
+    text = status.text(10.5)
+    assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', 'ok']
+    assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', 'ok']
+    status.add('/hand_frames_node: frames', OK, '', {}, 10.0)
+    assert status.nodes == {'/left/thumb/camera_node', '/left/thumb/dot_tracker_node', '/hand_frames_node'} and status.faulty(10.5) == 0
+
+
+def test_a_fault_is_told_and_remembered_when_it_is_over():
+    status = HandStatus()
+    status.add('/thumb/camera_node: camera', ERROR, 'no frame; check the cable', GOOD, 10.0)
+    assert status.faulty(10.0) == 1 and 'thumb/camera_node: no frame; check the cable' in status.text(10.0)
+    status.add('/thumb/camera_node: camera', WARN, 'slow', GOOD, 11.0)
+    assert status.faulty(11.0) == 0 and 'thumb/camera_node: slow' in status.text(11.0)
+    status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 12.0)
+    assert 'thumb/camera_node: 2 s ago: slow' in status.text(13.0)
+
+
+def test_a_node_that_reports_no_more_is_silent():
+    status = HandStatus()
+    status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
+    assert status.faulty(13.0) == 0 and status.faulty(14.0) == 1
+    assert line_of(status.text(20.0), 'camera_node')[-1] == 'SILENT' and 'silent for 10 s; has its process ended?' in status.text(20.0)
+
+
+def test_a_sensor_of_which_nothing_is_heard_is_missing():
+    status = HandStatus(['thumb', 'index'])
+    assert status.empty
+    status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
+    assert status.missing == ['index'] and status.faulty(10.0) == 1
+    assert 'has it been launched?' in next(line for line in status.text(10.0).splitlines() if line.startswith('index'))
+
+
+def test_colours_only_where_asked_for():
+    status = HandStatus()
+    status.add('/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
+    assert '\033' in status.text(10.0, colour=True) and '\033' not in status.text(10.0)

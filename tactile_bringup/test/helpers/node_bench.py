@@ -1,0 +1,61 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node that draws, somebody who looks at it, and the time that both need."""
+import threading
+import time
+
+import pytest
+
+
+@pytest.fixture
+def bench():
+    """bench(make, domain) -> (other node, until(condition, seconds) -> whether it came true)."""
+    rclpy = pytest.importorskip('rclpy')
+    from rclpy.executors import SingleThreadedExecutor
+    made = []
+
+    def begin(make, domain):
+        rclpy.init(domain_id=domain)
+        made.extend([SingleThreadedExecutor(), make(), rclpy.create_node('other')])
+        executor = made[0]
+        for node in made[1:]:
+            executor.add_node(node)
+
+        def until(condition, seconds=15.0):
+            end = time.monotonic() + seconds
+            while not condition() and time.monotonic() < end:
+                executor.spin_once(timeout_sec=0.05)
+            return condition()
+        return made[2], until
+    yield begin
+    if made:
+        made[0].shutdown()
+    for node in made[1:]:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def beside(monkeypatch):
+    """beside(make, domain): the node make(context), spun in a thread beside the test; commands called in the test join its domain."""
+    rclpy = pytest.importorskip('rclpy')
+    from rclpy.context import Context
+    from rclpy.executors import SingleThreadedExecutor
+    made = []
+
+    def begin(make, domain):
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
+        node, executor = make(context), SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        thread = threading.Thread(target=executor.spin, daemon=True)
+        thread.start()
+        made.append((node, executor, thread, context))
+        return node
+    yield begin
+    for node, executor, thread, context in made:
+        executor.shutdown()
+        thread.join(5)
+        node.destroy_node()
+        rclpy.shutdown(context=context)

@@ -1,0 +1,185 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import sys
+
+import pytest
+
+pytest.importorskip('launch_ros', reason='ROS is not sourced')
+
+from launch import LaunchContext  # noqa: E402
+from launch.actions import LogInfo  # noqa: E402
+
+from tactile_bringup.launch.arguments import (  # noqa: E402
+    LaunchError, check, completed, driver_parameters, sensor_actions, sensor_arguments, sensor_plan)
+from tactile_bringup.installed import share  # noqa: E402
+from tactile_bringup.sensor_types import SENSOR_TYPES  # noqa: E402
+
+pytestmark = pytest.mark.ros
+SOURCES = ('sim', 'device', 'file', 'bag')
+
+
+def values(sensor_type='touchpad', **given):
+    context = LaunchContext()
+    return {a.name: ''.join(part.perform(context) for part in a.default_value) for a in sensor_arguments(sensor_type)} | given
+
+
+def actions(sensor_type, **given):
+    context = LaunchContext()
+    for argument in sensor_arguments(sensor_type):
+        argument.execute(context)
+    context.launch_configurations.update(given)
+    return sensor_actions(context, sensor_type)
+
+
+@pytest.fixture
+def files(tmp_path):
+    video, calibration = tmp_path / 'video.avi', tmp_path / 'mine.yaml'
+    video.write_text('')
+    calibration.write_text('')
+    return {'source': 'file', 'path': str(video)}, str(calibration)
+
+
+def notes(found):
+    return [''.join(part.text for part in action.msg) for action in found if isinstance(action, LogInfo)]
+
+
+@pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
+def test_the_arguments_are_those_of_the_contract(sensor_type):
+    found = sensor_arguments(sensor_type)
+    common = ['namespace', 'source', 'device', 'path', 'topic', 'params', 'calibration', 'rviz', 'record', 'rate', 'loop', 'scene',
+              'autostart', 'composed']
+    assert [a.name for a in found] == [*common, *SENSOR_TYPES[sensor_type].arguments]
+    assert all(a.description for a in found)
+
+
+@pytest.mark.parametrize('sensor_type', SENSOR_TYPES)
+def test_a_simulated_sensor_is_one_process_of_all_its_nodes_and_calibrated(processes_of, sensor_type):
+    kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type)
+    assert processes_of(found) == [[kind.driver, *kind.perception, kind.markers]]
+    assert notes(found) == []
+    assert processes_of(actions(sensor_type, composed='false', record='new'))[-1] == ['record_node']
+
+
+@pytest.mark.parametrize('sensor_type', [name for name, kind in SENSOR_TYPES.items() if kind.uncalibrated])
+def test_an_uncalibrated_sensor_says_what_is_missing(processes_of, sensor_type):
+    kind, found = SENSOR_TYPES[sensor_type], actions(sensor_type, source='device', device='x')
+    perception = kind.perception[:-1] if kind.needs else kind.perception
+    assert processes_of(found) == [[kind.driver, *perception, kind.markers]]
+    assert len(notes(found)) == 1 and 'not calibrated' in notes(found)[0]
+
+
+def test_a_calibrated_one_tells_touches(files):
+    plan = sensor_plan(values('areal_single', calibration=files[1], **files[0]), 'areal_single')
+    assert list(plan.nodes) == ['camera_node', 'dot_tracker_node', 'contact_point_node', 'markers_node']
+    assert plan.nodes['contact_point_node'] == {'calibration': files[1]}
+
+
+def test_a_stitching_alone_tells_no_touches(files, tmp_path):
+    (tmp_path / 'stitching.yaml').write_text('fitted:\n  stitching:\n    seam: 5.0\n')
+    plan = sensor_plan(values('areal_dual', calibration=str(tmp_path / 'stitching.yaml'), **files[0]), 'areal_dual')
+    assert list(plan.nodes) == ['dual_camera_node', 'dot_tracker_node', 'markers_node'] and len(plan.notes) == 1
+
+
+def test_a_calibration_that_the_parameter_file_names_counts(files, tmp_path):
+    text = open(share('params', 'areal_dual.yaml')).read().replace('calibration: ""', f'calibration: "{files[1]}"')
+    (tmp_path / 'params.yaml').write_text(text)
+    plan = sensor_plan(values('areal_dual', params=str(tmp_path / 'params.yaml'), **files[0]), 'areal_dual')
+    assert 'contact_point_node' in plan.nodes and plan.nodes['dual_camera_node']['stitching_path'] == files[1]
+
+
+def test_a_contact_region_needs_a_surface(files):
+    plan = sensor_plan(values(params=share('params', 'marker_video.yaml'), **files[0]), 'touchpad')
+    assert list(plan.nodes) == ['camera_node', 'dot_tracker_node', 'markers_node']
+
+
+@pytest.mark.parametrize('text', ['a: [', 'just words', ''])
+@pytest.mark.parametrize('sensor_type', ['touchpad', 'areal_single'])
+def test_a_broken_parameter_file_is_told_in_one_line(tmp_path, files, sensor_type, text):
+    path = tmp_path / 'broken.yaml'
+    path.write_text(text)
+    with pytest.raises(LaunchError, match='broken.yaml') as raised:
+        sensor_plan(values(sensor_type, params=str(path), **files[0]), sensor_type)
+    assert '\n' not in str(raised.value)
+
+
+@pytest.mark.parametrize('wrong, told', [
+    ({'source': 'file'}, 'path:='), ({'source': 'bag', 'path': 'nowhere.avi'}, 'nowhere.avi does not exist'),
+    ({'params': 'no.yaml'}, 'no.yaml'), ({'source': 'foo'}, 'source:=foo is none of sim, device, file, bag'),
+    ({'rviz': 'maybe'}, 'rviz:=maybe is none of true, false'), ({'loop': 'twice'}, 'loop:=twice is none of true, false'),
+    ({'autostart': 'maybe'}, 'autostart:=maybe is none of true, false'),
+    ({'composed': 'sensor'}, 'composed:=sensor is none of true, false'),
+    ({'calibration': 'no.yaml'}, 'calibration:=no.yaml'), ({'record': __file__}, 'exists already')])
+def test_a_wrong_value_is_told_in_one_line(wrong, told):
+    with pytest.raises(LaunchError, match=told) as raised:
+        check(values(**wrong), SOURCES)
+    assert '\n' not in str(raised.value)
+
+
+def test_not_every_sensor_has_every_source():
+    with pytest.raises(LaunchError, match='none of sim, device, bag'):
+        sensor_plan(values('psd_finger', source='file', path='x'), 'psd_finger')
+    assert sensor_plan(values('areal_dual', source='topics', topic='a', right_topic='b'), 'areal_dual').nodes['dual_camera_node'] == {
+        'source': 'topics', 'topic': 'a', 'right_topic': 'b', 'frame_id': 'areal_dual'}
+
+
+def run_with(monkeypatch, words, file='touchpad.launch.py'):
+    """The actions of touchpad.launch.py in a launch of file with these words."""
+    monkeypatch.setattr(sys, 'argv', ['ros2', 'launch', 'tactile_bringup', file, *words])
+    context = LaunchContext(argv=words)
+    context.extend_locals({'current_launch_file_path': '/somewhere/touchpad.launch.py'})
+    for argument in sensor_arguments('touchpad'):
+        argument.execute(context)
+    return sensor_actions(context, 'touchpad')
+
+
+def test_an_argument_that_nobody_knows_is_refused_with_those_known(monkeypatch):
+    with pytest.raises(LaunchError, match='origin:=bag: there is no launch argument origin; known are namespace, source'):
+        run_with(monkeypatch, ['origin:=bag'])
+    assert run_with(monkeypatch, ['source:=sim'])
+    assert run_with(monkeypatch, ['origin:=bag'], file='of_others.launch.py'), 'which includes this one and has arguments of its own'
+
+
+@pytest.mark.parametrize('namespace, frame', [('touchpad', 'touchpad'), ('/hand/left/', 'hand_left'), ('', 'touchpad'), ('/', 'touchpad')])
+def test_the_frame_is_named_after_the_namespace(namespace, frame):
+    assert sensor_plan(values(namespace=namespace), 'touchpad').frame == frame
+
+
+def test_only_what_is_given_goes_before_the_parameter_file():
+    assert driver_parameters(values(), 'touchpad') == {'source': 'sim'}
+    given = {'source': 'file', 'path': 'a.avi', 'rate': '60', 'loop': 'true', 'scene': 'impact', 'device': '0', 'autostart': 'false',
+             'topic': '/pad/image_raw'}
+    assert driver_parameters(values(**given), 'touchpad') == {**given, 'rate': 60.0, 'loop': True, 'autostart': False}
+    assert driver_parameters(values('areal_dual', right_device='1'), 'areal_dual')['right_device'] == '1'
+
+
+@pytest.mark.parametrize('rate', ['fast', '-1', 'inf'])
+def test_a_rate_that_is_none(rate):
+    with pytest.raises(LaunchError, match='rate:='):
+        driver_parameters(values(rate=rate), 'touchpad')
+
+
+def test_only_the_simulated_specimen_takes_its_own_files():
+    sim, file = (completed(values('areal_single', source=source), 'areal_single') for source in ('sim', 'file'))
+    assert sim['params'].endswith('areal_single_sim.yaml') and sim['calibration'].endswith('areal_single_sim.yaml')
+    assert file['params'].endswith('areal_single.yaml') and file['calibration'] == ''
+    assert completed(values('areal_single', calibration='x', params='y'), 'areal_single')['calibration'] == 'x'
+
+
+def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
+    from tactile_bringup.launch import arguments
+    monkeypatch.setattr(arguments, 'get_package_prefix', lambda name: name)
+    rviz = actions('taxel_array', rviz='true', namespace='left/pad')[-1]
+    assert rviz.node_package == 'rviz2'
+    pairs = [tuple(''.join(part.text for part in side) for side in pair) for pair in rviz.expanded_remapping_rules or
+             rviz._Node__remappings]
+    assert pairs == [('/taxel_array/image_raw', '/left/pad/image_raw'), ('/taxel_array/markers', '/left/pad/markers'),
+                     ('/taxel_array/points', '/left/pad/points')]
+
+
+def test_without_rviz_one_line_says_so(monkeypatch):
+    from tactile_bringup.launch import arguments
+
+    def missing(name):
+        raise arguments.PackageNotFoundError(name)
+    monkeypatch.setattr(arguments, 'get_package_prefix', missing)
+    assert ['is not installed' in note for note in notes(actions('touchpad', rviz='true'))] == [True]

@@ -1,0 +1,66 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
+import pytest
+import yaml
+from tactile_driver.parameters.camera import CAMERA_PARAMETERS
+from tactile_driver.parameters.psd import PSD_DRIVER_PARAMETERS
+from tactile_driver.parameters.table import defaults
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.parameters.psd import PSD_PARAMETERS
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SHEET_PARAMETERS
+
+from tactile_bringup.parameters.files import parameter_files
+from tactile_bringup.parameters.table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS
+
+FOLDER = Path(__file__).resolve().parents[2] / 'params'
+BY_LAUNCH = {'source', 'frame_id'}
+NODES = {'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS, 'contact_region_node': REGION_PARAMETERS,
+         'markers_node': MARKERS_PARAMETERS}
+
+
+def test_no_file_is_missing_or_too_many():
+    assert sorted(p.name for p in FOLDER.glob('*.yaml')) == sorted(parameter_files())
+
+
+@pytest.mark.parametrize('name', sorted(parameter_files()))
+def test_files_are_what_the_tables_say(name):
+    # After a change of a table: python3 -m tactile_bringup.parameters.files tactile_bringup/params
+    assert (FOLDER / name).read_text() == parameter_files()[name]
+
+
+@pytest.mark.parametrize('node', sorted(NODES))
+def test_the_touchpad_file_holds_every_parameter_with_its_default(node):
+    content = yaml.safe_load((FOLDER / 'touchpad.yaml').read_text())
+    named = set(content['/**']['ros__parameters']) | set(content[f'/**/{node}']['ros__parameters'])
+    table = NODES[node]
+    of_others = {p.name for p in SHEET_PARAMETERS}
+    assert {p.name for p in table} - BY_LAUNCH - of_others <= named
+    assert read_parameters(FOLDER / 'touchpad.yaml', node, table) == defaults(table)
+
+
+def test_the_video_file_is_a_grid_without_a_surface():
+    values = read_parameters(FOLDER / 'marker_video.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    assert (values['rows'], values['columns'], values['surface'], values['polarity']) == (7, 10, 'none', 'dark')
+
+
+@pytest.mark.parametrize('name', sorted(MARKER_SENSORS))
+def test_the_files_of_marker_sensors_describe_the_sensor_to_every_node(name):
+    dots = read_parameters(FOLDER / f'{name}.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    point = read_parameters(FOLDER / f'{name}_sim.yaml', 'contact_point_node', POINT_PARAMETERS)
+    assert dots['sensor_type'] == point['sensor_type'] == name
+    assert (dots['polarity'], dots['detection']) == ('bright', 'blobs')
+    assert marker_sensor(point) == MARKER_SENSORS[name]
+    assert dots['surface'] == ('sheet' if MARKER_SENSORS[name].is_sheet else 'dome')
+
+
+@pytest.mark.parametrize(('node', 'table'), [('psd_node', PSD_DRIVER_PARAMETERS), ('psd_contact_node', PSD_PARAMETERS),
+                                             ('finger_markers_node', FINGER_MARKERS_PARAMETERS)])
+def test_the_finger_file_holds_every_parameter_with_its_default(node, table):
+    content = yaml.safe_load((FOLDER / 'psd_finger.yaml').read_text())
+    named = set(content['/**']['ros__parameters']) | set(content[f'/**/{node}']['ros__parameters'])
+    assert {p.name for p in table} - BY_LAUNCH <= named
+    assert read_parameters(FOLDER / 'psd_finger.yaml', node, table) == defaults(table)

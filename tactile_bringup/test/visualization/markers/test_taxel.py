@@ -1,0 +1,74 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from geometry_msgs.msg import Point, Vector3, WrenchStamped  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
+from tactile_driver.frame import Frame  # noqa: E402
+from tactile_driver.nodes.messages.conversions import image_to_message, polygon  # noqa: E402
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip  # noqa: E402
+from visualization_msgs.msg import Marker  # noqa: E402
+
+from tactile_bringup.visualization.markers.taxel import TaxelMarkers  # noqa: E402
+
+SIZES = {'pitch': 1e-3, 'cell_height': 2e-3, 'full_value': 100.0, 'normal_length': 6e-3, 'force_length': 9e-3, 'full_force': 10.0,
+         'full_torque': 1.0, 'flow_scale': 0.5}
+HEADER = Header(frame_id='pad')
+SQUARE = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]]) * 1e-3
+
+
+def image(level=50):
+    return image_to_message(Frame(np.full((3, 4), level, np.uint8), 0, 'mono8'), '', HEADER)
+
+
+def region(**more):
+    return ContactRegion(header=HEADER, outlines=[polygon(SQUARE)], holes=[polygon(0.5 * SQUARE)], major_axis=4e-3, minor_axis=2e-3,
+                         centroid=Point(x=1e-3), **more)
+
+
+def slipping():
+    message = Slip(header=HEADER, state=Slip.GROSS, x=[0.0, 1e-3], y=[0.0, 0.0], vx=[0.02, float('nan')], vy=[0.0, 0.0])
+    message.rotation_center.x = float('nan')
+    return message
+
+
+def drawn(markers, **found):
+    return {m.ns: m for m in markers.frame(HEADER, found).markers if m.action == Marker.ADD}
+
+
+def test_a_cell_a_taxel_coloured_by_its_value():
+    cells = drawn(TaxelMarkers(SIZES), image_raw=image())['cells']
+    assert len(cells.points) == len(cells.colors) == 12
+    first = cells.points[0]
+    assert (first.x, first.y, first.z) == pytest.approx((-1.5e-3, -1e-3, -1e-4)), 'under the outlines, at z = 0'
+    other = drawn(TaxelMarkers(SIZES), image_raw=image(0))['cells']
+    assert cells.colors[0] != other.colors[0]
+
+
+def test_outlines_holes_axes_flow_and_slip():
+    found = drawn(TaxelMarkers(SIZES), contact_region=region(orientation=0.0), slip=slipping())
+    assert {'outlines', 'holes', 'axes', 'flow', 'slip'} == set(found)
+    assert [p.x for p in found['axes'].points] == pytest.approx([-1e-3, 3e-3, 1e-3, 1e-3])
+    assert len(found['flow'].points) == 2 and found['flow'].points[1].x == pytest.approx(0.01)
+    assert found['slip'].text == 'gross slip'
+
+
+def test_no_direction_no_axes_and_what_is_gone_is_taken_away():
+    markers = TaxelMarkers(SIZES)
+    assert 'axes' not in drawn(markers, contact_region=region(orientation=float('nan')))
+    gone = [m for m in markers.frame(HEADER, {'contact_region': ContactRegion()}).markers if m.action == Marker.DELETE]
+    assert {m.ns for m in gone} == {'outlines', 'holes'}
+
+
+def test_contacts_and_a_wrench_of_which_only_a_part_is_known():
+    wrench = WrenchStamped(header=HEADER)
+    wrench.wrench.force = Vector3(x=float('nan'), y=float('nan'), z=-5.0)
+    contact = Contact(id=3, normal=Vector3(z=1.0))
+    found = drawn(TaxelMarkers(SIZES), contact_region=region(orientation=0.0), contacts=Contacts(header=HEADER, contacts=[contact]),
+                  wrench=wrench)
+    assert found['normals'].id == 3 and found['normals'].points[1].z == pytest.approx(6e-3)
+    ends = found['force'].points
+    assert (ends[0].x, ends[1].z, ends[0].z) == pytest.approx((1e-3, 6e-3, 10.5e-3))

@@ -1,0 +1,68 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Between messages and what drivers work with: frames, arrays, stamps."""
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Point32, Polygon, Vector3
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
+
+from ...errors import BadFrame
+from ...frame import CameraCalibration, Frame, as_encoding, frame_of_bytes
+from ...sources.base.pacing import NS
+
+
+def header_of(stamp_ns: int, frame_id: str) -> Header:
+    """A header with the stamp stamp_ns, ns."""
+    return Header(stamp=Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS), frame_id=frame_id)
+
+
+def stamp_ns_of(header: Header) -> int:
+    """The header's stamp, ns. Raises BadFrame for one that is no time: before 1970, or with a second or more of nanoseconds."""
+    stamp = header.stamp
+    if stamp.sec < 0 or stamp.nanosec >= NS:
+        raise BadFrame(f'stamp {stamp.sec} s + {stamp.nanosec} ns is no time; whoever publishes has to stamp with a clock from 1970 on')
+    return stamp.sec * NS + stamp.nanosec
+
+
+def frame_of_message(message: Image, place: str) -> Frame:
+    """The Frame of an Image, whatever anybody has put into it; place: names it in messages. Raises BadFrame where it makes none."""
+    size = message.height, message.width, message.step
+    return frame_of_bytes(message.data, size, message.encoding, stamp_ns_of(message.header), place, bool(message.is_bigendian))
+
+
+def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:
+    """The frame as an Image in encoding bgr8 or mono8, '' for the frame's own."""
+    image = np.ascontiguousarray(as_encoding(frame, encoding))
+    data = array('B')
+    # Anything but an array('B') is converted to one element by element: 15 ms instead of 0.1.
+    data.frombytes(memoryview(image).cast('B'))
+    height, width = image.shape[:2]
+    return Image(header=header, height=height, width=width, encoding=encoding or frame.encoding, step=image.strides[0], data=data)
+
+
+def calibration_to_message(calibration: CameraCalibration) -> CameraInfo:
+    """The calibration as a CameraInfo without header."""
+    return CameraInfo(width=calibration.width, height=calibration.height, distortion_model=calibration.model, d=list(calibration.d),
+                      k=list(calibration.k), r=list(calibration.r), p=list(calibration.p))
+
+
+def point(values: np.ndarray) -> Point:
+    """A place (3,), m."""
+    x, y, z = map(float, values)
+    return Point(x=x, y=y, z=z)
+
+
+def vector(values: np.ndarray) -> Vector3:
+    """A direction, displacement, force or velocity (3,)."""
+    x, y, z = map(float, values)
+    return Vector3(x=x, y=y, z=z)
+
+
+def polygon(points: np.ndarray) -> Polygon:
+    """Points (n, 3), m, as a Polygon."""
+    return Polygon(points=[Point32(x=x, y=y, z=z) for x, y, z in np.asarray(points, float).tolist()])

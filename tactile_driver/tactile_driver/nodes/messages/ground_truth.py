@@ -1,0 +1,115 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulated sensor knows about itself, as messages on ground_truth/*."""
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+
+import numpy as np
+from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import qos_profile_system_default
+from std_msgs.msg import Header
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
+
+from .conversions import point, polygon, vector
+from ...simulation.truth import Touch, TruthFrame
+
+_NAN = float('nan')
+_SAME_TOUCH = 5e-3
+_KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
+TRUTH = tuple(_KINDS)
+
+
+class TouchNumbers:
+    """Numbers for touches that stay while a touch lasts: the touch nearest to a previous one, within 5 mm, is the same."""
+
+    def __init__(self):
+        self._last: dict[int, np.ndarray] = {}
+        self._next = 0
+
+    def assign(self, touches: list[Touch]) -> list[int]:
+        """One number for each touch of a frame."""
+        free, numbers = dict(self._last), []
+        for touch in touches:
+            best = min(free, key=lambda k: np.linalg.norm(free[k] - touch.position), default=None)
+            if best is None or np.linalg.norm(free[best] - touch.position) > _SAME_TOUCH:
+                best, self._next = self._next, self._next + 1
+            free.pop(best, None)
+            numbers.append(best)
+        self._last = {n: touch.position for n, touch in zip(numbers, touches)}
+        return numbers
+
+
+def contacts_message(touches: list[Touch], numbers: list[int], header: Header) -> Contacts:
+    """The separate touches."""
+    return Contacts(header=header, contacts=[
+        Contact(id=n, position=point(t.position), normal=vector(t.normal), depth=float(t.depth), force=float(t.force))
+        for n, t in zip(numbers, touches)])
+
+
+def _transform(motion: np.ndarray) -> Transform:
+    """A motion (6,), m and rad (rotation vector), of the point at the origin, as p(now) = rotation p(before) + translation."""
+    turn = np.asarray(motion[3:], float)
+    angle = float(np.linalg.norm(turn))
+    x, y, z = turn * (0.5 if angle == 0 else np.sin(angle / 2) / angle)
+    return Transform(translation=vector(motion[:3]), rotation=Quaternion(x=float(x), y=float(y), z=float(z), w=float(np.cos(angle / 2))))
+
+
+def region_message(truth: TruthFrame, interval: float, header: Header) -> ContactRegion:
+    """Dot states, outlines, area, centroid, normal and the object's motion over interval s; the truth gives no axes (NaN)."""
+    known = bool(np.isfinite(truth.motion).all())
+    return ContactRegion(
+        header=header, dot_id=array('I', np.asarray(truth.dot_id, np.uint32).tobytes()),
+        dot_state=array('B', np.asarray(truth.dot_state, np.uint8).tobytes()),
+        outlines=[polygon(o) for o in truth.outlines], holes=[polygon(h) for h in truth.holes], area=float(truth.area),
+        centroid=point(truth.centroid), normal=vector(truth.normal), orientation=_NAN, major_axis=_NAN, minor_axis=_NAN,
+        motion=_transform(truth.motion), motion_interval=interval if known else _NAN)
+
+
+def slip_message(truth: TruthFrame, header: Header) -> Slip:
+    """Slip of the whole contact."""
+    return Slip(header=header, state=int(truth.slip_state), slipping_fraction=float(truth.slipping_fraction),
+                velocity=Twist(linear=vector(truth.velocity[:3]), angular=vector(truth.velocity[3:])),
+                rotation_center=point(truth.rotation_center))
+
+
+def wrench_message(truth: TruthFrame, header: Header) -> WrenchStamped:
+    """The wrench of the object on the sensor."""
+    message = WrenchStamped(header=header)
+    message.wrench.force, message.wrench.torque = vector(truth.wrench[:3]), vector(truth.wrench[3:])
+    return message
+
+
+def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: Header, names: Sequence[str] = TRUTH) -> dict[str, object]:
+    """Name -> message of ground_truth/*, those of names; ids: of the touches (see TouchNumbers); interval: s between frames."""
+    make = {'contacts': lambda: contacts_message(truth.contacts, ids, header),
+            'contact_region': lambda: region_message(truth, interval, header),
+            'slip': lambda: slip_message(truth, header), 'wrench': lambda: wrench_message(truth, header)}
+    return {name: make[name]() for name in names}
+
+
+class GroundTruth:
+    """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
+
+    def __init__(self, node: Node, names: Sequence[str] = TRUTH):
+        self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', qos_profile_system_default)
+                            for name in names}
+        self._numbers = TouchNumbers()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody subscribes."""
+        return any(p.get_subscription_count() for p in self._publishers.values())
+
+    def publish_contacts(self, touches: list[Touch], header: Header) -> None:
+        """Publish the touches of one instant, all that a sensor without dots knows."""
+        if self._publishers['contacts'].get_subscription_count():
+            self._publishers['contacts'].publish(contacts_message(touches, self._numbers.assign(touches), header))
+
+    def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
+        """Publish what is subscribed, under the image's header; interval: s between the scene's frames."""
+        wanted = [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
+        for name, message in truth_messages(truth, self._numbers.assign(truth.contacts), interval, header, wanted).items():
+            self._publishers[name].publish(message)

@@ -1,0 +1,79 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs nodes as a process: init, spin, destroy, shutdown."""
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.node import Node
+
+from ...errors import TactileError
+
+#: the exit code of a node that was given something wrong: started again, it would end again
+WRONG = 2
+#: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
+_SWITCH_S = 5e-4
+_PROFILE = Path(__file__).with_name('fastdds_profile.xml')
+_PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
+_CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
+
+
+def make_room_for_images() -> None:
+    """Give this process shared memory that holds images, unless the user has set up Fast DDS; call it before rclpy.init."""
+    if not any(os.environ.get(name) for name in _CHOSEN_BY):
+        os.environ.update(dict.fromkeys(_PROFILE_NAMES, str(_PROFILE)))
+
+
+def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
+    """Spin the node that make() returns until it is interrupted; returns the exit code: 0, or WRONG where a TactileError is raised.
+
+    The node's destroy_node() has to release what it holds.
+    """
+    return run_nodes(lambda: iter([make()]), args)
+
+
+def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None) -> int:
+    """The same for all nodes that make() yields, in one thread; they are destroyed in the same order."""
+    nodes: list[Node] = []
+    make_room_for_images()
+    sys.setswitchinterval(_SWITCH_S)
+    try:
+        rclpy.init(args=args)
+        for node in make():
+            nodes.append(node)
+        gc.freeze()  # what is there now stays: to look through all of it again takes a tenth of a second from some frame
+        _spin(nodes)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except TactileError as error:
+        get_logger('tactile').fatal(str(error))
+        return WRONG
+    except Exception:
+        if rclpy.ok():  # else it failed because ROS ends
+            raise
+    finally:
+        signal.signal(signal.SIGINT, lambda *_: None)  # launch's beside the terminal's must not tear what is being put away
+        for node in nodes:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _spin(nodes: list[Node]) -> None:
+    executor = SingleThreadedExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    while rclpy.ok():
+        try:
+            executor.spin()
+        except RuntimeError as error:  # rclpy raises it when a transition is asked for that the lifecycle state does not allow
+            if rclpy.ok():
+                nodes[0].get_logger().warning(f'a request was refused: {error}')

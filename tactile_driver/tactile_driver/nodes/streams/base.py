@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the streams of all drivers share: an open source is read in one thread and published in another."""
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+
+import yaml
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from std_msgs.msg import String
+
+from .camera_health import capture_health
+from ..messages.ground_truth import TRUTH, GroundTruth
+from ..runtime.diagnostics import Health, SayOnce
+from ..runtime.host import SharedPublisher
+from ...sources.base.capture import Capture, CaptureStatus
+from ...sources.base.protocol import Source
+
+_TAKE_S = 0.2
+#: how long a recording that is played as fast as it is consumed waits for its subscribers
+ACKNOWLEDGE = Duration(seconds=1)
+
+
+class RawPublishers:
+    """What every driver publishes beside its raw data: description (latched) and ground_truth/*, which last as long as the node does.
+
+    truth: which of ground_truth/* there can be.
+    """
+
+    def __init__(self, node: LifecycleNode, truth: Sequence[str] = TRUTH):
+        self.description = node.create_publisher(String, 'description', QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.truth = GroundTruth(node, truth)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody subscribes to raw data or what comes with them."""
+        return self.truth.wanted
+
+
+class SeriesPublishers(RawPublishers):
+    """Besides: raw data of which every message counts, so that depth of them wait for a subscriber. kind, topic: of the raw data."""
+
+    def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int, truth: Sequence[str] = TRUTH):
+        super().__init__(node, truth)
+        self.raw: Publisher | SharedPublisher = node.create_lifecycle_publisher(
+            kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
+
+    def publish(self, message, waited_s: float) -> None:
+        """Publish raw data that have waited so long, s: takers in this process leave out what is too old for them."""
+        if isinstance(self.raw, SharedPublisher):
+            self.raw.publish(message, waited_s)
+        else:
+            self.raw.publish(message)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody subscribes to raw data or what comes with them."""
+        return bool(self.raw.get_subscription_count()) or super().wanted
+
+
+class BaseStream:
+    """Publishes what comes from source, which is open and is closed by stop: read in one thread, published in another.
+
+    values: the node's parameters, of which sensor_type and frame_id go into the description. keep: how many frames of a live source wait to
+    be published, the newest ones.
+    """
+
+    keep = 1
+
+    def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
+        self._node, self._publishers, self.source, self._values = node, publishers, source, values
+        self._say = SayOnce(node)
+        self._remarks: list[str] = []
+        self._active = self._stopped = False
+        self._describe()
+        self._capture = Capture(source, self._wanted, self._report, keep=self.keep)
+        self._thread = threading.Thread(target=self._run, name='publish', daemon=True)
+        self._thread.start()
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with what comes all the same, or does not, ''."""
+        return '; '.join(text for text in (self.source.remark, *self._remarks) if text)
+
+    def change(self, changes: dict) -> None:
+        """Apply parameters that may change while it runs."""
+        if 'exposure' in changes and hasattr(self.source, 'set_exposure'):
+            self.source.set_exposure(changes['exposure'])
+
+    def resume(self) -> None:
+        """Publish from now on."""
+        self._active = True
+        self._capture.resume()
+
+    def pause(self) -> None:
+        """Publish nothing until resume."""
+        self._active = False
+        self._capture.pause()
+
+    def stop(self) -> None:
+        """End the threads and close the source."""
+        self._active, self._stopped = False, True
+        self._capture.stop()
+        self._thread.join(timeout=5.0)
+
+    @property
+    def status(self) -> CaptureStatus:
+        """How the capture goes."""
+        return self._capture.status
+
+    def health(self) -> Health:
+        """For /diagnostics."""
+        return capture_health(self.status, self.source.describe(), self.source.live, self.remark)
+
+    def _wanted(self) -> bool:
+        try:
+            return self._publishers.wanted
+        except RuntimeError:  # ROS ends before this thread does
+            if self._node.context.ok():
+                raise
+            return False
+
+    @property
+    def _waited_s(self) -> float:
+        """How long the present frame has waited here, s; of a recording each counts, however long it takes."""
+        return self._capture.waited_s if self.source.live else 0.0
+
+    def _report(self, level: str, text: str) -> None:
+        if level == 'error':
+            self._node.get_logger().error(text)
+        else:
+            self._node.get_logger().info(text)
+            self._describe()
+
+    def _run(self) -> None:
+        while not self._stopped:
+            frame = self._capture.take(_TAKE_S)
+            if frame is None or not self._active:
+                continue
+            try:
+                self._publish(frame)
+            except Exception as error:  # the thread must outlive a frame that cannot be published
+                if not self._node.context.ok():
+                    return
+                self._say.error('publish', f'a frame could not be published: {error!r}; the next one is tried')
+
+    def _publish(self, frame) -> None:
+        raise NotImplementedError
+
+    def _remark(self, text: str) -> None:
+        if text and text not in self._remarks:
+            self._remarks.append(text)
+            self._say.warning(text, text)
+
+    def _describe(self, **known) -> None:
+        about = {'sensor_type': self._values['sensor_type'], 'frame_id': self._values['frame_id'], **self.source.describe(), **known}
+        self._publishers.description.publish(String(data=yaml.safe_dump(about, sort_keys=False)))

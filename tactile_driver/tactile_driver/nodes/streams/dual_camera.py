@@ -1,0 +1,117 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stream of two cameras' pairs: each view, and the picture that is made of both."""
+from __future__ import annotations
+
+from rclpy.lifecycle import LifecycleNode
+from std_msgs.msg import Header
+
+from .base import BaseStream
+from ...errors import BadFrame
+from ...frame import CameraCalibration, Frame, PairFrame, as_encoding
+from .image import ImagePublishers, ImageTopic, info_of_size, size_remark
+from ..messages.conversions import header_of
+from ...sources.dual_camera.pairs import NAMES, DualSource
+from ...stitching.calibration import Stitching
+from ...stitching.methods import MiddleStitcher, Stitcher, make_stitcher
+
+
+class DualPublishers(ImagePublishers):
+    """Besides those of one camera, which carry the stitched picture: image_raw and camera_info of each view, under left/ and right/.
+
+    views: (left, right), empty where the views are what the node subscribes to.
+    """
+
+    def __init__(self, node: LifecycleNode):
+        super().__init__(node)
+        self._node = node
+        self.views: tuple[ImageTopic, ...] = ()
+        self._made: tuple[ImageTopic, ...] = ()
+
+    def choose_views(self, published: bool) -> None:
+        """Publish both views, or only the picture."""
+        if published and not self._made:
+            self._made = tuple(ImageTopic(self._node, f'{name}/') for name in NAMES)
+        self.views = self._made if published else ()
+
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody subscribes to frames or what comes with them."""
+        return super().wanted or any(view.wanted for view in self.views)
+
+
+class DualStream(BaseStream):
+    """Publishes the pairs of source.
+
+    stitching: how the picture is made, None where it is not known: then the views are put side by side; calibrations: of the left and
+    of the right camera, None where not known. values: the node's parameters.
+    """
+
+    def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
+                 stitching: Stitching | None, calibrations: tuple[CameraCalibration | None, CameraCalibration | None]):
+        self._stitcher = None if stitching is None else make_stitcher(values['stitching'], stitching)
+        self._calibrations, self._infos, self._sizes = calibrations, {}, {}
+        self._missing: tuple[str, ...] = ()
+        super().__init__(node, publishers, source, values)
+        if stitching is None:
+            self._remark('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
+                         'pair and give its file')
+
+    def _publish(self, pair: PairFrame) -> None:
+        header = header_of(pair.stamp_ns, self._values['frame_id'])
+        self._tell_missing(pair)
+        self._note_sizes(pair)
+        for name, topic, frame in zip(NAMES, self._publishers.views, (pair.left, pair.right)):
+            if frame is not None:
+                own = header_of(frame.stamp_ns, self._values['frame_id'])
+                topic.publish(frame, self._values['encoding'], own, self._infos[name])
+        if self._publishers.picture.wanted:
+            self._publish_picture(pair, header)
+        if pair.truth is not None:
+            self._publishers.truth.publish(pair.truth, 1 / self.source.describe()['rate'], header)
+        if self.source.on_demand:
+            for topic in (self._publishers.picture, *self._publishers.views):
+                topic.wait_until_received()
+
+    def _publish_picture(self, pair: PairFrame, header: Header) -> None:
+        frames = [frame for frame in (pair.left, pair.right) if frame is not None]
+        encoding = self._values['encoding'] or ('mono8' if all(f.encoding == 'mono8' for f in frames) else 'bgr8')
+        left, right = (None if frame is None else as_encoding(frame, encoding) for frame in (pair.left, pair.right))
+        try:
+            stitcher = self._stitcher or self._side_by_side(pair)
+            picture = Frame(stitcher.stitch(left, right), pair.stamp_ns, encoding)
+        except BadFrame as error:
+            self._remark(f'image_raw: {error}')
+            return
+        self._publishers.picture.publish(picture, '', header, info_of_size(None, stitcher.size)[0])
+
+    def _side_by_side(self, pair: PairFrame) -> Stitcher:
+        """Where there is no calibration: half of the stated overlap is cut off either view."""
+        sizes = tuple(self._sizes.get(name) or next(iter(pair.sizes.values())) for name in NAMES)
+        half = self._values['overlap'] / 2
+        if sizes[0][1] != sizes[1][1]:
+            raise BadFrame(f'views of {sizes[0][1]} and {sizes[1][1]} px height cannot be put side by side; give stitching_path')
+        return MiddleStitcher(sizes, (sizes[0][0] - half, half))
+
+    def _note_sizes(self, pair: PairFrame) -> None:
+        """Make camera_info of each view whose size is new, and complete the description."""
+        new = {name: size for name, size in pair.sizes.items() if self._sizes.get(name) != size}
+        for name, size in new.items():
+            self._sizes[name] = size
+            self._infos[name], remark = info_of_size(self._calibrations[NAMES.index(name)], size)
+            for text in (remark, size_remark(self._values, size) if self._values['layout'] == 'two' else ''):
+                self._remark(f'{name}: {text}' if text else '')
+        if new:
+            about = {f'{name}_size': list(size) for name, size in self._sizes.items()}
+            stitched = {} if self._stitcher is None else {'width': self._stitcher.size[0], 'height': self._stitcher.size[1]}
+            self._describe(stitching_path=self._values['stitching_path'], stitching=self._values['stitching'], **about, **stitched)
+
+    def _tell_missing(self, pair: PairFrame) -> None:
+        """Log that one camera is lost, or back."""
+        missing = tuple(name for name in NAMES if name not in pair.sizes)
+        if missing != self._missing:
+            self._missing = missing
+            if missing:
+                self._node.get_logger().error(self.source.remark or f'no {missing[0]} camera, its half is black')
+            else:
+                self._node.get_logger().info('both cameras are there again')

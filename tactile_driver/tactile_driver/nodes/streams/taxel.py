@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stream of a taxel array's images."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import Image
+
+from .base import ACKNOWLEDGE, BaseStream, SeriesPublishers
+from ...frame import Frame
+from ...matrix import MatrixOrder
+from ..messages.conversions import header_of, image_to_message
+
+_DEPTH = 100  # images that wait for a subscriber: a fifth of a second of 500 a second
+
+
+def taxel_publishers(node: LifecycleNode) -> SeriesPublishers:
+    """image_raw and what comes with it."""
+    return SeriesPublishers(node, Image, 'image_raw', _DEPTH)
+
+
+class TaxelStream(BaseStream):
+    """Publishes the frames of source; values: of TAXEL_DRIVER_PARAMETERS."""
+
+    keep = _DEPTH  # slip is told from frame to frame: each counts
+
+    def __init__(self, node: LifecycleNode, publishers: SeriesPublishers, source, values: dict):
+        own = values['source'] != 'sim'
+        self._order = MatrixOrder(*(own and values[name] for name in ('transposed', 'flip_rows', 'flip_columns')))
+        super().__init__(node, publishers, source, values)
+
+    def _publish(self, frame: Frame) -> None:
+        header = header_of(frame.stamp_ns, self._values['frame_id'])
+        if self._publishers.raw.get_subscription_count():
+            frame = replace(frame, image=self._order.ordered(frame.image))
+            self._publishers.publish(image_to_message(frame, '', header), self._waited_s)
+        if frame.truth is not None:
+            self._publishers.truth.publish(frame.truth, 1 / self.source.describe()['rate'], header)
+        if self.source.on_demand:
+            self._publishers.raw.wait_for_all_acked(ACKNOWLEDGE)

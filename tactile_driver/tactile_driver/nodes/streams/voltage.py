@@ -1,0 +1,61 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stream of a PSD finger's samples."""
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from rclpy.lifecycle import LifecycleNode
+from tactile_msgs.msg import PsdVoltages
+
+from .base import ACKNOWLEDGE, BaseStream, SeriesPublishers
+from ..messages.conversions import header_of
+from .psd_health import SampleMeter, sample_health
+from ..runtime.diagnostics import Health
+from ...samples import SampleBlock
+from ...sources.base.pacing import NS
+
+_DEPTH = 100  # messages that wait for a subscriber: half a second of them
+
+
+def voltage_publishers(node: LifecycleNode) -> SeriesPublishers:
+    """voltages and what comes with them."""
+    return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH, ('contacts',))
+
+
+def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
+    """The block as a message."""
+    data = array('f')
+    data.frombytes(np.ascontiguousarray(block.volts, np.float32).tobytes())
+    return PsdVoltages(header=header_of(block.stamp_ns, frame_id), sample_period=float(block.period_s), voltages=data)
+
+
+class VoltageStream(BaseStream):
+    """Publishes the blocks of source; values: of PSD_DRIVER_PARAMETERS."""
+
+    keep = _DEPTH  # every sample counts
+
+    def __init__(self, node: LifecycleNode, publishers: SeriesPublishers, source, values: dict):
+        self.meter = SampleMeter(values['saturation'])
+        super().__init__(node, publishers, source, values)
+
+    def health(self) -> Health:
+        """For /diagnostics."""
+        return sample_health(self.status, self.source.describe(), self.meter, self.source.live, self.remark)
+
+    def _publish(self, block: SampleBlock) -> None:
+        self.meter.add(block.volts)
+        if self._publishers.raw.get_subscription_count():
+            self._publishers.publish(voltages_message(block, self._values['frame_id']), self._waited_s)
+            if self.source.on_demand:
+                self._publishers.raw.wait_for_all_acked(ACKNOWLEDGE)
+        if block.truth is not None and self._publishers.truth.wanted:
+            for k in instants(block.truth.touching):
+                stamp = block.stamp_ns + (round(k * block.period_s * NS) if k else 0)
+                self._publishers.truth.publish_contacts(block.truth.touches(k), header_of(stamp, self._values['frame_id']))
+
+
+def instants(touching: np.ndarray) -> list[int]:
+    """The first sample of a block and those with which contacts begin or end, by how many there are (N,)."""
+    return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]

@@ -1,0 +1,83 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The dots painted on the inside of a skin, and where they are on a deformed one."""
+from __future__ import annotations
+
+from typing import Callable
+
+import numpy as np
+from scipy import sparse
+
+from .camera import SimulatedCamera
+from ..skin.grid import Skin
+
+
+def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights (K, 4) of the four nodes about a place between the middle two (part of the way, (K,)), and their slopes (K, 4)."""
+    p = part[:, None]
+    values = np.hstack([-p**3 + 2 * p**2 - p, 3 * p**3 - 5 * p**2 + 2, -3 * p**3 + 4 * p**2 + p, p**3 - p**2]) / 2
+    slopes = np.hstack([-3 * p**2 + 4 * p - 1, 9 * p**2 - 10 * p, -9 * p**2 + 8 * p + 1, 3 * p**2 - 2 * p]) / 2
+    return values, slopes
+
+
+def _linear_weights(part: np.ndarray) -> np.ndarray:
+    """Weights (K, 4) of the same four nodes that interpolate linearly."""
+    return np.maximum(1 - np.abs(part[:, None] - np.arange(-1, 3)), 0)
+
+
+class SurfaceSampler:
+    """Places and tangents of fixed material points of a grid of nodes, by cubic interpolation. square: (K, 2) in [-1, 1]^2; nodes: n."""
+
+    def __init__(self, square: np.ndarray, nodes: int):
+        at = (square + 1) * (nodes - 1) / 2
+        low = np.clip(np.floor(at).astype(int), 1, nodes - 3)
+        (wa, sa), (wb, sb) = (_cubic_weights(at[:, k] - low[:, k]) for k in (0, 1))
+        reach = np.arange(-1, 3)
+        columns = ((low[:, 1, None] + reach)[:, :, None] * nodes + (low[:, 0, None] + reach)[:, None, :]).reshape(len(at), 16)
+        rows = np.repeat(np.arange(len(at)), 16)
+
+        def matrix(along_b, along_a):
+            weights = (along_b[:, :, None] * along_a[:, None, :]).ravel()
+            return sparse.csr_matrix((weights, (rows, columns.ravel())), (len(at), nodes * nodes))
+
+        self.linear = matrix(_linear_weights(at[:, 1] - low[:, 1]), _linear_weights(at[:, 0] - low[:, 0]))
+        self.value, self.along_a, self.along_b = matrix(wb, wa), matrix(wb, sa), matrix(sb, wa)
+
+    def places(self, shape: np.ndarray) -> np.ndarray:
+        """(K, 3) m, on the shape (n, n, 3), m."""
+        return self.value @ shape.reshape(-1, 3)
+
+    def tangents(self, shape: np.ndarray) -> np.ndarray:
+        """(K, 3, 2) m per node step along the grid's two directions."""
+        flat = shape.reshape(-1, 3)
+        return np.stack([self.along_a @ flat, self.along_b @ flat], axis=-1)
+
+
+class DotPattern:
+    """Round dots on the inside of a skin.
+
+    places: (K, 3), m, on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 where there is none.
+    Attributes, besides: sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting
+    skin.
+    """
+
+    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
+        self.radius, self.numbers, self.rows, self.columns = radius, numbers, rows, columns
+        self.sampler = SurfaceSampler(skin.square_of(places), skin.nodes)
+        self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(skin.rest))[1])
+
+    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
+        """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture.
+
+        correct: a function (K, 3) -> (K, 3) for the places before the camera sees them.
+        """
+        places = self.sampler.places(shape)
+        if correct is not None:
+            places = correct(places)
+        uv, slope = camera.project_with_slope(places)
+        return places, uv, slope @ self.sampler.tangents(shape) @ self.painted
+
+
+def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Radii (count,), m, about one radius, m, with a relative standard deviation spread: no two dots are painted alike."""
+    return radius * (1 + spread * np.clip(rng.standard_normal(count), -2.5, 2.5))

@@ -1,0 +1,189 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of a skin's inside: light on a coarse grid, dots with exact soft edges, noise of the sensor."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .camera import SimulatedCamera
+from ..skin.grid import Skin
+from .water_light import vignette
+
+#: px: light is worked out once for each cell of this size; it changes slowly, only dots, spots and the rim are sharp.
+_CELL = 4
+#: px: where the camera sees which point of the skin changes more slowly still.
+_WIDE_CELL = 8
+_INVERSE_STEPS = 5
+_PIXEL_VARIANCE = 1 / 12
+#: a smooth step 3 t^2 - 2 t^3 that reaches this many deviations to each side has the variance of the blur.
+_STEP_WIDTH = 5**0.5
+
+
+@dataclass(frozen=True)
+class Imaging:
+    """The camera's imperfections, in its native picture.
+
+    blur: px, standard deviation of the lens's spot; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: share of
+    light that a dot swallows, B, G, R or one for all, below 0 where it is brighter than the skin; housing: grey level of what surrounds
+    the skin; cosine, stop: of the lens's fall-off towards the corners (optics.vignette).
+    """
+
+    blur: float = 0.8
+    read_noise: float = 0.8
+    shot_noise: float = 0.016
+    ink: float | tuple = 0.86
+    housing: float = 3.0
+    cosine: float = 4.0
+    stop: float = 0.35
+
+
+class Renderer:
+    """Draws shapes of one skin. lighting: optics.Lighting or another that can be seen_by a camera; seed: of the noise, which is another for
+    each frame number."""
+
+    def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
+        self.skin, self.camera, self.imaging = skin, camera, imaging
+        self._seed = seed
+        self._spread = np.sqrt((imaging.blur * camera.scale)**2 + _PIXEL_VARIANCE)
+        self._illumination = lighting.seen_by(camera, self._spread)
+        self._set_up_cells()
+        self._inside = self._skin_cover()
+        shape = (camera.height, camera.width, 3)
+        self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
+        self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
+
+    def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
+        """The picture (height, width, 3) uint8 BGR of the skin's shape as Skin.coarse has it, m.
+
+        uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
+        noise; None for a picture without noise.
+        """
+        light, spots = self._cell_light(shape)
+        cover = self._cover(uv, spread, radius)
+        cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
+        cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
+        self._add_spots(self._picture, *spots)
+        return self._expose(number)
+
+    def _expose(self, number: int | None) -> np.ndarray:
+        """Shot and read noise, saturation and eight bits of the picture in hand."""
+        picture, work = self._picture, self._work
+        if number is not None:
+            start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
+            np.multiply(picture, np.float32(self.imaging.shot_noise), out=work)
+            work += np.float32(self.imaging.read_noise**2)
+            cv2.sqrt(work, work)
+            cv2.multiply(work, self._noise_bank[start:start + picture.size].reshape(picture.shape), dst=work)
+            cv2.add(picture, work, dst=picture)
+        return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
+
+    def _set_up_cells(self):
+        """For the resting skin: which grid place of the skin each wide cell sees, and how that moves with the picture."""
+        camera = self.camera
+        self._last = len(self.skin.coarse(self.skin.rest)) - 1
+        columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
+        self._goal = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float32)
+        hit = self.skin.seen_at_rest(camera.centre, camera.rays(self._goal.reshape(-1, 2)))
+        square = np.clip(self.skin.square_of(hit).reshape(self._goal.shape), -1, 1)
+        self._rest_place = ((square + 1) * self._last / 2).astype(np.float32)
+        self._steer_down, self._steer_across = np.gradient(self._rest_place, _WIDE_CELL, axis=(0, 1))
+        columns, rows = (np.arange(_CELL / 2 - 0.5, size, _CELL) for size in (camera.width, camera.height))
+        self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
+
+    def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
+        seen = self.camera.project(shape).astype(np.float32)
+        place = self._rest_place
+        for _ in range(_INVERSE_STEPS):
+            off = self._goal - _look_up(seen, place)
+            place = place + off[..., :1] * self._steer_across + off[..., 1:] * self._steer_down
+            np.clip(place, 0, self._last, out=place)
+        normals = self.skin.area_vectors(shape).reshape(shape.shape)
+        normals /= np.sqrt(np.einsum('...i,...i->...', normals, normals))[..., None]
+        light, spots = self._illumination.look(shape, normals, seen)
+        place = self._place = cv2.resize(place, self._fall_off.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+        return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
+
+    def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
+        """Shares (height, width) of each channel's light that the housing and the dots leave, from the dots' cover (height, width)."""
+        inks = np.broadcast_to(self.imaging.ink, 3).tolist()
+        cover = cv2.multiply(cover, self._inside)
+        passed = {ink: cv2.scaleAdd(cover, -ink, self._inside) for ink in set(inks)}
+        return [passed[ink] for ink in inks]
+
+    def _cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Share (height, width) of each pixel that dots cover, as the blurred lens sees it."""
+        camera = self.camera
+        size = np.einsum('kij,kij->k', spread, spread)
+        largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
+        # a pixel k steps from the one at the dot's centre is at least k - 1/2 px off
+        reach = np.round(largest * radius + _STEP_WIDTH * self._spread).astype(int)
+        margin = int(reach.max())
+        wide = camera.width + 2 * margin
+        corner = np.clip(np.round(uv), 0, [camera.width - 1, camera.height - 1]).astype(int)
+        starts = (corner[:, 1] + margin) * wide + corner[:, 0] + margin
+        places, covers = [], []
+        for half in np.unique(reach):
+            some = reach == half
+            steps = np.arange(-half, half + 1)
+            off = corner[some] - uv[some]
+            patches = self._dot_patches(off, spread[some], radius[some], steps.astype(np.float32))
+            covers.append(self._printed(patches, np.flatnonzero(some), off, spread[some], radius[some], steps).ravel())
+            places.append((starts[some, None] + (steps[:, None] * wide + steps).ravel()).ravel())
+        total = np.bincount(np.concatenate(places), np.concatenate(covers), wide * (camera.height + 2 * margin)).reshape(-1, wide)
+        total = total[margin:-margin, margin:-margin].astype(np.float32)
+        return np.minimum(total, 1, out=total)
+
+    def _dot_patches(self, off: np.ndarray, spread: np.ndarray, radius: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Cover (k, s, s) of dots, 0 to 1, at pixel steps (s,) about pixels that lie off (k, 2) px from the dots' centres.
+
+        The edge is a smooth step across the ellipse, as wide as gives it the lens spot's variance.
+        """
+        scale = np.sqrt(np.abs(np.linalg.det(spread))) / (2 * _STEP_WIDTH * self._spread)
+        inverse = np.linalg.inv(spread) * scale[:, None, None]
+        form = (inverse.transpose(0, 2, 1) @ inverse).astype(np.float32)
+        x, y = off[:, 0, None].astype(np.float32) + steps, off[:, 1, None].astype(np.float32) + steps
+        cover = (2 * form[:, 0, 1, None] * y)[:, :, None] * x[:, None, :]
+        cover += (form[:, 0, 0, None] * x * x)[:, None, :]
+        cover += (form[:, 1, 1, None] * y * y)[:, :, None]
+        np.sqrt(np.maximum(cover, 0, out=cover), out=cover)
+        np.subtract((0.5 + radius * scale).astype(np.float32)[:, None, None], cover, out=cover)
+        np.clip(cover, 0, 1, out=cover)
+        cover *= cover * (3 - 2 * cover)
+        return cover
+
+    def _printed(self, cover: np.ndarray, which: np.ndarray, off: np.ndarray, spread: np.ndarray, radius: np.ndarray,
+                 steps: np.ndarray) -> np.ndarray:
+        """What is left of the cover (k, s, s) of dots which (k,), by their number; all of it unless a subclass says otherwise."""
+        return cover
+
+    def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):
+        """Add the lamps' mirror images to the picture, in place."""
+        for (u, v), f, strength in zip(place, form, peak):
+            if not (0 <= u < self.camera.width and 0 <= v < self.camera.height) or strength < 0.5:
+                continue
+            half_x, half_y = (int(np.ceil(3.2 * np.sqrt(f[k, k] / np.linalg.det(f)))) for k in (1, 0))
+            left, top = max(int(u) - half_x, 0), max(int(v) - half_y, 0)
+            box = slice(top, int(v) + half_y + 1), slice(left, int(u) + half_x + 1)
+            patch = picture[box]
+            x, y = np.arange(patch.shape[1]) + left - u, np.arange(patch.shape[0])[:, None] + top - v
+            shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
+            patch += (shine * self._inside[box])[..., None].astype(np.float32)
+
+    def _skin_cover(self) -> np.ndarray:
+        """Share (height, width) of each pixel that shows the skin and not its housing."""
+        camera, fine = self.camera, 4
+        border = camera.project(self.skin.rim(720))
+        cover = np.zeros((camera.height * fine, camera.width * fine), np.float32)
+        points = np.round(((border + 0.5) * fine - 0.5) * 16).astype(np.int32)
+        cv2.fillPoly(cover, [points.reshape(-1, 1, 2)], 1.0, cv2.LINE_8, 4)
+        cover = cv2.resize(cover, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
+        return cv2.GaussianBlur(cover, (0, 0), self.imaging.blur * camera.scale)
+
+
+def _look_up(grid: np.ndarray, place: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:
+    """Values (h, w, c) of a grid (n, n, c) float32 at grid places (h, w, 2)."""
+    return cv2.remap(grid, place, None, how, borderMode=cv2.BORDER_REPLICATE)

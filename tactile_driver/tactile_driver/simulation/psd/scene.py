@@ -1,0 +1,179 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What happens to a simulated PSD finger: objects that press, tap and slide, lamps that drift, flicker and are switched."""
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...errors import BadArgument
+from .finger import COVER_RADIUS, Electronics, FingerSpecimen
+from ..truth import Touch
+
+
+@dataclass(frozen=True)
+class Act:
+    """One object: from start to end, s, it goes from (phi, theta) to (phi, theta), rad, pressed in by depth, m, within rise s from either
+    end."""
+
+    start: float
+    end: float
+    begins: tuple[float, float]
+    ends: tuple[float, float]
+    depth: float
+    rise: float = 0.02
+
+    def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unit normals (N, 3) and depths (N,), m, 0 where it is away, at times (N,)."""
+        part = np.clip((t - self.start) / (self.end - self.start), 0, 1)
+        phi, theta = (a + (b - a) * part for a, b in zip(self.begins, self.ends))
+        normal = np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta)], axis=1)
+        edge = np.clip(np.minimum(t - self.start, self.end - t) / self.rise, 0, 1)
+        return normal, self.depth * 0.5 * (1 - np.cos(math.pi * edge))
+
+
+@dataclass(frozen=True)
+class Ambient:
+    """Light from outside, V in all: level; drift and its period, s; flicker at 100 Hz; steps: (time, V) each."""
+
+    level: float = 0.3
+    drift: float = 0.0
+    period: float = 30.0
+    flicker: float = 0.01
+    steps: tuple[tuple[float, float], ...] = ()
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """V at times (N,)."""
+        light = self.level + self.drift * np.sin(2 * math.pi * t / self.period) + self.flicker * np.sin(200 * math.pi * t)
+        for when, change in self.steps:
+            light = light + change * (t >= when)
+        return light
+
+
+@dataclass(frozen=True)
+class PsdScript:
+    """Acts one after the other or at once, the light from outside, and how long it lasts, s."""
+
+    acts: list[Act]
+    duration: float
+    ambient: Ambient = field(default_factory=Ambient)
+
+
+@dataclass(frozen=True)
+class PsdTruth:
+    """Of N samples. normal (N, 3), force (N,), N, depth (N,), m, of the first object that touches, NaN where none does; touching: (N,) how
+    many do."""
+
+    touching: np.ndarray
+    normal: np.ndarray
+    force: np.ndarray
+    depth: np.ndarray
+
+    def touches(self, k: int) -> list[Touch]:
+        """Those of sample k."""
+        if not self.touching[k]:
+            return []
+        return [Touch(COVER_RADIUS * self.normal[k], self.normal[k], float(self.depth[k]), float(self.force[k]))]
+
+
+class PsdScene:
+    """A script played on a specimen at rate samples/s; seed: of specimen and noise."""
+
+    sensor = 'psd_finger'
+
+    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics()):
+        if not 0 < rate < math.inf:
+            raise BadArgument(f'simulation: rate is {rate!r}; give samples per second, more than 0')
+        self.specimen, self.electronics, self.rate = FingerSpecimen(seed), electronics, rate
+        self.script, self._rng = script, np.random.default_rng([7, seed])
+
+    @property
+    def samples(self) -> int:
+        """Of the whole scene."""
+        return round(self.script.duration * self.rate)
+
+    def play(self, first: int, count: int) -> tuple[np.ndarray, PsdTruth]:
+        """Counts (count, 4) uint16 and truth of the samples from number first on; after its end it begins again."""
+        t = (first + np.arange(count)) / self.rate
+        within = t % self.script.duration
+        volts = self.specimen.dark + self.script.ambient.at(within)[:, None] * self.specimen.electrodes(self.specimen.stray)
+        truth = PsdTruth(np.zeros(count, int), np.full((count, 3), np.nan), np.full(count, np.nan), np.full(count, np.nan))
+        for act in self.script.acts:
+            some = np.flatnonzero((within > act.start) & (within < act.end))
+            if len(some):
+                normal, depth = act.at(within[some])
+                volts[some] += self.specimen.light(normal, depth)
+                self._note(truth, some, normal, depth)
+        return self.electronics.counts(volts * self.specimen.gains, self._rng), truth
+
+    def _note(self, truth: PsdTruth, some: np.ndarray, normal: np.ndarray, depth: np.ndarray) -> None:
+        touches = depth >= self.specimen.material.gap
+        first = touches & (truth.touching[some] == 0)
+        truth.touching[some] += touches
+        for known, value in ((truth.normal, normal), (truth.depth, depth), (truth.force, self.specimen.force(depth))):
+            known[some[first]] = value[first]
+
+
+def _press(start: float, phi: float, theta: float, depth: float, last: float = 0.3, rise: float = 0.02) -> Act:
+    place = math.radians(phi), math.radians(theta)
+    return Act(start, start + last, place, place, depth, rise)
+
+
+def _calibration() -> PsdScript:
+    """The pole and rings of places, each pressed at one of three depths: about a hundred."""
+    places = [(0.0, 0.0)] * 3
+    for ring, theta in enumerate(range(10, 71, 10)):
+        around = min(6 + 2 * (theta // 10 - 1) + 4, 18)
+        places += [(360.0 * (k + 0.37 * ring) / around, float(theta)) for k in range(around)]
+    acts = [_press(0.5 + 0.45 * k, phi, theta, (2.4e-4, 3.0e-4, 3.6e-4)[k % 3]) for k, (phi, theta) in enumerate(places)]
+    return PsdScript(acts, acts[-1].end + 0.5)
+
+
+def _taps() -> PsdScript:
+    """Section 6.3: 78 ms of contact at 3.2 Hz."""
+    acts = [_press(0.5 + k / 3.2, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.1, 0.05) for k in range(16)]
+    return PsdScript(acts, acts[-1].end + 0.5)
+
+
+def _grid() -> PsdScript:
+    """Section 6.2: the pole and six azimuths at four polar angles; 25 places that the calibration has not."""
+    places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
+    acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
+    return PsdScript(acts, acts[-1].end + 0.5)
+
+
+def _demo() -> PsdScript:
+    way = [(0, 0), (30, 40), (120, 55), (200, 30), (290, 60), (360, 10)]
+    acts = [_press(1.0 + 0.6 * k, phi, theta, 3.0e-4, 0.4) for k, (phi, theta) in enumerate(way)]
+    slide = Act(5.0, 9.0, (0.0, math.radians(55)), (4 * math.pi, math.radians(10)), 3.2e-4, 0.05)
+    return PsdScript([*acts, slide], 10.0, Ambient(drift=0.05))
+
+
+def _slide() -> PsdScript:
+    across = Act(0.5, 3.0, (0.3, math.radians(-62)), (0.3, math.radians(62)), 3.2e-4, 0.05)
+    return PsdScript([across], 3.5)
+
+
+def _light() -> PsdScript:
+    steps = ((4.0, 0.25), (7.0, -0.25), (10.0, 0.8), (13.0, 0.4), (16.0, -1.2))
+    return PsdScript([], 20.0, Ambient(0.4, 0.15, 12.0, 0.02, steps))
+
+
+def _two() -> PsdScript:
+    """One object, then another opposite."""
+    return PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0)
+
+
+PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
+    'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps, 'slide': _slide,
+    'light': _light, 'two': _two}
+
+
+def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
+    """The scene of that name. Raises BadArgument, listing those that exist."""
+    if name not in PSD_SCENES:
+        raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(PSD_SCENES))}')
+    return PsdScene(PSD_SCENES[name](), rate, seed)

@@ -1,0 +1,153 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A scene: one sensor, the objects that touch it one after the other, and the pictures of that."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .observe import Observation, Observer, off_tool
+from ..skin.contact import FrictionalContact
+from ..skin.motion import Motion
+from .specimen import Specimen
+from ..truth import SimulatedFrame, TruthFrame
+
+#: of the nodes' spacing: a tool that moves further than this between two frames is followed in several steps.
+_LONGEST_STEP = 0.95
+_TOOL_SIZE = 7.1
+
+
+@dataclass
+class Glance:
+    """One instant in one camera: the skin's shape as Skin.coarse has it, m; the dots' uv (K, 2) px and spread (K, 2, 2) px/m."""
+
+    shape: np.ndarray
+    uv: np.ndarray
+    spread: np.ndarray
+
+
+class Scene:
+    """A sensor and what happens to it, in frames at a fixed rate.
+
+    Attributes: sensor type; camera; membrane, the skin; rows, columns of dots; rate frames/s; duration s, after which it starts again;
+    frames in one round.
+    Friction makes a state depend on what was before, so states are worked out one after the other and kept; render may then be called with
+    times in any order and gives the same frame for the same time and seed each time. The first call for a late time takes as long as all
+    frames before it.
+    """
+
+    def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
+        self.sensor, self.camera, self.membrane = specimen.sensor, specimen.cameras[0], specimen.skin
+        self.rows, self.columns, self.rate = specimen.pattern.rows, specimen.pattern.columns, rate
+        self.frames = max(int(round(duration * rate)), 1)
+        self.duration = self.frames / rate
+        self._motions, self._pattern, self._renderer = motions, specimen.pattern, specimen.renderers[0]
+        self._contact = FrictionalContact(specimen.skin, friction)
+        self._observer = Observer(specimen.skin, specimen.pattern, self.camera, 1 / rate)
+        self._known: list[Observation] = []
+        self._followed = 0.0
+
+    def render(self, t: float) -> SimulatedFrame:
+        """The frame nearest to time t s from the scene's start; the scene repeats after its duration, its noise does not."""
+        number = math.floor(t * self.rate + 0.5)
+        seen = self.observe(number)
+        image = self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, number)
+        return SimulatedFrame(image, seen.truth)
+
+    def render_clean(self, t: float) -> SimulatedFrame:
+        """As render, without the sensor's noise."""
+        seen = self.observe(math.floor(t * self.rate + 0.5))
+        return SimulatedFrame(self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, None), seen.truth)
+
+    def observe(self, number: int) -> Observation:
+        """State and truth of frame number (any; the scene repeats)."""
+        number %= self.frames
+        while len(self._known) <= number:
+            self._known.append(self._next())
+        return self._known[number]
+
+    def _next(self) -> Observation:
+        """The first frame that is not known yet."""
+        end = len(self._known) / self.rate
+        motion = self._move_to(end)
+        if motion is None:
+            return self._observer.untouched
+        before = motion.pose(max(end - 1 / self.rate, motion.times[0]))
+        return self._observer.observe(self._contact.state, motion.tool, before, motion.pose(end))
+
+    def _move_to(self, end: float) -> Motion | None:
+        """Take the contact from where it has been followed to on to the time end, s; the motion that is there then."""
+        start, self._followed = self._followed, end
+        motion = next((motion for motion in self._motions if motion.covers(end)), None)
+        if motion is None:
+            self._contact.reset()
+        else:
+            self._follow(motion, max(start, motion.times[0]), end)
+        return motion
+
+    def _follow(self, motion: Motion, start: float, end: float):
+        """Move one tool from the time start to the time end, s, in steps that are short enough."""
+        first, last = motion.pose(start), motion.pose(end)
+        way = np.linalg.norm(last.origin - first.origin) / self.membrane.spacing + _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
+        steps = min(max(math.ceil(way / _LONGEST_STEP), 1), 40)
+        before = first
+        for part in range(1, steps + 1):
+            now = motion.pose(start + (end - start) * part / steps)
+            self._contact.step(motion.tool, before, now)
+            before = now
+
+
+class TwoCameraScene(Scene):
+    """A scene seen by two cameras, the second triggered later than the first.
+
+    Attributes, besides: cameras (left, right); trigger_delay s, from a frame's time to the right camera's exposure.
+    """
+
+    def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
+        super().__init__(specimen, motions, duration, rate, friction)
+        self.cameras, self.trigger_delay = specimen.cameras, specimen.trigger_delay
+        self._renderers = specimen.renderers
+        self._right_untouched = self._glance(None)
+        self._known_right: list[Glance] = []
+
+    def render(self, t: float) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
+        """Left and right picture (height, width, 3) uint8 BGR of the frame nearest to time t s, and its truth.
+
+        The truth is that of the left exposure, its dot_uv the left camera's.
+        """
+        number = math.floor(t * self.rate + 0.5)
+        return self._draw(number, number)
+
+    def render_clean(self, t: float) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
+        """As render, without the sensors' noise."""
+        return self._draw(math.floor(t * self.rate + 0.5), None)
+
+    def right_dot_uv(self, number: int) -> np.ndarray:
+        """(K, 2) px, where the right camera sees the dots in frame number."""
+        self.observe(number)
+        return self._known_right[number % self.frames].uv
+
+    def _draw(self, number: int, noise: int | None) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
+        seen = self.observe(number)
+        right = self._known_right[number % self.frames]
+        left_image = self._renderers[0].draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, noise)
+        right_image = self._renderers[1].draw(right.shape, right.uv, right.spread, self._pattern.radius, noise)
+        return left_image, right_image, seen.truth
+
+    def _next(self) -> Observation:
+        """The first frame that is not known yet; and what the right camera sees a little later."""
+        seen = super()._next()
+        late = len(self._known) / self.rate + self.trigger_delay
+        motion = self._move_to(late)
+        pressed = motion is not None and len(self._contact.state.touching) > 0
+        self._known_right.append(self._glance(motion) if pressed else self._right_untouched)
+        return seen
+
+    def _glance(self, motion: Motion | None) -> Glance:
+        """What the right camera sees now, under the tool of this motion or none."""
+        shape = self._contact.state.shape
+        correct = None if motion is None else (lambda places: off_tool(places, motion.tool, motion.pose(self._followed)))
+        _, uv, spread = self._pattern.seen(shape, self.cameras[1], correct)
+        return Glance(self.membrane.coarse(shape), uv, spread.astype(np.float32))

@@ -1,0 +1,123 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated air cushion and its scenes: a dome 30 cm wide and 12 cm high, a wide-angle camera in it, printed circles, little light."""
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from .marker_sheet import built_camera
+from ..optics.led_light import Lamps
+from ..optics.pattern import DotPattern, uneven
+from ..optics.rendering import Imaging, Renderer
+from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..skin.dome import Membrane
+
+_RIM, _HEIGHT = 0.150, 0.120
+_BALL = (_RIM**2 + _HEIGHT**2) / (2 * _HEIGHT)
+#: Pa: over the air's own.
+_BLOWN_UP, _AIR = 1400.0, 101325.0
+_TIP = 'ball_30mm'
+_ROWS = _COLUMNS = 17
+_PITCH, _RADIUS = 0.0140, 0.0046
+#: m along the skin from its top: circles are printed as far out as this.
+_PRINTED = 0.118
+_IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
+_LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.4, 2.5, 4.6)), (46.0, 38.0, 42.0), 0.150, 45.0,
+               (0.105, 0.100, 0.098), exposure=1.4)
+
+
+def _on_dome(places: np.ndarray) -> np.ndarray:
+    """Places (K, 3), m, on the resting dome, of places (K, 2), m, along the skin from its top."""
+    way = np.linalg.norm(places, axis=1)
+    sideways = np.sinc(way / _BALL / np.pi)[:, None] * places
+    return np.column_stack([sideways, _HEIGHT - _BALL + _BALL * np.cos(way / _BALL)])
+
+
+def _regular(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
+    """A grid of circles without its corners."""
+    v, u = np.mgrid[:_ROWS, :_COLUMNS].reshape(2, -1)
+    places = np.stack([u - (_COLUMNS - 1) / 2, v - (_ROWS - 1) / 2], axis=1) * _PITCH
+    numbers = np.flatnonzero(np.linalg.norm(places, axis=1) <= _PRINTED)
+    places = places[numbers] + rng.normal(0, 0.25e-3, (len(numbers), 2)) + rng.normal(0, 0.8e-3, 2)
+    return DotPattern(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), numbers, _ROWS, _COLUMNS)
+
+
+def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
+    """As many circles anywhere, none nearer to another than leaves a gap."""
+    places = np.zeros((0, 2))
+    for place in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
+        if np.linalg.norm(place) <= _PRINTED and (np.linalg.norm(places - place, axis=1) > 2.5 * _RADIUS).all():
+            places = np.vstack([places, place])
+    return DotPattern(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), np.arange(len(places)))
+
+
+def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
+    """A cushion. seed: of what was built a bit off, and of the noise; width: of the picture, px; pattern: its circles'."""
+    rng = np.random.default_rng([seed, 13])
+    pressure = _BLOWN_UP * (1 + rng.normal(0, 0.03))
+    volume = np.pi * _HEIGHT**2 * (3 * _BALL - _HEIGHT) / 3
+    membrane = Membrane(_BALL, _HEIGHT, pressure * _BALL / 2, 61, volume / (_AIR + pressure))
+    camera = built_camera(rng, 233.0, (322.0, 238.0), (-0.055, 0.0055, 3e-4, 2e-4, 0.0), (0.002, -0.004, 0.003), (0.0, 0.0, 0.042),
+                          (640, 480), width)
+    renderer = Renderer(membrane, camera, _LAMPS, _IMAGING, seed)
+    return Specimen('air_cushion', membrane, pattern(membrane, rng), (camera,), (renderer,))
+
+
+def _places(count: int, reach: float, rng: np.random.Generator) -> list[tuple]:
+    """(x, y), m, evenly spread at random over a disc of radius reach, m."""
+    way, angle = reach * np.sqrt((np.arange(count) + rng.uniform(0, 1, count)) / count), rng.uniform(0, 2 * np.pi, count)
+    return list(zip(way * np.cos(angle), way * np.sin(angle)))
+
+
+def _presses(tool: str, places: list, deepest: float, count: int, rng: np.random.Generator) -> list:
+    """Acts of a tool that goes down at each of the places, through count depths up to deepest, m."""
+    return [partial(press, tool, x, y, *np.sort((np.arange(count) + rng.uniform(0.2, 1.0, count)) * deepest / count).tolist(), move=0.4)
+            for x, y in places]
+
+
+def _demo() -> tuple[Act, ...]:
+    """Presses with several indenters, a drag, two fists."""
+    return one_after_the_other([
+        partial(press, _TIP, 0.010, -0.015, 0.015, 0.035, move=0.6), partial(press, 'ball_60mm', -0.045, 0.020, 0.012, 0.030, move=0.6),
+        partial(press, 'ball_15mm', 0.040, 0.045, 0.010, 0.025, move=0.6),
+        partial(drag, _TIP, -0.030, -0.035, 0.022, 0.060, 0.015, duration=2.5),
+        partial(press, 'fists_70mm', 0.0, 0.010, 0.010, 0.022, move=0.6)], untouched=STARTING)
+
+
+def _calibration() -> tuple[Act, ...]:
+    """Presses of one indenter all over the dome and to all depths, and drags."""
+    rng = np.random.default_rng(5)
+    acts = _presses(_TIP, _places(45, 0.075, rng), 0.042, 3, rng)
+    acts += [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
+             for (x, y), a in zip(_places(6, 0.040, rng), rng.uniform(0, 2 * np.pi, 6))]
+    return one_after_the_other(acts, pause=0.3)
+
+
+def _test() -> tuple[Act, ...]:
+    """Presses elsewhere, of indenters from half to twice the calibrated size."""
+    rng = np.random.default_rng(6)
+    tools = _TIP, 'ball_15mm', 'ball_22mm', 'ball_42mm', 'ball_60mm'
+    return one_after_the_other([act for tool in tools for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)], pause=0.3)
+
+
+def _two() -> tuple[Act, ...]:
+    """Two fists, from three to five pitches apart."""
+    return one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
+                                for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
+
+
+_random_cushion = partial(air_cushion, pattern=_random)
+
+AIR_CUSHION_SCENES: dict[str, Script] = {
+    'air_cushion_demo': Script(air_cushion, _demo()),
+    'air_cushion_rest': Script(air_cushion, duration=10.0),
+    'air_cushion_press': Script(air_cushion, one_after_the_other([partial(press, _TIP, 0.030, -0.020, 0.015, 0.035, move=0.5)])),
+    'air_cushion_two': Script(air_cushion, _two()),
+    'air_cushion_calibration': Script(air_cushion, _calibration()),
+    'air_cushion_test': Script(air_cushion, _test()),
+    'air_cushion_random_demo': Script(_random_cushion, _demo()),
+    'air_cushion_random_calibration': Script(_random_cushion, _calibration()),
+    'air_cushion_random_test': Script(_random_cushion, _test()),
+}

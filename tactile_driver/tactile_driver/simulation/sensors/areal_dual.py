@@ -1,0 +1,88 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated marker sheet of two cameras and its scenes: 133 x 91 mm, 14 x 11 green discs, about two columns in both views."""
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, presses, scattered
+from ..optics.camera import SimulatedCamera
+from ..optics.led_light import Lamps
+from ..optics.rendering import Imaging, Renderer
+from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..skin.sheet import Sheet
+
+_HALF = (0.0665, 0.0455)
+_TIP = 'ball_8mm'
+_DEEPEST = 0.005
+_WIDTH, _HEIGHT = 480, 640
+_LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0.002, 0.033)),
+               (95.0, 110.0, 88.0, 120.0, 100.0, 92.0), 0.060, 85.0, SHEET_COLOUR)
+_IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
+_DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
+_OFF_CENTRE = 0.0292
+#: the right camera's, over the left one's
+_EXPOSURE = 1.2
+
+
+def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera]:
+    """Left and right camera, each a bit askew."""
+    native = _WIDTH, _HEIGHT
+    left = built_camera(rng, 289.0, (241.0, 318.0), _DISTORTION, (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465), native, _WIDTH)
+    right = built_camera(rng, 289.0, (238.0, 321.0), _DISTORTION, (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460), native, _WIDTH)
+    return left, right
+
+
+def areal_dual(seed: int) -> Specimen:
+    """A sheet with two cameras. seed: of what was built a bit off, and of the noise."""
+    rng = np.random.default_rng([seed, 12])
+    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 70.0 * (1 + rng.normal(0, 0.03)), 1.25, 3.5e-4, 97)
+    cameras = _cameras(rng)
+    pattern = markers(sheet, 11, 14, (0.0094, 0.0082), 0.0021, rng)
+    lights = _LAMPS, replace(_LAMPS, exposure=_LAMPS.exposure * _EXPOSURE * (1 + rng.normal(0, 0.03)))
+    renderers = tuple(Renderer(sheet, camera, light, _IMAGING, 2 * seed + side)
+                      for side, (camera, light) in enumerate(zip(cameras, lights)))
+    return Specimen('areal_dual', sheet, pattern, cameras, renderers, trigger_delay=0.003 + 0.001 * rng.uniform())
+
+
+def _demo() -> tuple[Act, ...]:
+    """Presses in the left view, in both and in the right one; a drag from one to the other; two fingertips."""
+    return one_after_the_other([
+        partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
+        partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
+        partial(press, 'fingertips_37mm', 0.0, 0.005, 0.002, 0.004)], untouched=STARTING)
+
+
+def _calibration() -> tuple[Act, ...]:
+    """Presses over the whole sheet and to all depths, and drags in all directions."""
+    rng = np.random.default_rng(3)
+    return one_after_the_other(presses(_TIP, grid((0.057, 0.037), 9, 7), _HALF, _DEEPEST, 2, rng)
+                               + drags(_TIP, 8, _HALF, (0.0015, 0.0045), 0.018, rng), pause=0.3)
+
+
+def _test() -> tuple[Act, ...]:
+    """Presses elsewhere, with the calibrated fingertip and others, and drags."""
+    rng = np.random.default_rng(4)
+    tools = _TIP, 'ball_7.5mm', 'ball_10mm'
+    acts = [act for tool in tools for act in presses(tool, scattered((0.052, 0.033), 8, rng), _HALF, _DEEPEST, 2, rng)]
+    return one_after_the_other(acts + drags(_TIP, 4, _HALF, (0.0015, 0.0045), 0.018, rng), pause=0.3)
+
+
+def _two() -> tuple[Act, ...]:
+    """Two fingertips, from two and a half to five marker pitches apart."""
+    return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.002, 0.004)
+                                for mm, x, y in ((46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5)
+
+
+AREAL_DUAL_SCENES: dict[str, Script] = {
+    'areal_dual_demo': Script(areal_dual, _demo()),
+    'areal_dual_rest': Script(areal_dual, duration=10.0),
+    'areal_dual_press': Script(areal_dual, one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)])),
+    'areal_dual_drag': Script(areal_dual, one_after_the_other([partial(drag, _TIP, -0.020, 0.010, 0.0035, 0.040, -0.015)])),
+    'areal_dual_two': Script(areal_dual, _two()),
+    'areal_dual_calibration': Script(areal_dual, _calibration()),
+    'areal_dual_test': Script(areal_dual, _test()),
+}

@@ -1,0 +1,70 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated marker sheet of one camera and its scenes: 60 x 45 mm, 13 x 9 green discs, LEDs at the side."""
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, presses, scattered
+from ..optics.led_light import Lamps
+from ..optics.rendering import Imaging, Renderer
+from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..skin.sheet import Sheet
+
+_HALF = (0.030, 0.0225)
+_TIP = 'ball_6mm'
+_DEEPEST = 0.013
+_LAMPS = Lamps(((-0.046, 0.010, -0.040), (0.048, -0.016, -0.044)), (330.0, 150.0), 0.045, 60.0, SHEET_COLOUR)
+
+
+def areal_single(seed: int, width: int = 640) -> Specimen:
+    """A sheet with one camera. seed: of what was built a bit off, and of the noise; width: of the picture, px."""
+    rng = np.random.default_rng([seed, 11])
+    sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
+    camera = built_camera(rng, 508.0, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0585),
+                          (640, 480), width)
+    imaging = Imaging(blur=1.0, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=3.0, stop=0.1)
+    pattern = markers(sheet, 9, 13, (0.0045, 0.0045), 0.0012, rng)
+    return Specimen('areal_single', sheet, pattern, (camera,), (Renderer(sheet, camera, _LAMPS, imaging, seed),))
+
+
+def _demo() -> tuple[Act, ...]:
+    """Presses in the middle, at the sides and deep; a drag; two fingertips."""
+    return one_after_the_other([
+        partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
+        partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
+        partial(press, 'fingertips_18mm', 0.0, 0.0, 0.003, 0.006)], untouched=STARTING)
+
+
+def _calibration() -> tuple[Act, ...]:
+    """Presses over the whole sheet and to all depths, and drags in all directions."""
+    rng = np.random.default_rng(1)
+    return one_after_the_other(presses(_TIP, grid((0.024, 0.0165), 7, 5), _HALF, _DEEPEST, 3, rng)
+                               + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
+
+
+def _test() -> tuple[Act, ...]:
+    """Presses elsewhere, with the calibrated fingertip and others, and drags."""
+    rng = np.random.default_rng(2)
+    tools = _TIP, 'ball_5mm', 'ball_7.5mm'
+    acts = [act for tool in tools for act in presses(tool, scattered((0.021, 0.0145), 6, rng), _HALF, _DEEPEST, 3, rng)]
+    return one_after_the_other(acts + drags(_TIP, 4, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
+
+
+def _two() -> tuple[Act, ...]:
+    """Two fingertips, from two and a half to five marker pitches apart."""
+    return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.003, 0.006)
+                                for mm, x, y in ((23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5)
+
+
+AREAL_SINGLE_SCENES: dict[str, Script] = {
+    'areal_single_demo': Script(areal_single, _demo()),
+    'areal_single_rest': Script(areal_single, duration=10.0),
+    'areal_single_press': Script(areal_single, one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)])),
+    'areal_single_drag': Script(areal_single, one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)])),
+    'areal_single_two': Script(areal_single, _two()),
+    'areal_single_calibration': Script(areal_single, _calibration()),
+    'areal_single_test': Script(areal_single, _test()),
+}

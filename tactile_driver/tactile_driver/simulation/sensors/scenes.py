@@ -1,0 +1,60 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""All scenes of all simulated camera sensors, by name."""
+from __future__ import annotations
+
+import math
+
+from .air_cushion import AIR_CUSHION_SCENES
+from .areal_dual import AREAL_DUAL_SCENES
+from .areal_single import AREAL_SINGLE_SCENES
+from ...errors import BadArgument
+from ..scene.scene import Scene, TwoCameraScene
+from ..scene.specimen import Script, Specimen
+from ..skin.motion import Motion
+from ..skin.tools import tool_named
+from .touchpad import TOUCHPAD_SCENES
+from .worn_sheet import WORN_SHEET_SCENES
+
+#: The touchpad's have plain names; those of other sensors begin with the sensor's type.
+SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES,
+                             **WORN_SHEET_SCENES}
+
+
+def _script(name: str, rate: float) -> Script:
+    if name not in SCENES:
+        raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(SCENES))}')
+    if not 0 < rate < math.inf:
+        raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
+    return SCENES[name]
+
+
+def _play(script: Script, specimen: Specimen) -> tuple[list[Motion], float]:
+    """The motions over the specimen, and the scene's duration, s."""
+    motions = [Motion(tool_named(tool), keys, specimen.skin) for tool, keys in script.acts]
+    return motions, max([script.duration] + [motion.times[-1] + 0.75 for motion in motions])
+
+
+def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int = 640, height: int = 480) -> Scene:
+    """The scene of that name, of a sensor with one camera, at rate frames/s and width x height px.
+
+    seed: of the specimen's irregularities and the noise. Raises BadArgument for an unknown name (the message lists the known ones), a rate
+    that is not positive, a picture that is not 4 : 3 or under 160 px wide, or a sensor with two cameras.
+    """
+    script = _script(name, rate)
+    if width < 160 or width * 3 != height * 4 or width % 4 or height % 4:
+        raise BadArgument(f'simulation: no picture of {width} x {height} px; give 640 x 480, 320 x 240 or another 4 : 3 in multiples of 4')
+    if name in AREAL_DUAL_SCENES:
+        raise BadArgument(f'simulation: scene {name!r} is of a sensor with two cameras; dual_camera_node plays it')
+    specimen = script.build(seed, width)
+    return Scene(specimen, *_play(script, specimen), rate, script.friction)
+
+
+def open_dual_scene(name: str = 'areal_dual_demo', rate: float = 30.0, seed: int = 0) -> TwoCameraScene:
+    """The scene of that name, of a sensor with two cameras, at rate pairs/s in the cameras' own size; seed and errors as in open_scene."""
+    script = _script(name, rate)
+    if name not in AREAL_DUAL_SCENES:
+        two = ', '.join(sorted(AREAL_DUAL_SCENES))
+        raise BadArgument(f'simulation: scene {name!r} is of a sensor with one camera; those with two are {two}')
+    specimen = script.build(seed)
+    return TwoCameraScene(specimen, *_play(script, specimen), rate, script.friction)

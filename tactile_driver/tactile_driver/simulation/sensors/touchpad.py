@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The simulated touchpad and its scenes: a dome over red water, 23 x 23 dark dots, a camera behind it."""
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ..optics.camera import SimulatedCamera, mounted
+from ..optics.pattern import DotPattern, uneven
+from ..optics.rendering import Imaging, Renderer
+from ..optics.water_light import Lighting
+from ..scene.specimen import STARTING, UNTOUCHED, Act, Script, Specimen, act, one_after_the_other
+from ..skin.dome import Membrane
+from ..skin.motion import Key
+
+ROWS = COLUMNS = 23
+_FOCAL = 688.0
+_DISTANCE = 0.0400
+
+
+def touchpad_camera(width: int = 640) -> SimulatedCamera:
+    """The touchpad's camera, 40 mm behind the rim, for 4 : 3 pictures of width px."""
+    return mounted((_FOCAL, _FOCAL), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
+                   (-0.00012, 0.00008, _DISTANCE), (640, 480), width)
+
+
+def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
+    """The dots, painted by hand: a bit off in place and size. They stand at equal steps in the picture of the resting pad."""
+    pitch, jitter = 18.8, 0.055e-3
+    v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
+    slope = np.stack([(u - (COLUMNS - 1) / 2) * pitch / _FOCAL, (v - (ROWS - 1) / 2) * pitch / _FOCAL, np.ones(u.size)], axis=1)
+    rays = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+    places = membrane.seen_at_rest(np.array([0, 0, -_DISTANCE]), rays)
+    places += rng.normal(0, jitter, places.shape)
+    return DotPattern(membrane, places, uneven(0.40e-3, 0.05, len(places), rng), np.arange(len(places)), ROWS, COLUMNS)
+
+
+def touchpad(seed: int, width: int, lighting: Lighting = Lighting(), imaging: Imaging = Imaging()) -> Specimen:
+    """A touchpad. seed: of the dots' irregularities and the noise; width: of the picture, px."""
+    membrane, camera = Membrane(), touchpad_camera(width)
+    pattern = touchpad_dots(membrane, np.random.default_rng([seed, 0]))
+    return Specimen('touchpad', membrane, pattern, (camera,), (Renderer(membrane, camera, lighting, imaging, seed),))
+
+
+def _rectangle_drag(start: float) -> Act:
+    return act('rectangle', start, {'t': 0.8, 'press': 0.0032}, {'t': 1.1}, {'t': 3.1, 'x': 0.0055}, {'t': 3.4}, {'t': 4.0, 'press': 0.0})
+
+
+def _disc_twist(start: float) -> Act:
+    return act('disc', start, {'t': 0.7, 'press': 0.0030}, {'t': 1.0}, {'t': 2.6, 'yaw': 0.75}, {'t': 2.9}, {'t': 3.4, 'press': 0.0})
+
+
+def _ring_press(start: float) -> Act:
+    return act('ring', start, {'t': 0.9, 'press': 0.0030}, {'t': 1.4}, {'t': 2.2, 'y': 0.0018}, {'t': 2.8, 'press': 0.0})
+
+
+def _sphere_press(start: float) -> Act:
+    return act('sphere', start, {'t': 0.8, 'press': 0.0042}, {'t': 1.3}, {'t': 1.9, 'press': 0.0}, x=0.003, y=-0.002)
+
+
+def _sphere_tilt(start: float) -> Act:
+    """A ball that rolls across the pad, then turns on the spot."""
+    return act('sphere', start, {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.003, 'pitch': 0.75}, {'t': 2.9, 'roll': 0.35},
+               {'t': 3.4, 'press': 0.0}, x=-0.003)
+
+
+def _impact(start: float) -> Act:
+    """A ball that is in and out within a sixth of a second."""
+    return act('sphere', start, {'t': 0.07, 'press': 0.0045}, {'t': 0.17, 'press': 0.0}, y=0.002)
+
+
+def _disc_tilt(start: float) -> Act:
+    return act('disc', start, {'t': 0.7, 'press': 0.0024}, {'t': 1.5, 'press': 0.0032, 'pitch': 0.16},
+               {'t': 2.3, 'pitch': 0.0, 'roll': 0.16}, {'t': 2.9, 'press': 0.0})
+
+
+def _prism(start: float) -> Act:
+    return act('prism', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.1}, {'t': 2.1, 'yaw': 0.5}, {'t': 2.7, 'press': 0.0})
+
+
+def _two_spheres(start: float) -> Act:
+    return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0})
+
+
+def _sphere_grid() -> tuple[Act, ...]:
+    """Presses of a ball at known places and depths, each from rest."""
+    acts, t = [], UNTOUCHED
+    for place, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
+        for depth in (0.0015, 0.0030, 0.0045) if place % 2 == 0 else (0.0020, 0.0040):
+            above = Key(t, x, y, -0.001)
+            pressed = replace(above, t=t + 0.3, press=depth)
+            acts.append(('sphere', [above, pressed, replace(pressed, t=t + 0.6), replace(above, t=t + 0.9)]))
+            t += 1.1
+    return tuple(acts)
+
+
+TOUCHPAD_SCENES: dict[str, Script] = {
+    'demo': Script(touchpad, one_after_the_other([_rectangle_drag, _disc_twist, _ring_press, _sphere_tilt, _impact], untouched=STARTING)),
+    'rest': Script(touchpad, duration=10.0),
+    'rectangle_drag': Script(touchpad, one_after_the_other([_rectangle_drag])),
+    'disc_twist': Script(touchpad, one_after_the_other([_disc_twist])),
+    'disc_tilt': Script(touchpad, one_after_the_other([_disc_tilt])),
+    'ring_press': Script(touchpad, one_after_the_other([_ring_press])),
+    'sphere_press': Script(touchpad, one_after_the_other([_sphere_press])),
+    'sphere_tilt': Script(touchpad, one_after_the_other([_sphere_tilt])),
+    'impact': Script(touchpad, one_after_the_other([_impact])),
+    'prism': Script(touchpad, one_after_the_other([_prism])),
+    'two_spheres': Script(touchpad, one_after_the_other([_two_spheres])),
+    'glare': Script(partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.02, largest_spot=14.0)),
+                    one_after_the_other([_rectangle_drag])),
+    'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),
+    'sphere_calibration': Script(touchpad, _sphere_grid()),
+}

@@ -1,0 +1,140 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Contact of a skin with a rigid tool: no node inside the tool, Coulomb friction at each node that touches.
+
+Solved by alternating directions (ADMM): the skin answers linearly through its compliance, each node's contact law has a closed form.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import lapack
+
+from .grid import Skin
+from .motion import Pose
+from .tools import Tool
+
+#: of the skin's tension: weight between the two directions; near the geometric mean of the skin's softest and stiffest answer.
+_COUPLING = 0.47
+_OVER_RELAXATION = 1.6
+_LINEARISATIONS = 6
+_SWEEPS = 10
+#: of the nodes' spacing: a round that moves no node further ends the step early.
+_CLOSE_ENOUGH = 0.005
+#: of the nodes' spacing: nodes nearer to the tool than this take part; a new set is taken with a margin, so that its inverse serves for
+#: many frames.
+_NEAR, _NEAR_MARGIN = 0.7, 1.9
+
+
+@dataclass
+class SkinState:
+    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, which of the inner nodes are in contact; force (m, 3) N, of the tool
+    on the skin at these."""
+
+    shape: np.ndarray
+    pressure: float
+    touching: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    force: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+class FrictionalContact:
+    """Steps a skin from one tool pose to the next. friction: coefficient of Coulomb's law."""
+
+    def __init__(self, skin: Skin, friction: float):
+        self.skin, self.friction = skin, friction
+        self._coupling = _COUPLING * skin.tension
+        self._inner = np.flatnonzero(skin.inner)
+        self.reset()
+
+    def reset(self):
+        """Forget everything: the skin is at rest."""
+        self.state = SkinState(self.skin.rest.copy(), self.skin.pressure)
+        self._near = np.zeros(0, np.int64)
+        self._held = np.zeros((0, 3))
+        self._moved = np.zeros((len(self._inner), 3))
+        self._was_touching = np.zeros(len(self._inner), bool)
+
+    def step(self, tool: Tool, before: Pose, now: Pose) -> SkinState:
+        """Move the tool from the pose before to the pose now; returns (and keeps) the new state."""
+        inner_shape = self.state.shape.reshape(-1, 3)[self._inner]
+        gap = tool.distance(now.to_tool(inner_shape))
+        if gap.min() > 0 and not self._was_touching.any():
+            self.reset()
+            return self.state
+        self._choose_near(gap)
+        self._slack = self.skin.slack_at(self.state.shape)
+        anchor = now.to_sensor(before.to_tool(inner_shape[self._near]))
+        places = inner_shape + self._moved
+        for _ in range(_LINEARISATIONS):
+            last, (places, pressure) = places, self._solve_linearised(tool, now, places, anchor)
+            if np.abs(places - last).max() < _CLOSE_ENOUGH * self.skin.spacing:
+                break
+        self._moved = places - inner_shape
+        self._keep(places, pressure)
+        return self.state
+
+    def _choose_near(self, gap: np.ndarray):
+        """Which nodes take part, and the inverse of their compliance; kept while it covers all nodes that may touch."""
+        needed = (gap < _NEAR * self.skin.spacing) | self._was_touching
+        have = np.zeros_like(needed)
+        have[self._near] = True
+        if have[needed].all() and have.sum() < 2 * needed.sum() + 60:
+            return
+        held = np.zeros((len(needed), 3))
+        held[self._near] = self._held
+        self._near = np.flatnonzero((gap < _NEAR_MARGIN * self.skin.spacing) | self._was_touching)
+        self._held = held[self._near]
+        block = self.skin.compliance_among(self._near)
+        self._local = block
+        factor, _ = lapack.dpotrf(block + np.eye(len(block)) / self._coupling, lower=1)
+        lower, _ = lapack.dpotri(factor, lower=1)
+        self._answer = np.tril(lower) + np.tril(lower, -1).T
+
+    def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
+        """One round: fluid's push and tool's surface taken at places (m, 3), the contact solved for these. Returns new places, pressure.
+
+        The enclosed volume is held to first order by making the pressure a function of the contact forces.
+        """
+        skin, near = self.skin, self._near
+        push, lift, rise, free_pressure = skin.fluid(skin.with_rim(places))
+        gap, normal = tool.distance_and_normal(pose.to_tool(places[near]))
+        normal = normal @ pose.turn.T
+        offset = gap - np.einsum('ij,ij->i', normal, places[near])
+        self._alternate(self._slack[near] + free_pressure * lift[near], lift[near], rise, normal, offset, anchor)
+        force = np.zeros_like(push)
+        force[near] = -self._coupling * self._held
+        pressure = free_pressure - float((lift * force).sum()) / rise
+        return self._slack + skin.give(pressure * push + force), pressure
+
+    def _alternate(self, free, lift, rise, normal, offset, anchor):
+        """Find held (k, 3), m, for nodes that would be at free (k, 3) without contact; -coupling * held is the force on them.
+
+        lift (k, 3) m/Pa and rise m^3/Pa: what the pressure does to the nodes and to the volume.
+        """
+        rubbing = self._was_touching[self._near] * self.friction
+        back = self._answer @ lift
+        back /= np.sqrt(rise - float((lift * back).sum()))
+        held = self._held
+        place = free - self._coupling * (self._local @ held - lift * ((lift * held).sum() / rise))
+        for _ in range(_SWEEPS):
+            aim = place - held
+            force = aim - free
+            force = self._answer @ force + back * np.vdot(back, force)
+            trial = _OVER_RELAXATION * (aim - force / self._coupling) + (1 - _OVER_RELAXATION) * place + held
+            inside = np.maximum(-(np.einsum('ij,ij->i', normal, trial) + offset), 0)
+            place = trial + inside[:, None] * normal
+            way = anchor - place
+            way -= np.einsum('ij,ij->i', normal, way)[:, None] * normal
+            length = np.sqrt(np.einsum('ij,ij->i', way, way))
+            place += way * np.minimum(1, rubbing * inside / np.maximum(length, 1e-15))[:, None]
+            held = trial - place
+        self._held = held
+
+    def _keep(self, places: np.ndarray, pressure: float):
+        """Turn the solution into the new state."""
+        force = -self._coupling * self._held
+        pressed = np.einsum('ij,ij->i', force, force) > 0
+        self._was_touching[:] = False
+        self._was_touching[self._near[pressed]] = True
+        self.state = SkinState(self.skin.with_rim(places), pressure, self._near[pressed], force[pressed])

@@ -1,0 +1,175 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A soft pad on a taxel array: faces of objects that press on it, threads of rubber that they press and drag, and the ink under them,
+from load to whole numbers, with gains, offsets, noise, hysteresis and dead rows."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ...errors import BadArgument
+
+#: Height of the face over its foremost part, m, inf off it, at x, y (m) in the object's frame.
+Face = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def _flat(inside: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Face:
+    return lambda x, y: np.where(inside(x, y), 0.0, np.inf)
+
+
+def _box(x, y, length: float, width: float):
+    return (np.abs(x) <= length / 2) & (np.abs(y) <= width / 2)
+
+
+FACES: dict[str, Face] = {
+    'bar': _flat(lambda x, y: _box(x, y, 0.024, 0.010)),
+    'disc': _flat(lambda x, y: np.hypot(x, y) <= 0.010),
+    'ring': _flat(lambda x, y: (np.hypot(x, y) <= 0.012) & (np.hypot(x, y) >= 0.006)),
+    'l': _flat(lambda x, y: _box(x + 0.006, y, 0.008, 0.024) | _box(x, y + 0.008, 0.020, 0.008)),
+    'edge': _flat(lambda x, y: (x >= 0) & (np.abs(x) < 0.1) & (np.abs(y) < 0.1)),
+    'sphere': lambda x, y: np.where(np.hypot(x, y) < 0.03, 0.03 - np.sqrt(np.maximum(0.03**2 - x * x - y * y, 0)), np.inf),
+    'two_fingers': _flat(lambda x, y: (np.hypot(x - 0.009, y) <= 0.006) | (np.hypot(x + 0.009, y) <= 0.006)),
+}
+
+
+def face_named(name: str) -> Face:
+    """The face of that name. Raises BadArgument, listing them, for an unknown one."""
+    if name not in FACES:
+        raise BadArgument(f'simulation: face {name!r} is unknown; choose one of {", ".join(FACES)}')
+    return FACES[name]
+
+
+FINE = 2  # threads along a taxel
+
+
+@dataclass(frozen=True)
+class PadSpecimen:
+    """rows, columns, pitch (m): of the taxels; thickness: m; press: N/m^3, pressure for each m of depth; pull: the same for a head dragged
+    aside; grip: coefficient of friction; spread: m, over which a foot's load spreads in the sheet."""
+
+    rows: int = 44
+    columns: int = 44
+    pitch: float = 1e-3
+    thickness: float = 2e-3
+    press: float = 1.4e8
+    pull: float = 5.2e7
+    grip: float = 0.55
+    spread: float = 0.75e-3
+
+
+@dataclass(frozen=True)
+class PadState:
+    """What the threads do. pressure: (M,) Pa; tilt: (M, 2) m, of heads aside; touched, slipping: (M,) bool."""
+
+    pressure: np.ndarray
+    tilt: np.ndarray
+    touched: np.ndarray
+    slipping: np.ndarray
+
+
+class ThreadPad:
+    """The threads of a specimen, moved in small steps."""
+
+    def __init__(self, specimen: PadSpecimen):
+        self.specimen = specimen
+        step = specimen.pitch / FINE
+        y = (np.arange(specimen.rows * FINE) - 0.5 * (specimen.rows * FINE - 1)) * step
+        x = (np.arange(specimen.columns * FINE) - 0.5 * (specimen.columns * FINE - 1)) * step
+        self.places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        self.cell = step**2
+        self._met = np.full(self.places.shape, np.nan)  # place on the object that a head clings to, in the object's frame
+
+    def move(self, face: Face, pose: np.ndarray, depth: float) -> PadState:
+        """The object with that face at pose (x, y m, turn rad), its foremost part depth m under the untouched surface."""
+        cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+        turn = np.array([[cosine, -sine], [sine, cosine]])
+        pressed = np.zeros(len(self.places))
+        if depth > 0:
+            local = (self.places - pose[:2]) @ turn
+            pressed = np.maximum(depth - face(local[:, 0], local[:, 1]), 0)
+        touched = pressed > 0
+        pressure = self.specimen.press * pressed
+        self._met[~touched] = np.nan
+        fresh = touched & np.isnan(self._met[:, 0])
+        self._met[fresh] = ((self.places - pose[:2]) @ turn)[fresh]
+        tilt = np.zeros_like(self.places)
+        tilt[touched] = self._met[touched] @ turn.T + pose[:2] - self.places[touched]
+        slipping = self._let_go(tilt, pressure, turn)
+        return PadState(pressure, tilt, touched, slipping)
+
+    def _let_go(self, tilt: np.ndarray, pressure: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        """Heads that are pulled too hard move back along their tilt, and cling there; which they are."""
+        longest = self._softened(pressure) * (self.specimen.grip / self.specimen.pull)
+        length = np.hypot(*tilt.T)
+        slipping = length > longest + 1e-12
+        back = tilt[slipping] * (1 - longest[slipping] / length[slipping])[:, None]
+        tilt[slipping] -= back
+        self._met[slipping] -= back @ turn
+        return slipping
+
+    def _softened(self, pressure: np.ndarray) -> np.ndarray:
+        """Pressure with which heads are held: rubber gives way at a face's border, where it can escape."""
+        image = pressure.reshape(self.specimen.rows * FINE, -1)
+        size = 2 * round(self.specimen.thickness / self.specimen.pitch * FINE / 2) + 1
+        return np.minimum(cv2.blur(image, (size, size), borderType=cv2.BORDER_REPLICATE).ravel(), pressure)
+
+    def felt(self, state: PadState) -> np.ndarray:
+        """(rows, columns) Pa: the load on each taxel, over its area."""
+        s = self.specimen
+        load = state.pressure * self.cell
+        held = self.specimen.pull * state.tilt
+        lean = np.zeros_like(state.tilt)
+        np.divide(held * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
+        feet = (self.places + 0.45 * lean) / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
+        image = _splat(feet[state.touched], load[state.touched], (s.rows * FINE, s.columns * FINE))
+        image = cv2.GaussianBlur(image, (0, 0), s.spread / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
+        return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (FINE**2 / s.pitch**2)
+
+    def force(self, state: PadState) -> np.ndarray:
+        """(6,) N and N m of the object on the pad, about the middle of its surface."""
+        pushed = np.column_stack([self.specimen.pull * state.tilt, -state.pressure]) * self.cell
+        x, y = self.places.T
+        moment = [y @ pushed[:, 2], -(x @ pushed[:, 2]), x @ pushed[:, 1] - y @ pushed[:, 0]]
+        return np.concatenate([pushed.sum(axis=0), moment])
+
+
+def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Loads (M,) at feet (M, 2) of (column, row), shared out to the four nodes around."""
+    base = np.floor(feet).astype(int)
+    part = feet - base
+    image = np.zeros(shape[0] * shape[1])
+    for right in (0, 1):
+        for down in (0, 1):
+            column, row = base[:, 0] + right, base[:, 1] + down
+            weight = load * np.abs(1 - right - part[:, 0]) * np.abs(1 - down - part[:, 1])
+            inside = (column >= 0) & (column < shape[1]) & (row >= 0) & (row < shape[0])
+            image += np.bincount(row[inside] * shape[1] + column[inside], weight[inside], len(image))
+    return image.reshape(shape).astype(np.float32)
+
+
+class Ink:
+    """shape: (rows, columns); seed: of its irregularities and noise; rate: frames/s; counts_per_pascal; bits; dead_rows: rows that stay
+    0."""
+
+    def __init__(self, shape: tuple[int, int], seed: int, rate: float, counts_per_pascal: float = 1 / 500, bits: int = 8,
+                 dead_rows: tuple[int, ...] = ()):
+        rng = np.random.default_rng([seed, 17])
+        self._gain = counts_per_pascal * np.clip(rng.normal(1, 0.05, shape), 0.8, 1.2)
+        self._offset = rng.gamma(1.2, 1.5, shape)
+        self._noise = np.random.default_rng([seed, 23])
+        self._largest, self._dead = 2**bits - 1, list(dead_rows)
+        self._slack = 900.0  # Pa, by which the ink may lag behind
+        self._creep = 1 - np.exp(-1 / (rate * 0.8))
+        self._stuck = np.zeros(shape)
+
+    def read(self, load: np.ndarray) -> np.ndarray:
+        """(rows, columns) uint8 or uint16 of load (rows, columns), Pa."""
+        self._stuck = np.clip(self._stuck, load - self._slack, load + self._slack)
+        self._stuck += self._creep * (load - self._stuck)
+        value = self._gain * np.maximum(self._stuck, 0) + self._offset + self._noise.normal(0, 0.6, load.shape)
+        whole = np.clip(np.round(value), 0, self._largest)
+        whole[self._dead] = 0
+        return whole.astype(np.uint8 if self._largest < 256 else np.uint16)

@@ -1,0 +1,173 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes of the simulated taxel pad: an object that is pressed on, held, dragged, turned and let go, with truth."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ...errors import BadArgument
+from .pad import FACES, FINE, Ink, PadSpecimen, PadState, ThreadPad, face_named
+from ..truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
+
+STEP_S = 0.005  # of the object's motion: heads must not jump over each other
+_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
+
+
+@dataclass(frozen=True)
+class Key:
+    """Where the object is at a time, s: x, y (m), turn (rad), depth (m, negative: off the pad)."""
+
+    time: float
+    x: float
+    y: float
+    turn: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class TaxelScript:
+    """face: of FACES; keys: in order, straight lines between; dead_rows: of the array."""
+
+    face: str
+    keys: tuple[Key, ...]
+    dead_rows: tuple[int, ...] = ()
+
+
+def _held(face: str, x: float = 0.0, y: float = 0.0, turn: float = 0.3, depth: float = 3e-4, **more) -> TaxelScript:
+    keys = ((0.0, -1e-4), (0.5, -1e-4), (1.0, depth), (3.0, depth), (3.4, -1e-4), (4.0, -1e-4))
+    return TaxelScript(face, tuple(Key(time, x, y, turn, d) for time, d in keys), **more)
+
+
+def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
+    """Pressed, held, then moved ever faster."""
+    start, down = (-0.5 * dx, -0.5 * dy, 0.3 - 0.5 * turn), 3e-4
+    keys = [Key(0.0, *start, -1e-4), Key(0.5, *start, -1e-4), Key(1.0, *start, down), Key(1.5, *start, down)]
+    for time, part in ((2.1, 0.08), (2.7, 0.3), (3.3, 1.0)):
+        keys.append(Key(time, start[0] + part * dx, start[1] + part * dy, start[2] + part * turn, down))
+    end = keys[-1]
+    return TaxelScript(face, (*keys, Key(3.8, end.x, end.y, end.turn, down), Key(4.2, end.x, end.y, end.turn, -1e-4),
+                              Key(4.6, end.x, end.y, end.turn, -1e-4)))
+
+
+def _gripped(face: str) -> TaxelScript:
+    """Only the grip force changes."""
+    depths = ((0, -1e-4), (0.5, -1e-4), (1.0, 2e-4), (1.5, 2e-4), (2.0, 4e-4), (2.5, 4e-4), (3.2, 1.5e-4), (3.8, 3e-4), (4.2, -1e-4))
+    return TaxelScript(face, tuple(Key(float(time), 0.0, 0.0, 0.3, depth) for time, depth in depths))
+
+
+TAXEL_SCENES: dict[str, TaxelScript] = {
+    'demo': _dragged('bar', 4e-3, 1e-3, 0.0),
+    **{face: _held(face) for face in FACES},
+    'rest': TaxelScript('bar', (Key(0.0, 0, 0, 0, -1e-4), Key(3.0, 0, 0, 0, -1e-4))),
+    'drag': _dragged('disc', -3e-3, 3e-3, 0.0),
+    'turn': _dragged('bar', 0.0, 0.0, 0.8),
+    'grip': _gripped('bar'),
+    'dead_rows': _held('disc', dead_rows=(17, 25)),
+    'plate': TaxelScript('edge', tuple(Key(t, -0.05, 0.0, 0.0, d) for t, d in (
+        (0, -1e-4), (0.5, -1e-4), *((0.8 + 0.6 * k, 1e-4 * (k // 2 + 1)) for k in range(8)), (5.6, -1e-4)))),
+}
+
+
+class TaxelScene:
+    """A scene in frames. rate: frames/s; seed: of the specimen's irregularities and noise."""
+
+    sensor = 'taxel_array'
+
+    def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen()):
+        self.rate, self.specimen, self._script, self._seed = rate, specimen, script, seed
+        self._face = face_named(script.face)
+        self.duration = script.keys[-1].time
+        self._times = np.array([key.time for key in script.keys])
+        self._keys = np.array([[key.x, key.y, key.turn, key.depth] for key in script.keys])
+        self._begin()
+
+    @property
+    def frames(self) -> int:
+        """Of one round."""
+        return math.ceil(self.duration * self.rate)
+
+    def _begin(self) -> None:
+        self.pad = ThreadPad(self.specimen)
+        self._ink = Ink((self.specimen.rows, self.specimen.columns), self._seed, self.rate, dead_rows=self._script.dead_rows)
+        self._now = 0.0
+
+    def _at(self, time: float) -> np.ndarray:
+        """(4,) x, y, turn, depth."""
+        return np.array([np.interp(time, self._times, column) for column in self._keys.T])
+
+    def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
+        """Values (rows, columns) and the truth at a time, s; the scene goes round. Times that go back begin it anew."""
+        time = time % self.duration
+        if time < self._now:
+            self._begin()
+        begin, steps = self._now, max(math.ceil((time - self._now) / STEP_S), 1)
+        slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
+        for k in range(1, steps + 1):
+            place = self._at(begin + (time - begin) * k / steps)
+            state = self.pad.move(self._face, place[:3], place[3])
+            if np.any(place[:3] != before[:3]):  # a pad that lets go of an object that stands still is no slip
+                slipped |= state.slipping
+            before = place
+        self._now = time
+        return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, place, time)
+
+    def _truth(self, state: PadState, slipped: np.ndarray, place: np.ndarray, time: float) -> TruthFrame:
+        frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), wrench=self.pad.force(state))
+        if not state.touched.any():
+            return frame
+        places = self.pad.places[state.touched]
+        frame.area, frame.normal = len(places) * self.pad.cell, np.array([0.0, 0.0, 1.0])
+        frame.centroid = np.array([*places.mean(axis=0), 0.0])
+        frame.outlines, frame.holes = self._loops(state.touched)
+        frame.slipping_fraction = float(slipped[state.touched].mean())
+        frame.slip_state = GROSS if frame.slipping_fraction >= _GROSS_FROM else \
+            INCIPIENT if frame.slipping_fraction >= _INCIPIENT_FROM else NO_SLIP
+        frame.contacts = self._touches(state, place)
+        self._tell_motion(frame, place, time)
+        return frame
+
+    def _tell_motion(self, frame: TruthFrame, place: np.ndarray, time: float) -> None:
+        """The object's twist, at the sensor's origin, and where it stands still."""
+        before = self._at(max(time - 1 / self.rate, 0.0))
+        rate = (place - before)[:3] * self.rate
+        at_origin = rate[:2] - rate[2] * np.array([-place[1], place[0]])
+        frame.velocity = np.zeros(6) if frame.slip_state == NO_SLIP else np.array([*at_origin, 0, 0, 0, rate[2]])
+        frame.motion = np.array([*at_origin, 0, 0, 0, rate[2]]) / self.rate
+        if frame.slip_state != NO_SLIP and rate[2]:
+            frame.rotation_center = np.array([-at_origin[1] / rate[2], at_origin[0] / rate[2], 0.0])
+
+    def _touches(self, state: PadState, place: np.ndarray) -> list[Touch]:
+        image = state.touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
+        count, labels = cv2.connectedComponents(image)
+        touches = []
+        for label in range(1, count):
+            mine = labels.ravel() == label
+            middle = self.pad.places[mine].mean(axis=0)
+            force = float(state.pressure[mine].sum() * self.pad.cell)
+            touches.append(Touch(np.array([*middle, -place[3]]), np.array([0.0, 0.0, 1.0]), float(place[3]), force))
+        return touches
+
+    def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Outlines and holes, m, along the threads at the border."""
+        image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
+        found, order = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+        outlines, holes = [], []
+        step, middle = self.specimen.pitch / FINE, 0.5 * np.array([image.shape[1] - 1, image.shape[0] - 1])
+        for loop, (_, _, _, parent) in zip(found, order[0] if order is not None else ()):
+            flat = (loop[:, 0] - middle) * step
+            if len(flat) >= 3:
+                (outlines if parent < 0 else holes).append(np.column_stack([flat, np.zeros(len(flat))]))
+        return outlines, holes
+
+
+def open_taxel_scene(name: str = 'demo', rate: float = 100.0, seed: int = 0) -> TaxelScene:
+    """The scene of that name. Raises BadArgument for an unknown name (the message lists the known ones) or a rate that is not positive."""
+    if name not in TAXEL_SCENES:
+        raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(TAXEL_SCENES)}')
+    if not 0 < rate < math.inf:
+        raise BadArgument(f'simulation: rate is {rate!r}; give frames per second, more than 0')
+    return TaxelScene(TAXEL_SCENES[name], rate, seed)

@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the simulated sources share: a scene played in real time."""
+from __future__ import annotations
+
+from ...errors import BadArgument
+from .pacing import EvenPace, stamp_of, wait_until
+from .protocol import Clock
+
+
+class SceneSource:
+    """A scene of a simulated sensor in real time, again from its start when it is over.
+
+    scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen; clock: ns for the stamps; count: steps of the scene that
+    are made at once. While what it shows is not wanted the scene stands still: nothing is computed that nobody sees. Subclasses say in
+    _open_scene what the scene is, in _make what is made of one step, and in _handed_over how it goes out.
+    """
+
+    live, on_demand = True, False
+    remark = ''
+    usual_rate = 30.0
+    longest_leap = 2  # times that are skipped at once: more would make the next one later still
+
+    def __init__(self, scene: str, rate: float, seed: int, clock: Clock, count: int = 1):
+        self.corrupt = 0
+        self.rate = self.rate_of(rate)
+        self._name, self._seed, self._clock, self._count = scene, seed, clock, count
+        self._scene = self._pace = None
+        self._number = 0
+
+    @classmethod
+    def rate_of(cls, rate: float) -> float:
+        """The rate that is played, Hz. Raises BadArgument for 0."""
+        if rate == 0:
+            raise BadArgument(f'rate: source sim runs in real time, 0 is no rate; give one in Hz, or -1 for {cls.usual_rate:g} Hz')
+        return rate if rate > 0 else cls.usual_rate
+
+    @property
+    def skipped(self) -> int:
+        """Steps that were due before the one in front of them was made."""
+        return self._pace.skipped * self._count if self._pace else 0
+
+    def open(self) -> None:
+        """Set the scene up at its start. Raises BadArgument, listing the scenes, for an unknown one."""
+        self._scene = self._open_scene()
+        self._pace = EvenPace(self.rate / self._count, skip=True)
+        self._number = 0
+
+    def read(self, wanted: bool = True):
+        """What comes next, made ahead and handed over at the instant that it shows; None where it is not wanted."""
+        skipped = self._pace.skipped
+        due = self._pace.next()
+        if not wanted:
+            wait_until(due)
+            return None
+        # What was missed has to be computed too, only not drawn: to catch up after a long stall would make the next one longer.
+        self._number += self._count * min(self._pace.skipped - skipped, self.longest_leap)
+        made = self._make(self._number)
+        self._number += self._count
+        wait_until(due)
+        return self._handed_over(made, due)
+
+    def close(self) -> None:
+        """Let the scene go."""
+        self._scene = None
+
+    def describe(self) -> dict:
+        """The scene, its seed and rate."""
+        return {'source': 'sim', 'device': 'simulated', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
+
+    def calibration(self) -> None:
+        """None, where there is no camera."""
+
+    def _open_scene(self):
+        raise NotImplementedError
+
+    def _make(self, number: int):
+        """Steps number to number + count of the scene."""
+        raise NotImplementedError
+
+    def _handed_over(self, made, due_ns: int):
+        """What _make has made, that was due (ns, steady clock)."""
+        raise NotImplementedError
+
+    def _stamp(self, due_ns: int) -> int:
+        return stamp_of(due_ns, self._clock)

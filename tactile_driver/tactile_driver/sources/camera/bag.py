@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The images of a rosbag2 recording, with the stamps that they were recorded with."""
+from __future__ import annotations
+
+import posixpath
+from pathlib import Path
+
+import cv2
+import numpy as np
+from rosbags.typesys import Stores, get_typestore
+
+from ..base.pacing import NS, EvenPace, StampPace, wait_until
+from ..base.protocol import EndOfSource
+from ...errors import BadArgument, BadFrame, BadRecording
+from ...frame import CameraCalibration, Frame, frame_of, frame_of_bytes
+from ...recordings.reader import BagReader, RawMessage
+
+_IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
+
+
+def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
+                 content: str = 'image') -> str:
+    """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one of
+    kinds, whose content is named so, or the only image_raw among several. Raises BadRecording, listing them."""
+    images = sorted(name for name, kind in types.items() if kind in kinds)
+    fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
+    fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
+    if not wanted and len(fitting) > 1:
+        fitting = [name for name in images if name.endswith('/image_raw')]
+    if len(fitting) == 1:
+        return fitting[0]
+    listed = ', '.join(images) or 'none'
+    if wanted:
+        raise BadRecording(f'topic: {path} has no {content}s on {wanted!r}; its {content} topics: {listed}')
+    raise BadRecording(f'topic: {path} has {len(images)} {content} topics ({listed}); ' + ('name one' if images else 'choose another bag'))
+
+
+class BagSource:
+    """A rosbag2 folder or file, sqlite3 or MCAP; a damaged one as far as it goes.
+
+    topic: of sensor_msgs/Image or CompressedImage, '' where the bag has only one; rate: Hz, or -1 for the bag's own pace, or 0 for as
+    fast as
+    it is consumed; loop: start again at the end (the stamps then go back).
+    """
+
+    live = False
+    kinds, content = (_IMAGE, _COMPRESSED), 'image'
+
+    def __init__(self, path: str, topic: str, rate: float, loop: bool):
+        if not path:
+            raise BadArgument('path: source bag needs the path of a rosbag2 folder')
+        self.skipped = self.corrupt = 0
+        self.on_demand = rate == 0
+        self._path, self._wanted, self._rate, self._loop = Path(path).expanduser(), topic, rate, loop
+        self._types = get_typestore(Stores.ROS2_JAZZY)
+        self._reader = self._messages = self._calibration = self._pace = None
+        self._topic = ''
+
+    def open(self) -> None:
+        """Open the bag at its beginning. Raises BadRecording where it is missing, broken or lacks the topic."""
+        self.close()
+        try:
+            self._reader = BagReader(self._path).__enter__()
+        except (BadRecording, OSError) as error:
+            raise BadRecording(f'path: {self._path} is no rosbag2 recording that can be read: {error}') from error
+        types = self._reader.topics
+        self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
+        self._calibration = self._recorded_calibration(types)
+        self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
+        self._start()
+
+    def _start(self) -> None:
+        self._messages = self._reader.messages({self._topic})
+
+    def _recorded_calibration(self, types: dict[str, str]) -> CameraCalibration | None:
+        beside = posixpath.join(posixpath.dirname(self._topic), 'camera_info')
+        if types.get(beside) != _INFO:
+            return None
+        for found in self._reader.messages({beside}):
+            info = self._types.deserialize_cdr(found.data, found.type_name)
+            numbers = (tuple(map(float, x)) for x in (info.k, info.d, info.r, info.p))
+            return CameraCalibration(info.width, info.height, *numbers, info.distortion_model)
+        return None
+
+    @property
+    def remark(self) -> str:
+        """What of the bag is damaged or missing, as far as it has been come upon, ''."""
+        return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame, when it is due. Raises EndOfSource, or BadFrame for a message that makes no image."""
+        found = self._next()
+        name = found.type_name
+        message = self._decoded(found.data, name)
+        stamp = message.header.stamp.sec * NS + message.header.stamp.nanosec or found.stamp_ns
+        due = 0 if self._pace is None else self._pace.next() if self._rate > 0 else self._pace.next(stamp)
+        frame = self._frame(message, name, stamp) if wanted else None
+        wait_until(due)
+        return frame
+
+    def _next(self) -> RawMessage:
+        found = next(self._messages, None) if self._messages is not None else None
+        if found is None and self._loop and self._reader is not None:
+            self._start()
+            found = next(self._messages, None)
+        if found is None:
+            raise EndOfSource(f'{self._path} is over')
+        return found
+
+    def _decoded(self, data: bytes, name: str):
+        try:
+            return self._types.deserialize_cdr(data, name)
+        except Exception as error:  # whatever broken bytes provoke
+            raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
+
+    def _frame(self, message, name: str, stamp: int) -> Frame:
+        place = f'the image of {self._topic} at {stamp} ns'
+        if name == _COMPRESSED:
+            data = np.asarray(message.data, np.uint8)
+            return frame_of(cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None, place, stamp)
+        size = message.height, message.width, message.step
+        return frame_of_bytes(message.data, size, message.encoding, stamp, place, bool(message.is_bigendian))
+
+    def close(self) -> None:
+        """Close the bag."""
+        if self._reader is not None:
+            self._reader.__exit__(None, None, None)
+        self._reader = self._messages = None
+
+    def describe(self) -> dict:
+        """The path, the topic and the rate (-1: as recorded)."""
+        return {'source': 'bag', 'path': str(self._path), 'topic': self._topic, 'rate': self._rate, 'loop': self._loop}
+
+    def calibration(self) -> CameraCalibration | None:
+        """What the bag's camera_info beside the images says."""
+        return self._calibration

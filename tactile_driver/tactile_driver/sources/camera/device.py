@@ -1,0 +1,138 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A V4L2 camera, read through OpenCV."""
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import cv2
+
+from ..base.pacing import stamp_of
+from ..base.protocol import Clock
+from ...errors import BadArgument, DeviceLost
+from ...frame import CameraCalibration, Frame, frame_of
+from .frozen_frames import FrameWatch
+from .video_devices import VideoDevice, find_device
+
+_MANUAL_EXPOSURE, _AUTO_EXPOSURE = 1, 3
+_EXPOSURE_UNIT = 100e-6
+_OLDEST_STAMP_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class DeviceSettings:
+    """What is asked of a camera; 0, '' and a negative rate leave the camera's own. width, height: px; rate: Hz; pixel_format: FOURCC;
+    exposure: s."""
+
+    width: int = 0
+    height: int = 0
+    rate: float = -1.0
+    pixel_format: str = ''
+    exposure: float = 0.0
+
+    def __post_init__(self):
+        if len(self.pixel_format) not in (0, 4):
+            raise BadArgument(f'pixel_format: {self.pixel_format!r} is no FOURCC; give four letters as MJPG, YUYV or GREY, or none')
+
+
+class DeviceSource:
+    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: ns for the stamps."""
+
+    live, on_demand = True, False
+
+    def __init__(self, device: str, settings: DeviceSettings, clock: Clock):
+        self.skipped = self.corrupt = 0
+        self._watch = FrameWatch()
+        self.settings = settings
+        self._device = device
+        self._clock = clock
+        self._found: VideoDevice | None = None
+        self._capture = None
+        self._exposure, self._exposure_set = settings.exposure, None
+
+    def open(self) -> None:
+        """Find the device, open it and set it up. Raises DeviceLost (unknown: lists what exists; or busy)."""
+        self.close()
+        self._found = find_device(self._device)
+        self._capture = cv2.VideoCapture(self._found.path, cv2.CAP_V4L2)
+        if not self._capture.isOpened():
+            self.close()
+            raise DeviceLost(f'device: {self._found} cannot be opened; another program may hold it, or the group "video" is missing')
+        self._set_up()
+        self._watch.begin()
+
+    def _set_up(self) -> None:
+        asked = self.settings
+        # The format first: it decides which sizes and rates the camera offers.
+        if asked.pixel_format:
+            self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*asked.pixel_format))
+        wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
+        for prop, value in wishes.items():
+            if value > 0:
+                self._capture.set(prop, value)
+        self._capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        self._exposure_set = None
+
+    def set_exposure(self, exposure: float) -> None:
+        """Expose for exposure seconds from the next frame on; 0: the camera decides. May be called from any thread."""
+        self._exposure = exposure
+
+    def _expose(self) -> None:
+        exposure = self._exposure
+        if exposure == self._exposure_set:
+            return
+        self._capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, _MANUAL_EXPOSURE if exposure > 0 else _AUTO_EXPOSURE)
+        if exposure > 0:
+            self._capture.set(cv2.CAP_PROP_EXPOSURE, max(round(exposure / _EXPOSURE_UNIT), 1))
+        self._exposure_set = exposure
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame; unwanted ones leave the driver's queue undecoded. Raises DeviceLost when the camera stops, BadFrame for a
+        broken one."""
+        if self._capture is not None:
+            self._expose()
+        if self._capture is None or not self._capture.grab():
+            raise DeviceLost(f'device: {self._found or self._device} stopped sending frames; check the cable (tried again by itself)')
+        stamp = stamp_of(self._captured_ns(), self._clock)
+        if not wanted:
+            return None
+        good, image = self._capture.retrieve()
+        frame = frame_of(image if good else None, f'a frame of {self._found.path}', stamp)
+        self._watch.add(frame.image)
+        return frame
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with the pictures that come, ''."""
+        return self._watch.remark
+
+    def _captured_ns(self) -> int:
+        """When the frame just grabbed was captured, on time.monotonic_ns(): V4L2's own stamp where it is one of this clock, else now."""
+        now = time.monotonic_ns()
+        stamp = int(self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6)
+        return stamp if 0 <= now - stamp < _OLDEST_STAMP_NS else now
+
+    def close(self) -> None:
+        """Let go of the camera."""
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+
+    def describe(self) -> dict:
+        """The device and the mode that it really runs in."""
+        about = {'source': 'device', 'device': self._device}
+        if self._found:
+            about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id)
+        if self._capture is not None:
+            about.update(width=int(self._capture.get(cv2.CAP_PROP_FRAME_WIDTH)), height=int(self._capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
+                         rate=float(self._capture.get(cv2.CAP_PROP_FPS)), pixel_format=_fourcc(self._capture.get(cv2.CAP_PROP_FOURCC)))
+        return about
+
+    def calibration(self) -> CameraCalibration | None:
+        """None: a camera does not know its calibration."""
+        return None
+
+
+def _fourcc(code: float) -> str:
+    return ''.join(chr(int(code) >> shift & 0xff) for shift in (0, 8, 16, 24)).strip('\0 ')

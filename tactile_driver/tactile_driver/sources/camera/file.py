@@ -1,0 +1,179 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A video file or a folder of images, as a camera."""
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ..base.pacing import NS, EvenPace, stamp_of, wait_until
+from ..base.protocol import Clock, EndOfSource
+from ...errors import BadArgument, BadRecording
+from ...frame import CameraCalibration, Frame, frame_of
+
+IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
+_FOLDER_RATE = 30.0
+
+
+def natural_key(path: Path) -> list:
+    """Sort key by which frame_2 comes before frame_10."""
+    return [(0, int(part), '') if part.isdigit() else (1, 0, part.lower()) for part in re.split(r'(\d+)', path.name) if part]
+
+
+class _Folder:
+    """The images of a folder in natural order."""
+
+    rate = _FOLDER_RATE
+
+    def __init__(self, path: Path):
+        self._files = sorted((p for p in path.iterdir() if p.suffix.lower() in IMAGE_ENDINGS), key=natural_key)
+        if not self._files:
+            raise BadRecording(f'path: {path} holds no image; endings that count are {" ".join(IMAGE_ENDINGS)}')
+        self._at = -1
+        self.lost = 0
+
+    @property
+    def number(self) -> int:
+        return self._at
+
+    def grab(self) -> bool:
+        """Go on to the next frame that can be decoded; whether there is one."""
+        self._at += 1
+        return self._at < len(self._files)
+
+    def retrieve(self) -> tuple[np.ndarray | None, str]:
+        return cv2.imread(str(self._files[self._at]), cv2.IMREAD_UNCHANGED), f'image {self._files[self._at]}'
+
+    def close(self) -> None:
+        self._files = []
+
+
+class _Video:
+    """The frames of a video file."""
+
+    def __init__(self, path: Path):
+        self._path = path
+        self._capture = cv2.VideoCapture(str(path))
+        if not self._capture.isOpened() or not self._capture.get(cv2.CAP_PROP_FRAME_WIDTH):
+            raise BadRecording(f'path: {path} is no video that OpenCV can read, nor a folder of images')
+        rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self.rate = rate if 0 < rate < 1e4 else _FOLDER_RATE
+        self._count = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        self._at = 0
+        self.lost = 0
+
+    @property
+    def number(self) -> int:
+        return self._at - 1
+
+    def grab(self) -> bool:
+        """Go on to the next frame that can be decoded; whether there is one."""
+        # A broken frame makes grab fail as the end does: the container's count tells the two apart.
+        while not self._capture.grab():
+            if self._at >= self._count:
+                return False
+            self._at += 1
+            self.lost += 1
+        self._at += 1
+        return True
+
+    def retrieve(self) -> tuple[np.ndarray | None, str]:
+        good, image = self._capture.retrieve()
+        return image if good else None, f'frame {self._at - 1} of {self._path}'
+
+    def close(self) -> None:
+        self._capture.release()
+
+
+class FileSource:
+    """A video or a folder of images.
+
+    rate: Hz, or -1 for the video's own (a folder: 30), or 0 for as fast as it is consumed; loop: start again at the end; clock: ns for the
+    stamps, which are as far apart as the rate says (its own where it is 0).
+    """
+
+    live = False
+    remark = ''
+
+    def __init__(self, path: str, rate: float, loop: bool, clock: Clock):
+        if not path:
+            raise BadArgument('path: source file needs the path of a video or of a folder of images')
+        self.skipped = self.corrupt = 0
+        self.on_demand = rate == 0
+        self._path, self._asked_rate, self._loop, self._clock = Path(path).expanduser(), rate, loop, clock
+        self._reader = self._pace = self._first_stamp = None
+        self._number = 0
+
+    @property
+    def rate(self) -> float:
+        """Frames a second of recorded time."""
+        return self._asked_rate if self._asked_rate > 0 else self._reader.rate if self._reader else _FOLDER_RATE
+
+    @property
+    def number(self) -> int:
+        """Which frame of the file was read last, from 0; frames that cannot be decoded count."""
+        return self._reader.number
+
+    def open(self) -> None:
+        """Open the recording at its beginning. Raises BadRecording where there is none, or it is empty or unreadable."""
+        self.close()
+        self._start()
+        self._pace = None if self.on_demand else EvenPace(self.rate, skip=False)
+        self._first_stamp, self._number = None, 0
+
+    def rewind(self) -> None:
+        """Go back to the beginning; pace and stamps go on. Raises as open does."""
+        self._reader.close()
+        self._start()
+
+    def _start(self) -> None:
+        if not self._path.exists():
+            raise BadRecording(f'path: {self._path} does not exist; give a video or a folder of images')
+        self._reader = _Folder(self._path) if self._path.is_dir() else _Video(self._path)
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame, decoded ahead and handed over when due. Raises EndOfSource, or BadFrame for an image that cannot be decoded."""
+        self._advance()
+        self._number += 1
+        due = self._pace.next() if self._pace is not None else 0
+        image = self._reader.retrieve() if wanted else None
+        wait_until(due)
+        return frame_of(*image, self._stamp(due)) if image is not None else None
+
+    def _advance(self) -> None:
+        if self._reader is None or not self._grab():
+            if self._reader is None or not self._loop:
+                raise EndOfSource(f'{self._path} is over after {self._number} frames')
+            self.rewind()
+            if not self._grab():
+                raise BadRecording(f'path: no frame of {self._path} can be decoded')
+
+    def _grab(self) -> bool:
+        lost = self._reader.lost
+        good = self._reader.grab()
+        self.corrupt += self._reader.lost - lost
+        return good
+
+    def _stamp(self, due: int) -> int:
+        if self._pace is not None:
+            return stamp_of(due, self._clock)
+        if self._first_stamp is None:
+            self._first_stamp = self._clock() - int((self._number - 1) * NS / self.rate)
+        return self._first_stamp + int((self._number - 1) * NS / self.rate)
+
+    def close(self) -> None:
+        """Close the recording."""
+        if self._reader is not None:
+            self._reader.close()
+        self._reader = None
+
+    def describe(self) -> dict:
+        """The path and the rate."""
+        return {'source': 'file', 'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
+
+    def calibration(self) -> CameraCalibration | None:
+        """None: neither videos nor images carry one."""
+        return None

@@ -1,0 +1,65 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated sensor with one camera, with the truth about every frame."""
+from __future__ import annotations
+
+from ..base.pacing import NS
+from ..base.protocol import Clock
+from ..base.scene_source import SceneSource
+from ...frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
+from ...simulation.sensors import scenes
+
+_SIZE = (640, 480)
+
+
+class SimulatedSource(SceneSource):
+    """A scene of a sensor with one camera. size: (width, height), px, 0 for 640 x 480; the rest as of SceneSource."""
+
+    def __init__(self, scene: str, rate: float, seed: int, size: tuple[int, int], clock: Clock):
+        super().__init__(scene, rate, seed, clock)
+        self._size = (size[0] or _SIZE[0], size[1] or _SIZE[1])
+
+    def _open_scene(self):
+        return scenes.open_scene(self._name, self.rate, self._seed, *self._size)
+
+    def _make(self, number: int):
+        return self._scene.render(number / self.rate)
+
+    def _handed_over(self, made, due_ns: int) -> Frame:
+        return Frame(made.image, self._stamp(due_ns), 'bgr8', made.truth)
+
+    def describe(self) -> dict:
+        """The scene, its seed, size and rate."""
+        about = super().describe()
+        if self._scene is not None:
+            about.update(device=f'simulated {self._scene.sensor}', width=self._scene.camera.width, height=self._scene.camera.height)
+        return about
+
+    def calibration(self) -> CameraCalibration | None:
+        """The simulated camera's own."""
+        return None if self._scene is None else _calibration_of(self._scene.camera)
+
+
+class DualSimulatedSource(SimulatedSource):
+    """A scene of a simulated sensor with two cameras, of which the right one is triggered a little later. Parameters as of SimulatedSource,
+    without a size."""
+
+    def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
+        super().__init__(scene, rate, seed, (0, 0), clock)
+
+    def _open_scene(self):
+        return scenes.open_dual_scene(self._name, self.rate, self._seed)
+
+    def _handed_over(self, made, due_ns: int) -> PairFrame:
+        left, right, truth = made
+        stamp_ns = self._stamp(due_ns)
+        later = stamp_ns + int(self._scene.trigger_delay * NS)
+        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, later, 'bgr8'), truth)
+
+    def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
+        """The simulated cameras' own."""
+        return (None, None) if self._scene is None else tuple(_calibration_of(camera) for camera in self._scene.cameras)
+
+
+def _calibration_of(camera) -> CameraCalibration:
+    return pinhole_calibration(camera.matrix, camera.distortion, (camera.width, camera.height))

@@ -1,0 +1,83 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two videos or folders of images as two cameras: no stamps are recorded in them, so the n-th frame of one belongs to the n-th of the
+other."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..base.protocol import Clock, EndOfSource
+from ..camera.file import FileSource
+from ...errors import BadFrame
+from ...frame import CameraCalibration, PairFrame
+
+
+class TwoFilesSource:
+    """left, right: paths; rate, loop and clock as of a FileSource, the left one's where rate is -1. The shorter one ends both."""
+
+    live = False
+    remark = ''
+
+    def __init__(self, left: str, right: str, rate: float, loop: bool, clock: Clock):
+        self._left = FileSource(left, rate, False, clock)
+        self._right = FileSource(right, 0, False, clock)
+        self.on_demand, self._loop, self._unpaired, self._read = self._left.on_demand, loop, 0, False
+
+    def open(self) -> None:
+        """Open both at their beginnings. Raises BadRecording."""
+        self._left.open()
+        self._right.open()
+        self._read = False
+
+    def read(self, wanted: bool = True) -> PairFrame | None:
+        """The next pair, when it is due. Raises EndOfSource, or BadFrame where one of the two cannot be decoded."""
+        try:
+            pair = self._next(wanted)
+        except EndOfSource:
+            if not self._loop or not self._read:
+                raise
+            self._left.rewind()
+            self._right.rewind()
+            pair = self._next(wanted)
+        self._read = True
+        return pair
+
+    def _next(self, wanted: bool) -> PairFrame | None:
+        """Frames of one number: what a video skips because it is broken leaves the other's without a mate."""
+        right = self._right.read(wanted)  # first, since the left one's comes when it is due
+        try:
+            left = self._left.read(wanted)
+        except BadFrame:
+            self._unpaired += 1
+            raise
+        while self._left.number != self._right.number:
+            self._unpaired += 1
+            if self._left.number < self._right.number:
+                left = self._left.read(wanted)
+            else:
+                right = self._right.read(wanted)
+        return PairFrame(left, replace(right, stamp_ns=left.stamp_ns)) if wanted else None
+
+    def close(self) -> None:
+        """Close both."""
+        self._left.close()
+        self._right.close()
+
+    @property
+    def skipped(self) -> int:
+        """Frames without a mate."""
+        return self._unpaired
+
+    @property
+    def corrupt(self) -> int:
+        """Frames of either that could not be decoded."""
+        return self._left.corrupt + self._right.corrupt
+
+    def describe(self) -> dict:
+        """Both paths, and the rate (Hz)."""
+        left, right = self._left.describe(), self._right.describe()
+        return {**left, 'path': f'{left["path"]} + {right["path"]}', 'unpaired': self._unpaired}
+
+    def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
+        """None: neither videos nor images carry one."""
+        return None, None

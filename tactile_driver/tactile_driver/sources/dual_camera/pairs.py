@@ -1,0 +1,257 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two cameras as one source of pairs: two sources paired by stamps, or one whose images hold both views."""
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Iterable
+from typing import Protocol
+
+from ..base.capture import Capture, CaptureStatus
+from ..base.pacing import NS
+from ..base.protocol import EndOfSource, NothingYet, Source
+from ...errors import BadRecording, DeviceLost
+from ...frame import CameraCalibration, Frame, PairFrame
+from .pairing import LEFT, RIGHT, Pairer
+
+NAMES = ('left', 'right')
+Calibrations = tuple[CameraCalibration | None, CameraCalibration | None]
+_MOMENT_S = 0.2
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
+
+
+class DualSource(Source, Protocol):
+    """A source of two cameras, whose frames are pairs."""
+
+    def calibrations(self) -> Calibrations:
+        """Both cameras' calibrations, where the source knows them; valid once open."""
+
+
+class PairedSource:
+    """Two sources of one kind, each read in a thread of its own, their frames paired by stamps.
+
+    left, right: not yet open; max_skew: s, by which stamps of a pair may differ (see Pairer). Where one of two live cameras is lost or
+    silent the other's frames go on alone and remark says so; the lost one is looked for again by itself.
+    """
+
+    def __init__(self, left: Source, right: Source, max_skew: float):
+        self.live, self.on_demand = left.live, left.on_demand
+        self._sources = left, right
+        self._max_skew = int(max_skew * NS)
+        self._pairer = Pairer(self._max_skew)
+        self._captures: list[Capture] = []
+        self._changed = threading.Condition()
+        self._wanted, self._wanted_since = False, 0.0
+
+    def open(self) -> None:
+        """Open both. Raises DeviceLost where none of two devices is there, BadRecording or BadArgument for what a recording lacks."""
+        self.close()
+        lost = [self._open_one(source) for source in self._sources]
+        if all(lost):
+            self.close()
+            raise DeviceLost('; '.join(f'{name}: {text}' for name, text in zip(NAMES, lost)))
+        rates = [about['rate'] for about in (source.describe() for source in self._sources) if self.live and about.get('rate', 0) > 0]
+        self._pairer = Pairer(self._max_skew, min((NS / rate for rate in rates), default=None))
+        self._captures = [Capture(source, lambda: self._wanted, _say_nothing, changed=self._changed, lost=text)
+                          for source, text in zip(self._sources, lost)]
+        for capture in self._captures:
+            capture.resume()
+
+    def _open_one(self, source: Source) -> str:
+        """'' when it is open, or why the device is not there."""
+        try:
+            source.open()
+        except DeviceLost as error:
+            return str(error)
+        except Exception:
+            self.close()
+            raise
+        return ''
+
+    def read(self, wanted: bool = True) -> PairFrame | None:
+        """The next pair. Raises EndOfSource when one recording is over, DeviceLost when both cameras are lost, NothingYet, or BadRecording
+        where one of the two can be read no more."""
+        if wanted and not self._wanted:
+            self._wanted_since = time.monotonic()
+        self._wanted = wanted
+        if not wanted:
+            return self._pass_over()
+        end = time.monotonic() + _MOMENT_S
+        while True:
+            states = [capture.status for capture in self._captures]
+            self._fetch()
+            found = self._next(states)
+            if found is not None:
+                return found
+            self._check(states)
+            left = end - time.monotonic()
+            if left <= 0:
+                raise NothingYet
+            with self._changed:
+                self._changed.wait_for(lambda: any(capture.ready for capture in self._captures), left)
+
+    def _fetch(self) -> None:
+        """Hand what has arrived to the pairer; of recordings only what it needs next, so that neither runs ahead of the other."""
+        needed = [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
+        for side in needed:
+            frame = self._captures[side].take(0) if self._captures[side].ready else None
+            if frame is not None:
+                self._pairer.add(side, frame)
+
+    def _next(self, states: list[CaptureStatus]) -> PairFrame | None:
+        found = self._pairer.take(last=any(self._over(side, states[side]) for side in (LEFT, RIGHT)))
+        absent = [self._absent(state) for state in states]
+        if found is None and any(absent) and not all(absent):
+            found = self._pairer.take_single(LEFT if absent[RIGHT] else RIGHT)
+        return found
+
+    def _over(self, side: int, state: CaptureStatus) -> bool:
+        """Whether nothing more will arrive."""
+        return state.state == 'ended' and not self._captures[side].ready
+
+    def _absent(self, state: CaptureStatus) -> bool:
+        """Whether a camera is lost, or has been silent for several frames' time."""
+        if not self.live or not self._wanted:
+            return state.state == 'lost'
+        period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
+        age = waited if math.isnan(state.age_s) else min(state.age_s, waited)
+        return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
+
+    def _check(self, states: list[CaptureStatus]) -> None:
+        """Raise what keeps pairs from coming."""
+        if any(self._over(side, states[side]) and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
+            self._pairer.clear()
+            raise EndOfSource('the recording is over: ' + ', '.join(f'{state.received} {name}' for name, state in zip(NAMES, states)))
+        for name, state in zip(NAMES, states):
+            if state.state == 'failed':
+                raise BadRecording(f'{name}: {state.error}')
+        if all(state.state == 'lost' for state in states):
+            raise DeviceLost('; '.join(f'{name}: {state.error}' for name, state in zip(NAMES, states)))
+
+    def _pass_over(self) -> None:
+        """Wait for a frame of either that nobody wants."""
+        self._pairer.forget()
+        before = [capture.status.received for capture in self._captures]
+        end = time.monotonic() + _MOMENT_S
+        while time.monotonic() < end:
+            states = [capture.status for capture in self._captures]
+            for capture in self._captures:
+                capture.take(0)
+            if any(state.received > count for state, count in zip(states, before)):
+                return
+            self._check(states)
+            time.sleep(0.005)
+        raise NothingYet
+
+    def set_exposure(self, exposure: float) -> None:
+        """Expose for exposure seconds from the next frames on, with cameras that can; 0: they decide."""
+        _set_exposure(self._sources, exposure)
+
+    def close(self) -> None:
+        """Let go of both."""
+        captures, self._captures = self._captures, []
+        for capture in captures:
+            capture.stop()
+        if not captures:
+            for source in self._sources:
+                source.close()
+
+    @property
+    def skipped(self) -> int:
+        """Frames of either camera that were not used, for want of a mate or of time."""
+        return self._pairer.unpaired + sum(capture.status.dropped for capture in self._captures)
+
+    @property
+    def corrupt(self) -> int:
+        """Frames of either camera that could not be used."""
+        return sum(capture.status.corrupt for capture in self._captures)
+
+    @property
+    def remark(self) -> str:
+        """Which camera is missing, or what is wrong with its pictures, ''."""
+        told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
+        return '; '.join(text for text in told if text)
+
+    def _told(self, name: str, capture: Capture, source: Source) -> str:
+        """What to say of one camera, ''."""
+        state = capture.status
+        if self._absent(state):
+            return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
+        return f'{name} camera: {source.remark}' if source.remark else ''
+
+    def describe(self) -> dict:
+        """Both sources, the rate (Hz), the frames without a mate, those that did not arrive (of topics), and
+        whether neither is read at present."""
+        left, right = (source.describe() for source in self._sources)
+        place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
+        serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
+        lost = {'lost': left['lost'] + right['lost']} if 'lost' in left else {}
+        return {'source': left['source'], 'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
+                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost}
+
+    def calibrations(self) -> Calibrations:
+        """Both cameras' own, where they are known."""
+        return tuple(source.calibration() for source in self._sources)
+
+
+def _set_exposure(sources: Iterable[Source], exposure: float) -> None:
+    for source in sources:
+        if hasattr(source, 'set_exposure'):
+            source.set_exposure(exposure)
+
+
+def _say_nothing(_level: str, _text: str) -> None:
+    """What becomes of the two sources is told by remark and by what read raises."""
+
+
+class SplitSource:
+    """One source whose images hold both views side by side, the left one on the left."""
+
+    def __init__(self, source: Source):
+        self.live, self.on_demand, self._source = source.live, source.on_demand, source
+
+    def open(self) -> None:
+        """Open the source; raises what it raises."""
+        self._source.open()
+
+    def read(self, wanted: bool = True) -> PairFrame | None:
+        """The next frame, in two; raises what the source raises."""
+        frame = self._source.read(wanted)
+        if frame is None:
+            return None
+        half = frame.image.shape[1] // 2
+        return PairFrame(Frame(frame.image[:, :half], frame.stamp_ns, frame.encoding),
+                         Frame(frame.image[:, -half:], frame.stamp_ns, frame.encoding), frame.truth)
+
+    def set_exposure(self, exposure: float) -> None:
+        """As PairedSource.set_exposure."""
+        _set_exposure([self._source], exposure)
+
+    def close(self) -> None:
+        """Close the source."""
+        self._source.close()
+
+    @property
+    def skipped(self) -> int:
+        """Frames that were due but not made."""
+        return self._source.skipped
+
+    @property
+    def corrupt(self) -> int:
+        """Frames that could not be used."""
+        return self._source.corrupt
+
+    @property
+    def remark(self) -> str:
+        """What is wrong with frames that come all the same, ''."""
+        return self._source.remark
+
+    def describe(self) -> dict:
+        """The source, and that its images hold two views."""
+        return {**self._source.describe(), 'layout': 'side_by_side'}
+
+    def calibrations(self) -> Calibrations:
+        """None: that of the whole image is neither camera's."""
+        return None, None

@@ -1,0 +1,81 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The samples of a PSD finger on a serial port."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ..base.pacing import EvenPace, stamp_of, wait_until
+from ..base.protocol import Clock
+from ..base.serial_source import FrameReader, SerialSource
+from ...errors import BadArgument
+from ...samples import CHANNELS
+from ...serial_frames.assemble import SampleAssembler
+from ...serial_frames.binary import SAMPLES, BinaryReader, Expected
+from ...serial_frames.lines import LineReader
+
+_LONGEST_POLL_S = 0.01  # Linux keeps 4 KB of what nobody has read: 10 ms at 400 KB/s
+_DEAF_BYTES = 4096  # without a frame among so many, format or baud rate are wrong
+
+FORMATS = ('binary', 'csv')
+
+
+@dataclass(frozen=True)
+class SerialSettings:
+    """format: of FORMATS; baud: bits a second; full_scale: V, of the converter; bits: of the converter, for CSV, which does not tell;
+    batch_period: s."""
+
+    format: str
+    baud: int
+    full_scale: float
+    bits: int
+    batch_period: float
+
+
+class PsdSerialSource(SerialSource):
+    """device: see serial_port.find_port; clock: ns for the stamps."""
+
+    def __init__(self, device: str, settings: SerialSettings, clock: Clock):
+        if settings.format not in FORMATS:
+            raise BadArgument(f'format: {settings.format!r} is unknown; choose one of {", ".join(FORMATS)}')
+        self._settings, self._missing, self._resets = settings, 0, 0
+        self._assembler = SampleAssembler(settings.full_scale)
+        super().__init__(device, settings.baud, clock, _DEAF_BYTES)
+
+    def _new_reader(self) -> FrameReader:
+        return BinaryReader(Expected(SAMPLES, columns=CHANNELS), self._counts) if self._settings.format == 'binary' \
+            else LineReader(CHANNELS, self._settings.bits, self._counts)
+
+    def _begin(self) -> None:
+        super()._begin()
+        self._missing, self._resets = self._missing + self._assembler.missing, self._resets + self._assembler.clock.resets
+        self._assembler = SampleAssembler(self._settings.full_scale)
+        self._pace = EvenPace(1 / min(self._settings.batch_period, _LONGEST_POLL_S), skip=True)
+        self._waiting, self._due_s = [], 0.0
+
+    @property
+    def skipped(self) -> int:
+        """Samples that the device has sent and that did not come, or not whole."""
+        return self._missing + self._assembler.missing
+
+    def _poll(self) -> None:
+        """Take what has come; blocks are made once a batch_period."""
+        wait_until(self._pace.next())
+        frames, arrived_ns = self._received()
+        self._waiting += frames
+        if not self._waiting or arrived_ns * 1e-9 < self._due_s:
+            return
+        self._due_s = arrived_ns * 1e-9 + self._settings.batch_period - 0.5 * min(self._settings.batch_period, _LONGEST_POLL_S)
+        frames, self._waiting = self._waiting, []
+        offset = stamp_of(arrived_ns, self._clock) - arrived_ns
+        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0))
+                       for block in self._assembler.assemble(frames, arrived_ns)]
+
+    def describe(self) -> dict:
+        """The port and what it has met."""
+        about = super().describe()
+        return about | {'format': self._settings.format, 'missing samples': self.skipped,
+                        'resets': about['resets'] + self._resets + self._assembler.clock.resets}
+
+    def _deafness(self) -> str:
+        return f'bytes come from {self._port.path}, but no frames: check parameters baud and format'

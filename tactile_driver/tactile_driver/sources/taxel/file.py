@@ -1,0 +1,103 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings of taxel arrays without ROS: .npz, .npy, .csv."""
+from __future__ import annotations
+
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..base.pacing import NS, EvenPace, StampPace, stamp_of, wait_until
+from ..base.protocol import Clock, EndOfSource
+from ...errors import BadArgument, BadRecording
+from ...frame import Frame
+from ...matrix import matrix_frame
+
+_RATE = 100.0
+_TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # names of an .npz's times, and their unit, s
+
+
+class TaxelFileSource:
+    """path: .npz with an array (frames, rows, columns) and perhaps t, stamps (s) or t_ms; .npy with such an array; .csv with a row a
+    frame, row by row (columns as parameters rows and columns say), perhaps its time (s) before.
+
+    array: name in an .npz that holds several; rate: Hz, -1 for the recording's own times (100 without), 0 for as fast as it is consumed;
+    loop: start again at the end.
+    """
+
+    live = False
+    remark = ''
+
+    def __init__(self, path: str, array: str, rate: float, loop: bool, shape: tuple[int, int], clock: Clock):
+        if not path:
+            raise BadArgument('path: source file needs a .npz, .npy or .csv file')
+        self.skipped = self.corrupt = 0
+        self.on_demand = rate == 0
+        self._path, self._array, self._rate, self._loop, self._shape = Path(path).expanduser(), array, rate, loop, shape
+        self._clock = clock
+        self._values = self._times = self._pace = None
+        self._next = 0
+
+    def open(self) -> None:
+        """Read the file. Raises BadRecording where it is missing, broken or holds no frames."""
+        readers = {'.npz': self._read_npz, '.npy': self._read_npy, '.csv': self._read_csv}
+        if self._path.suffix not in readers:
+            raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
+        try:
+            self._values, self._times = readers[self._path.suffix]()
+        except (OSError, ValueError, BadZipFile) as error:
+            raise BadRecording(f'path: {self._path} cannot be read: {error}') from error
+        if self._values.ndim != 3 or not len(self._values) or self._values.dtype.kind not in 'uifb':
+            raise BadRecording(f'path: {self._path} holds an array of shape {self._values.shape}; frames, rows, columns are needed')
+        if self._times is not None and len(self._times) != len(self._values):
+            raise BadRecording(f'path: {self._path} holds {len(self._values)} frames but {len(self._times)} times')
+        self._pace = EvenPace(self._rate if self._rate > 0 else _RATE, skip=False) if self._rate > 0 or self._times is None else StampPace()
+        self._next = 0
+
+    def _read_npz(self) -> tuple[np.ndarray, np.ndarray | None]:
+        with np.load(self._path) as stored:
+            found = [name for name in stored.files if stored[name].ndim == 3]
+            wanted = [name for name in found if self._array in ('', name)]
+            if len(wanted) != 1:
+                raise BadRecording(f'path: {self._path} holds the arrays {", ".join(found) or "none of frames"}; name one as topic')
+            times = next((stored[name] * unit for name, unit in _TIMES.items() if name in stored.files), None)
+            return stored[wanted[0]], times
+
+    def _read_npy(self) -> tuple[np.ndarray, None]:
+        return np.load(self._path), None
+
+    def _read_csv(self) -> tuple[np.ndarray, np.ndarray | None]:
+        table = np.loadtxt(self._path, delimiter=',', ndmin=2)
+        count = self._shape[0] * self._shape[1]
+        if table.shape[1] not in (count, count + 1):
+            raise BadRecording(f'path: {self._path} has {table.shape[1]} numbers a row; {self._shape[0]} x {self._shape[1]} taxels have '
+                               f'{count}, and a time before them one more')
+        values = table[:, -count:].reshape(-1, *self._shape)
+        return values, table[:, 0] if table.shape[1] > count else None
+
+    def read(self, wanted: bool = True) -> Frame | None:
+        """The next frame, when it is due. Raises EndOfSource, or BadFrame for one that cannot be published."""
+        if self._values is None or self._next >= len(self._values) and not self._loop:
+            raise EndOfSource(f'{self._path} is over')
+        self._next %= len(self._values)
+        number, self._next = self._next, self._next + 1
+        due = 0
+        if not self.on_demand:
+            due = self._pace.next() if isinstance(self._pace, EvenPace) else self._pace.next(round(float(self._times[number]) * NS))
+            wait_until(due)
+        if not wanted:
+            return None
+        stamp = stamp_of(due, self._clock) if due else self._clock()
+        return matrix_frame(self._values[number], self._shape, stamp, f'frame {number} of {self._path}')
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._values = None
+
+    def describe(self) -> dict:
+        """The path and the rate (-1: as recorded)."""
+        return {'source': 'file', 'path': str(self._path), 'topic': self._array, 'rate': self._rate, 'loop': self._loop}
+
+    def calibration(self) -> None:
+        """None: there is no camera."""

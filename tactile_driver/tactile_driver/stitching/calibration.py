@@ -1,0 +1,145 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two cameras' views of one flat sheet as one picture: what a calibration knows about it, as numbers and as a file."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+
+from ..errors import BadArgument
+from ..lens import undistorted
+
+LARGEST_SIDE = 8192  # px of a picture
+
+
+@dataclass(frozen=True)
+class SideView:
+    """One camera and the plane z = 0 of the sensor frame.
+
+    size: (width, height) px of its images; matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; homography: (3, 3) from places in the
+    plane, m, to the normalised image without distortion; eye: (3,) m, where the camera stands in the sensor frame, NaN where only the
+    homography is known; gain: factor that makes its grey levels comparable with the other camera's.
+    """
+
+    size: tuple[int, int]
+    matrix: np.ndarray
+    distortion: np.ndarray
+    homography: np.ndarray
+    eye: np.ndarray
+    gain: float = 1.0
+
+    def project(self, xy: np.ndarray) -> np.ndarray:
+        """Image places (N, 2), px, of places xy (N, 2), m, in the plane."""
+        seen = np.column_stack([np.asarray(xy, float).reshape(-1, 2), np.ones(np.size(xy) // 2)]) @ self.homography.T
+        still = np.zeros(3)
+        if not len(seen):
+            return np.zeros((0, 2))
+        return cv2.projectPoints(seen.reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0].reshape(-1, 2)
+
+    def place(self, uv: np.ndarray) -> np.ndarray:
+        """Places (N, 2), m, in the plane of image places uv (N, 2), px; NaN where the lens shows nothing."""
+        flat = undistorted(uv, self.matrix, self.distortion)
+        seen = np.column_stack([flat, np.ones(len(flat))]) @ np.linalg.inv(self.homography).T
+        return seen[:, :2] / seen[:, 2:]
+
+
+@dataclass(frozen=True)
+class Stitching:
+    """How two views make one picture of the plane z = 0 of the sensor frame.
+
+    left, right: the cameras; size: (width, height) px of the picture; scale: px/m; origin: (2,) px, where the sensor frame's origin
+    appears; seam: px, columns up to it come from the left camera, those beyond from the right; cut: (2,) px, the columns of the left
+    and of the right image that show the middle of what both see.
+    """
+
+    left: SideView
+    right: SideView
+    size: tuple[int, int]
+    scale: float
+    origin: np.ndarray
+    seam: float
+    cut: tuple[float, float]
+
+    @property
+    def eyes(self) -> np.ndarray:
+        """(2, 3) m: where the left and the right camera stand in the sensor frame."""
+        return np.stack([self.left.eye, self.right.eye])
+
+    def side_of(self, uv: np.ndarray) -> np.ndarray:
+        """(N,) 0 for the left camera, 1 for the right: which one shows the places uv (N, 2), px, of the picture."""
+        return (np.asarray(uv, float).reshape(-1, 2)[:, 0] > self.seam).astype(int)
+
+    def place(self, uv: np.ndarray) -> np.ndarray:
+        """Places (N, 2), m, in the plane of places uv (N, 2), px, of the picture."""
+        return (np.asarray(uv, float).reshape(-1, 2) - self.origin) / self.scale
+
+    def to_dict(self) -> dict:
+        """Plain numbers and lists, for a file; an eye that is not known is left out."""
+        return {'size': list(self.size), 'scale': float(self.scale), 'origin': np.asarray(self.origin, float).tolist(),
+                'seam': float(self.seam), 'cut': [float(c) for c in self.cut],
+                'left': _side_to_dict(self.left), 'right': _side_to_dict(self.right)}
+
+
+def _side_to_dict(side: SideView) -> dict:
+    numbers = {name: np.asarray(getattr(side, name), float).tolist() for name in ('matrix', 'distortion', 'homography')}
+    eye = {'eye': np.asarray(side.eye, float).tolist()} if np.isfinite(side.eye).all() else {}
+    return {'size': [int(n) for n in side.size], **numbers, **eye, 'gain': float(side.gain)}
+
+
+def stitching_from_dict(numbers: Mapping, place: str) -> Stitching:
+    """The stitching that to_dict() wrote; place: where it was found, for messages. Raises BadArgument for what is missing or no number."""
+    sides = [_side_from_dict(_part(numbers, name, place), f'{place}.{name}') for name in ('left', 'right')]
+    scale, seam = float(_array(numbers, 'scale', (), place)), float(_array(numbers, 'seam', (), place))
+    size, cut = _size(numbers, place), tuple(_array(numbers, 'cut', (2,), place).tolist())
+    if scale <= 0 or not 0 <= seam < size[0] - 1 or not all(0 < c < side.size[0] for c, side in zip(cut, sides)):
+        raise BadArgument(f'{place}: scale {scale} px/m, seam {seam} px and cut {cut} px do not fit the sizes; run calibrate again')
+    return Stitching(*sides, size, scale, _array(numbers, 'origin', (2,), place), seam, cut)
+
+
+def _side_from_dict(numbers: Mapping, place: str) -> SideView:
+    matrix, distortion = _array(numbers, 'matrix', (3, 3), place), _array(numbers, 'distortion', (5,), place)
+    homography, gain = _array(numbers, 'homography', (3, 3), place), float(_array(numbers, 'gain', (), place))
+    eye = _array(numbers, 'eye', (3,), place) if 'eye' in numbers else np.full(3, np.nan)
+    if min(matrix[0, 0], matrix[1, 1], gain) <= 0 or abs(np.linalg.det(homography)) < 1e-12:
+        raise BadArgument(f'{place}: focal lengths and gain must be above 0 and the homography regular; run calibrate again')
+    return SideView(_size(numbers, place), matrix, distortion, homography, eye, gain)
+
+
+def _part(numbers: Mapping, name: str, place: str):
+    if not isinstance(numbers, Mapping) or name not in numbers:
+        raise BadArgument(f'{place}: no {name}; run calibrate again on an untouched pair')
+    return numbers[name]
+
+
+def _array(numbers: Mapping, name: str, shape: tuple, place: str) -> np.ndarray:
+    try:
+        values = np.asarray(_part(numbers, name, place), float)
+    except (TypeError, ValueError):
+        values = np.full(1, np.nan)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise BadArgument(f'{place}.{name} must be {shape or "one"} finite numbers, got {numbers[name]!r}; run calibrate again')
+    return values
+
+
+def _size(numbers: Mapping, place: str) -> tuple[int, int]:
+    width, height = _array(numbers, 'size', (2,), place).tolist()
+    if not (2 <= width <= LARGEST_SIDE and 2 <= height <= LARGEST_SIDE):
+        raise BadArgument(f'{place}.size is {width} x {height} px, must be 2 to {LARGEST_SIDE}; run calibrate again')
+    return int(width), int(height)
+
+
+def load_stitching(path: str) -> Stitching:
+    """The stitching in a calibration file that `calibrate` wrote. Raises BadArgument."""
+    try:
+        # A calibration holds much else: in C it is read in a tenth of the time.
+        loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+        page = yaml.load(Path(path).expanduser().read_text(encoding='utf-8'), loader)
+        found = page['fitted']['stitching']
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError) as error:
+        raise BadArgument(f'stitching_path: {path} holds no stitching ({error!r}); calibrate finds it from an untouched pair') from error
+    return stitching_from_dict(found, f'{path}: stitching')

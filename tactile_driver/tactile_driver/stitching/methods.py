@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The methods that make one picture of two views, by name."""
+from __future__ import annotations
+
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from .calibration import SideView, Stitching
+from ..errors import BadArgument, BadFrame
+
+
+_BAND = 64  # rows
+
+
+class Stitcher(Protocol):
+    """Makes one picture of two; size: (width, height) px of it."""
+
+    size: tuple[int, int]
+
+    def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
+        """The picture (H, W, 3) or (H, W) of two uint8 images of one kind; the part of one that is None is black. Raises BadFrame for
+        images of another size than the method was made for, or of two kinds."""
+
+
+class MiddleStitcher:
+    """The paper's (areal_sensor_contact_position, section 2.2): both images cut at the middle of what both show, and put together.
+
+    sizes: (width, height) px of the left and the right images; cut: px, the columns at which they are cut.
+    """
+
+    def __init__(self, sizes: tuple[tuple[int, int], tuple[int, int]], cut: tuple[float, float]):
+        (left, height), (right, other) = sizes
+        if height != other:
+            raise BadArgument(f'stitching: method middle needs two views of one height, got {height} and {other} px')
+        self._sizes, self._cut = sizes, (min(max(round(cut[0]), 1), left), min(max(round(cut[1]), 0), right - 1))
+        self.size = self._cut[0] + right - self._cut[1], height
+
+    def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
+        """See Stitcher."""
+        picture = _empty_picture((left, right), self._sizes, self.size)
+        if left is not None:
+            picture[:, :self._cut[0]] = left[:, :self._cut[0]]
+        if right is not None:
+            picture[:, self._cut[0]:] = right[:, self._cut[1]:]
+        return picture
+
+
+class PlaneStitcher:
+    """Each view warped to the sheet's metric plane, lens distortion taken off and exposure matched, along maps made once."""
+
+    def __init__(self, stitching: Stitching):
+        self.size, self._sides = stitching.size, (stitching.left, stitching.right)
+        first = int(np.floor(stitching.seam)) + 1
+        self._bands = [_bands(stitching, side, columns)
+                       for side, columns in zip(self._sides, (slice(0, first), slice(first, stitching.size[0])))]
+
+    def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
+        """See Stitcher."""
+        picture = _empty_picture((left, right), [side.size for side in self._sides], self.size)
+        for image, side, bands in zip((left, right), self._sides, self._bands):
+            for place, maps in bands if image is not None else ():
+                part = picture[place]
+                cv2.remap(image, *maps, cv2.INTER_LINEAR, part, cv2.BORDER_CONSTANT)
+                if side.gain != 1.0:
+                    cv2.convertScaleAbs(part, part, side.gain)
+        return picture
+
+
+def _bands(stitching: Stitching, side: SideView, columns: slice) -> list[tuple[tuple[slice, slice], tuple[np.ndarray, np.ndarray]]]:
+    """(rows, columns) of the picture and their maps, in bands of rows that stay in the processor's cache."""
+    maps = _maps(stitching, side, columns)
+    rows = [slice(first, first + _BAND) for first in range(0, stitching.size[1], _BAND)]
+    return [((band, columns), tuple(np.ascontiguousarray(part[band]) for part in maps)) for band in rows]
+
+
+def _maps(stitching: Stitching, side: SideView, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    """Where in the side's image each pixel of its columns comes from, in OpenCV's fixed-point form."""
+    height = stitching.size[1]
+    u, v = np.meshgrid(np.arange(columns.start, columns.stop), np.arange(height))
+    found = side.project(stitching.place(np.stack([u, v], axis=-1)))
+    x, y = (found[:, k].reshape(height, -1).astype(np.float32) for k in (0, 1))
+    return cv2.convertMaps(x, y, cv2.CV_16SC2)
+
+
+def _empty_picture(images: tuple, sizes, size: tuple[int, int]) -> np.ndarray:
+    """A picture of the images' kind, black where one is missing, once they are as they have to be."""
+    present = [(image, wanted, name) for image, wanted, name in zip(images, sizes, ('left', 'right')) if image is not None]
+    for image, wanted, name in present:
+        if image.shape[1::-1] != tuple(wanted):
+            raise BadFrame(f'the {name} image is {image.shape[1]} x {image.shape[0]} px, the stitching is for {wanted[0]} x {wanted[1]} '
+                           'px; calibrate at this size')
+    if not present or len({image.shape[2:] for image, _, _ in present}) > 1:
+        raise BadFrame('nothing to stitch: no image, or a grey one beside a coloured one')
+    make = np.empty if len(present) == 2 else np.zeros
+    return make((size[1], size[0]) + present[0][0].shape[2:], np.uint8)
+
+
+def _plane(stitching: Stitching) -> Stitcher:
+    return PlaneStitcher(stitching)
+
+
+def _middle(stitching: Stitching) -> Stitcher:
+    return MiddleStitcher((stitching.left.size, stitching.right.size), stitching.cut)
+
+
+STITCHERS = {'plane': _plane, 'middle': _middle}
+
+
+def make_stitcher(method: str, stitching: Stitching) -> Stitcher:
+    """The stitcher of that name. Raises BadArgument, listing the names, for an unknown one."""
+    if method not in STITCHERS:
+        raise BadArgument(f'stitching method {method!r} is unknown; choose one of {", ".join(STITCHERS)}')
+    return STITCHERS[method](stitching)

@@ -1,0 +1,124 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The emulator and the source that reads it: bytes through a pseudo-terminal, as from hardware."""
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from tactile_driver.emulators.port import FAULTS
+from tactile_driver.emulators.psd import Emulator, main
+from tactile_driver.errors import BadArgument, DeviceLost
+from tactile_driver.sources.base.protocol import NothingYet
+from tactile_driver.sources.psd.serial import PsdSerialSource, SerialSettings
+
+VOLT = 5 / 4096
+
+
+class Bench:
+    """A running emulator, and a source that is open on it."""
+
+    def __init__(self, folder, format='binary', rate=2000.0):
+        self.emulator = Emulator(folder / 'port', 'demo', rate, 4, format=format, keep=True)
+        self._ended = False
+        self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
+        self._thread.start()
+        settings = SerialSettings(format, 921600, 5.0, 12, 0.005)
+        self.source = PsdSerialSource(str(folder / 'port'), settings, time.time_ns)
+        self.source.open()
+
+    def read(self, seconds):
+        """Blocks that come within so many s; a lost port is opened again."""
+        blocks, end = [], time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                blocks.append(self.source.read())
+            except NothingYet:
+                pass
+            except DeviceLost:
+                self._reopen(end)
+        return blocks
+
+    def _reopen(self, end):
+        while time.monotonic() < end:
+            try:
+                return self.source.open()
+            except DeviceLost:
+                time.sleep(0.02)
+
+    def check(self, blocks):
+        """Every sample delivered is one that was sent, and its neighbours in a block are its neighbours."""
+        sent = [tuple(counts) for _, counts in self.emulator.sent]
+        places = {}
+        for place, counts in enumerate(sent):
+            places.setdefault(counts, []).append(place)
+        for block in blocks:
+            counts = [tuple(row) for row in np.round(block.volts / VOLT).astype(int).tolist()]
+            assert any(sent[p:p + len(counts)] == counts for p in places.get(counts[0], []))
+
+    def close(self):
+        self._ended = True
+        self._thread.join(5)
+        self.source.close()
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = []
+
+    def make(**words):
+        made.append(Bench(tmp_path, **words))
+        return made[-1]
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.mark.parametrize('format', ['binary', 'csv'])
+def test_samples_come_whole_and_under_the_time_they_were_taken(bench, format):
+    rig = bench(format=format)
+    blocks = rig.read(1.5)
+    rig.check(blocks)
+    assert sum(len(b.volts) for b in blocks) > 1000
+    assert blocks[-1].period_s == pytest.approx(5e-4, rel=0.1 if format == 'csv' else 1e-6)
+    stamps = np.array([b.stamp_ns for b in blocks])
+    assert (np.diff(stamps) > 0).all() and abs(time.time_ns() - stamps[-1]) < 5e8
+
+
+@pytest.mark.parametrize('fault', [f for f in FAULTS if f not in ('unplug', 'pause')])
+def test_a_fault_costs_a_frame_or_two_and_gives_no_false_sample(bench, fault):
+    rig = bench()
+    blocks = rig.read(0.3)
+    for _ in range(5):
+        rig.emulator.fault(fault)
+        blocks += rig.read(0.1)
+    after = rig.read(0.3)
+    rig.check(blocks + after)
+    assert sum(len(b.volts) for b in after) > 200
+    about = rig.source.describe()
+    told = {'drop': 'missing frames', 'swap': 'crc errors', 'garbage': 'garbage bytes', 'wrong_baud': 'missing frames', 'reset': 'resets'}
+    assert about[told[fault]] > 0
+    if fault not in ('reset', 'wrong_baud'):
+        assert about['missing frames'] <= 10 + about['missing samples'] // 4
+
+
+@pytest.mark.parametrize('fault', ['unplug', 'pause'])
+def test_it_goes_on_after_a_silence(bench, fault):
+    rig = bench()
+    blocks = rig.read(0.3)
+    rig.emulator.fault(fault)
+    blocks += rig.read(1.5)
+    after = rig.read(0.5)
+    rig.check(blocks + after)
+    assert sum(len(b.volts) for b in after) > 200
+    assert (np.diff([b.stamp_ns for b in blocks + after]) > 0).all()
+
+
+def test_wrong_words(tmp_path, capsys):
+    with pytest.raises(BadArgument, match='drop, swap'):
+        Emulator(tmp_path / 'port').fault('melt')
+    with pytest.raises(BadArgument, match='batch'):
+        Emulator(tmp_path / 'port', batch=0)
+    assert main(['--scene', 'nowhere', '--link', str(tmp_path / 'p')]) == 1
+    assert 'calibration' in capsys.readouterr().err

@@ -1,0 +1,93 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, SayOnce, common_values, remedy_of  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def node():
+    context = Context()
+    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    node = Node('diagnosed', context=context)
+    yield node
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+def test_health_is_published(node):
+    received = []
+    node.create_subscription(DiagnosticArray, '/diagnostics', received.append, 10)
+    diagnostics = NodeDiagnostics(node, 'camera', 'A111', lambda: Health(WARN, 'slow; more light', {'rate (Hz)': 14.23456, 'frames': 7}))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + 10
+    while not any(s.message.startswith('slow') for m in received for s in m.status) and time.monotonic() < end:
+        diagnostics.update()
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    status = next(s for m in received for s in m.status if s.message.startswith('slow'))
+    assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
+    assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
+
+
+def test_what_to_do_follows_what_is_wrong():
+    assert remedy_of(Health(ERROR, 'no frame for 3 s; check the cable')) == 'check the cable'
+    assert remedy_of(Health(ERROR, 'check the cable')) == 'check the cable'
+    assert remedy_of(Health(OK, '30 Hz; all is well')) == ''
+
+
+def test_every_node_reports_the_same_keys():
+    assert list(common_values('running', 30.0, 0.01, 2)) == ['state', 'rate (Hz)', 'age (s)', 'dropped']
+
+
+def test_a_message_is_said_once_until_it_is_forgotten():
+    said = []
+    logger = type('Logger', (), {'error': lambda _self, text: said.append(text), 'warning': lambda _self, text: said.append('W ' + text)})()
+    say = SayOnce(type('FakeNode', (), {'get_logger': lambda _self: logger})())
+    for _ in range(3):
+        say.error('black', 'the frame is black')
+        say.warning('slow', 'slow')
+    say.forget('black')
+    say.error('black', 'black again')
+    assert said == ['the frame is black', 'W slow', 'black again']
+
+
+class Lines:
+    """In place of a node and its logger."""
+
+    def __init__(self):
+        self.lines = []
+
+    def get_logger(self):
+        return self
+
+    def error(self, text):
+        self.lines.append(text)
+
+
+def test_what_comes_and_goes_within_a_second_is_said_once(monkeypatch):
+    log = Lines()
+    say, now = SayOnce(log), [0.0]
+    monkeypatch.setattr('tactile_driver.nodes.runtime.diagnostics.time.monotonic', lambda: now[0])
+    for _ in range(100):
+        say.error('frame', 'the frame is cut')
+        now[0] += 0.03
+        say.settle('frame')
+    assert len(log.lines) == 1
+    now[0] += 1.1
+    say.settle('frame')
+    say.error('frame', 'the frame is cut')
+    assert len(log.lines) == 2, 'it was well for a while: the next time is news'

@@ -1,0 +1,126 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from tactile_driver.nodes.runtime import run  # noqa: E402
+
+PROGRAM = """
+import sys
+from rclpy.node import Node
+from tactile_driver.nodes.runtime.run import run_node
+
+class Quiet(Node):
+    def __init__(self):
+        super().__init__('quiet')
+        print('up', flush=True)
+
+    def destroy_node(self):
+        print('released', flush=True)
+        super().destroy_node()
+
+sys.exit(run_node(Quiet))
+"""
+
+
+def started(program):
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
+    return subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+                            start_new_session=True)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_process_cleanly(which):
+    process = started(PROGRAM)
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(which)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.ros
+def test_further_interrupts_do_not_tear_what_is_put_away():
+    last = "print('released', flush=True)"
+    process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
+    assert process.stdout.readline() == 'up\n'
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert process.stdout.readline() == 'putting away\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'released\n', '')
+
+
+@pytest.mark.ros
+def test_a_callback_that_rclpy_refuses_is_told_and_the_node_goes_on():
+    refused = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
+        self.count = 0
+
+    def refuse(self):
+        self.count += 1
+        if self.count == 1:
+            raise RuntimeError('no such transition')
+        print('goes on', flush=True)""")
+    process = started(refused)
+    assert process.stdout.readline() == 'goes on\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0 and out.endswith('released\n') and 'a request was refused: no such transition' in err
+
+
+@pytest.mark.ros
+def test_what_was_given_and_cannot_be_used_ends_the_process_while_it_spins():
+    wrong = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
+
+    def refuse(self):
+        raise BadArgument('path: is none')""").replace('import sys', 'import sys\nfrom tactile_driver.errors import BadArgument')
+    process = started(wrong)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (run.WRONG, 'released\n') and 'path: is none' in err and 'Traceback' not in err
+
+
+@pytest.mark.parametrize('chosen', run._CHOSEN_BY)
+def test_a_users_own_fast_dds_set_up_is_left_alone(monkeypatch, chosen):
+    for name in run._CHOSEN_BY:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(chosen, 'mine')
+    run.make_room_for_images()
+    assert {name: os.environ[name] for name in run._CHOSEN_BY if name in os.environ} == {chosen: 'mine'}
+
+
+def test_without_one_the_profile_is_used_and_exists(monkeypatch):
+    for name in run._CHOSEN_BY:
+        monkeypatch.setenv(name, '')
+    run.make_room_for_images()
+    assert os.path.isfile(os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'])
+
+
+@pytest.mark.ros
+def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
+    from rclpy.node import Node
+    from tactile_driver.errors import BadArgument
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
+    monkeypatch.setattr(run.signal, 'signal', lambda *_: None)
+    gone = []
+
+    class Named(Node):
+        def destroy_node(self):
+            gone.append(self.get_name())
+            super().destroy_node()
+
+    def make():
+        yield Named('first')
+        yield Named('second')
+        raise BadArgument('third: its calibration is missing')
+    assert run.run_nodes(make, []) == run.WRONG
+    assert gone == ['first', 'second']
+    assert 'third: its calibration is missing' in capfd.readouterr().err

@@ -1,0 +1,28 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import time
+
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+
+from rclpy.clock import ClockType  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+
+from tactile_driver.nodes.runtime.timers import steady_timer  # noqa: E402
+
+pytestmark = pytest.mark.ros
+
+
+def test_it_runs_where_simulated_time_stands_still(node):
+    node.set_parameters([Parameter('use_sim_time', value=True)])
+    calls = []
+    timer = steady_timer(node, 0.01, lambda: calls.append(time.monotonic()))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    end = time.monotonic() + 5.0
+    while len(calls) < 3 and time.monotonic() < end:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    assert len(calls) >= 3 and timer.clock.clock_type == ClockType.STEADY_TIME

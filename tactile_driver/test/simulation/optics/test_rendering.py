@@ -1,0 +1,92 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.optics.rendering import Imaging, Renderer
+from tactile_driver.simulation.optics.water_light import Lighting
+from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
+from tactile_driver.simulation.skin.dome import Membrane
+
+MATT = replace(Lighting(), gloss=0.0)
+
+
+@pytest.fixture(scope='module')
+def membrane():
+    return Membrane(nodes=49)
+
+
+def drawn(membrane, lighting=MATT, imaging=Imaging(), number=None, width=640, ink=True):
+    """A picture of the resting pad and its dots' places."""
+    camera = touchpad_camera(width)
+    pattern = touchpad_dots(membrane, np.random.default_rng(0))
+    _, uv, spread = pattern.seen(membrane.rest, camera)
+    imaging = imaging if ink else replace(imaging, ink=0.0)
+    return Renderer(membrane, camera, lighting, imaging, 0).draw(membrane.coarse(membrane.rest), uv, spread, pattern.radius, number), uv
+
+
+def dark_centroids(picture, clean, uv, half):
+    """Centroids (K, 2) of what the dots take away from the clean picture, in boxes of 2 half + 1 px."""
+    share = 1 - picture[..., 2].astype(float) / np.maximum(clean[..., 2].astype(float), 1)
+    out = []
+    for u, v in np.round(uv).astype(int):
+        box = share[v - half:v + half + 1, u - half:u + half + 1]
+        y, x = np.mgrid[v - half:v + half + 1, u - half:u + half + 1]
+        out.append([(box * x).sum() / box.sum(), (box * y).sum() / box.sum()])
+    return np.array(out)
+
+
+def test_picture_has_the_asked_size_and_type(membrane):
+    assert drawn(membrane)[0].shape == (480, 640, 3) and drawn(membrane)[0].dtype == np.uint8
+    assert drawn(membrane, width=320)[0].shape == (240, 320, 3)
+
+
+@pytest.mark.parametrize('width, limit', [(640, 0.05), (320, 0.05)])
+def test_dots_are_drawn_where_the_truth_says(membrane, width, limit):
+    (picture, uv), (clean, _) = drawn(membrane, width=width), drawn(membrane, width=width, ink=False)
+    off = dark_centroids(picture, clean, uv, 8 if width == 640 else 4)
+    error = off - uv
+    assert np.abs(error.mean(axis=0)).max() < 0.01
+    assert np.sqrt((error**2).mean()) < 0.5 * limit
+    assert np.abs(error).max() < 3 * limit  # eight bits
+
+
+def test_dots_are_dark_and_of_the_painted_size(membrane):
+    (picture, uv), (clean, _) = drawn(membrane), drawn(membrane, ink=False)
+    u, v = np.round(uv).astype(int).T
+    assert (picture[v, u, 2] < 0.25 * clean[v, u, 2]).all()
+    share = (1 - picture[..., 2].astype(float) / np.maximum(clean[..., 2], 1)) / Imaging().ink
+    near_middle = np.linalg.norm(uv - [320, 240], axis=1) < 60
+    sizes = [share[b - 8:b + 9, a - 8:a + 9].sum() for a, b in zip(u[near_middle], v[near_middle])]
+    assert np.mean(sizes) == pytest.approx(np.pi * (0.40e-3 * 688 / 0.053)**2, rel=0.05)
+
+
+def test_noise_is_as_asked_and_new_in_each_frame(membrane):
+    clean, _ = drawn(membrane)
+    frames = np.stack([drawn(membrane, number=k)[0] for k in range(6)]).astype(float)
+    bright = clean[..., 2] > 120
+    level = clean[..., 2][bright].mean()
+    assert frames[:, bright, 2].std(axis=0, ddof=1).mean() == pytest.approx(np.sqrt(0.64 + 0.016 * level), rel=0.12)
+    first, second = (frames[k, bright, 2] - clean[..., 2][bright] for k in (0, 1))
+    assert abs(np.corrcoef(first, second)[0, 1]) < 0.1
+    np.testing.assert_array_equal(drawn(membrane, number=3)[0], frames[3].astype(np.uint8))
+
+
+def test_outside_the_pad_it_is_dark(membrane):
+    picture, _ = drawn(membrane)
+    assert picture[5, 5].max() <= 4 and picture[-5, -5].max() <= 4
+
+
+def test_mirror_spots_saturate_a_few_pixels_only(membrane):
+    picture, _ = drawn(membrane, lighting=Lighting())
+    share = (picture.min(axis=2) >= 200).mean()
+    assert 3e-5 < share < 3e-3
+    assert (drawn(membrane)[0].min(axis=2) >= 200).sum() == 0
+
+
+def test_both_sizes_show_the_same_picture(membrane):
+    large, small = drawn(membrane)[0].astype(float), drawn(membrane, width=320)[0].astype(float)
+    binned = large.reshape(240, 2, 320, 2, 3).mean(axis=(1, 3))
+    assert np.abs(binned - small)[20:-20, 60:-60].mean() < 4

@@ -1,0 +1,68 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.optics.water_light import Illumination, Lighting, lamp_places, vignette
+from tactile_driver.simulation.sensors.touchpad import touchpad_camera
+from tactile_driver.simulation.skin.dome import Membrane
+
+
+@pytest.fixture(scope='module')
+def membrane():
+    return Membrane(nodes=49)
+
+
+def look(membrane, lighting, flatten=0.0):
+    """Light and spots of the resting skin, or of one lowered by flatten m in the middle."""
+    camera = touchpad_camera()
+    shape = membrane.rest.copy()
+    shape[..., 2] -= flatten * np.exp(-(shape[..., 0]**2 + shape[..., 1]**2) / 0.006**2)
+    normals = membrane.area_vectors(shape).reshape(shape.shape)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return Illumination(camera, lighting, 0.8).look(shape, normals, camera.project(shape))
+
+
+def test_water_is_red(membrane):
+    light, _ = look(membrane, Lighting())
+    blue, green, red = light[24, 24]
+    assert red > 2.5 * green and red > 2.5 * blue
+
+
+def test_less_water_is_brighter_and_paler(membrane):
+    (deep, _), (shallow, _) = look(membrane, Lighting()), look(membrane, Lighting(), 0.003)
+    assert shallow[24, 24, 2] > 1.05 * deep[24, 24, 2]
+    assert shallow[24, 24, 1] / shallow[24, 24, 2] > 1.1 * deep[24, 24, 1] / deep[24, 24, 2]
+
+
+def test_light_decays_by_beer_and_lambert(membrane):
+    dim, _ = look(membrane, replace(Lighting(), ambient=0.0, absorption=(80.0, 80.0, 80.0)))
+    clear, _ = look(membrane, replace(Lighting(), ambient=0.0, absorption=(0.0, 0.0, 0.0)))
+    # lamp to skin to camera passes 16.5 mm of water twice in the middle, the lamps' way slanted
+    way = -np.log(dim[24, 24, 1] / clear[24, 24, 1]) / 80
+    down = 0.0165
+    slant = down * np.sqrt(1 + (0.024 / 0.047)**2)
+    assert way == pytest.approx(down + slant, rel=0.01)
+
+
+def test_each_lamp_has_its_mirror_image_on_the_resting_skin(membrane):
+    lighting = Lighting()
+    _, (place, form, peak) = look(membrane, lighting)
+    camera = touchpad_camera()
+    strong = peak > 20
+    assert strong.sum() == lighting.lamps == len(lamp_places(lighting))
+    distance = np.linalg.norm(place[strong] - camera.project(np.array([0, 0, 0.013])), axis=1)
+    assert distance == pytest.approx(distance.mean(), rel=0.06)
+    assert 40 < distance.mean() < 160
+    width = 1 / np.sqrt(np.linalg.eigvalsh(form[strong]))
+    assert (0.8 < width).all() and (width < 9).all()
+
+
+def test_vignette_is_darkest_in_the_corners():
+    camera = touchpad_camera()
+    fall_off = vignette(camera, np.arange(640), np.arange(480), 4.0, 0.35)
+    assert fall_off.max() == pytest.approx(1, abs=1e-4)
+    corners = fall_off[[0, 0, -1, -1], [0, -1, 0, -1]]
+    assert fall_off.min() == corners.min() and (0.4 < corners).all() and (corners < 0.6).all()

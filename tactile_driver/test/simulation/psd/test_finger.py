@@ -1,0 +1,46 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.psd.finger import Electronics, FingerSpecimen
+
+
+def normals(theta, phi=0.3):
+    theta = np.radians(np.atleast_1d(theta))
+    return np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta)], axis=1)
+
+
+def test_light_rises_with_depth_before_and_after_touch_and_falls_towards_the_rim():
+    finger = FingerSpecimen(3)
+    depth = np.linspace(0, 4e-4, 60)
+    light = finger.light(np.repeat(normals(20), 60, axis=0), depth).sum(1)
+    assert light[0] == 0 and (np.diff(light) > 0).all()
+    assert 0.15 < finger.light(normals(0), np.array([finger.material.gap]))[0].sum() < 0.4
+    rim = finger.light(normals([0, 20, 40, 60, 75]), np.full(5, 3e-4)).sum(1)
+    assert (np.diff(rim) < 0).all() and rim[-1] < 0.25 * rim[0]
+
+
+def test_the_fibre_plate_is_smooth_one_to_one_and_its_own():
+    theta, phi = np.meshgrid(np.radians(np.arange(1, 75)), np.linspace(0, 2 * np.pi, 60, endpoint=False))
+    n = np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta)], axis=-1)
+    places = FingerSpecimen(0).plate(n)
+    assert np.abs(places).max() < 1
+    outwards = np.diff(np.linalg.norm(places - places[:, :1].mean(0), axis=-1), axis=1)
+    assert (outwards > 0).all()
+    assert 0.01 < np.abs(places - FingerSpecimen(1).plate(n)).max() < 0.4
+
+
+def test_electrodes_share_all_the_light_by_place():
+    finger = FingerSpecimen(0)
+    shares = finger.electrodes(np.array([[0.0, 0.0], [-0.6, -0.6], [0.6, -0.6], [0.6, 0.6], [-0.6, 0.6]]))
+    assert shares.sum(1) == pytest.approx(1.0)
+    assert shares[0] == pytest.approx(0.25)
+    assert shares[1:].argmax(1).tolist() == [0, 1, 2, 3]
+
+
+def test_the_converter_ends_where_the_amplifiers_do():
+    rng = np.random.default_rng(0)
+    counts = Electronics().counts(np.array([[0.0, 1.0, 4.9, 9.0]] * 2000), rng)
+    assert counts.dtype == np.uint16 and counts[:, 3].max() == counts[:, 3].min() == int(4.95 / 5 * 4096)
+    assert counts[:, 1].mean() == pytest.approx(819, abs=1.5) and 8 < counts[:, 1].std() < 11

@@ -1,0 +1,88 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
+
+
+@pytest.fixture(scope='module')
+def scene():
+    return open_scene('impact', width=320, height=240)
+
+
+def test_same_time_gives_the_same_frame_in_any_order(scene):
+    times = [0.5, 1.9, 1.85, 0.0, 2.4]
+    first = [scene.render(t) for t in times]
+    again = open_scene('impact', width=320, height=240)
+    for t, frame in sorted(zip(times, first), key=lambda pair: pair[0]):
+        other = again.render(t)
+        np.testing.assert_array_equal(other.image, frame.image)
+        np.testing.assert_array_equal(other.truth.dot_uv, frame.truth.dot_uv)
+
+
+def test_scene_repeats_but_its_noise_does_not(scene):
+    early, late = scene.render(1.9), scene.render(1.9 + scene.duration)
+    np.testing.assert_array_equal(early.truth.dot_xyz, late.truth.dot_xyz)
+    assert (early.image != late.image).mean() > 0.2
+    np.testing.assert_array_equal(scene.render_clean(1.9).image, scene.render_clean(1.9 + scene.duration).image)
+
+
+def test_seed_changes_paint_and_noise(scene):
+    other = open_scene('impact', seed=1, width=320, height=240)
+    off = other.render(0).truth.dot_uv - scene.render(0).truth.dot_uv
+    assert 0.1 < off.std() < 1.5
+
+
+def test_untouched_frames_are_alike_and_empty(scene):
+    for t in (0.0, 0.7, 1.4):
+        truth = scene.render(t).truth
+        assert not truth.dot_state.any() and truth.contacts == [] and (truth.wrench == 0).all()
+        np.testing.assert_array_equal(truth.dot_uv, scene.render(0).truth.dot_uv)
+
+
+def test_impact_is_over_within_a_fifth_of_a_second(scene):
+    depths = [max([touch.depth for touch in scene.observe(k).truth.contacts], default=0.0) for k in range(scene.frames)]
+    touched = np.flatnonzero(depths)
+    assert 3 <= len(touched) <= 7 and touched[-1] - touched[0] == len(touched) - 1
+    assert 0.003 < max(depths) < 0.0046
+
+
+def test_picture_shows_the_press(scene):
+    deepest = int(np.argmax([-scene.observe(k).truth.wrench[2] for k in range(scene.frames)]))
+    rest, pressed = (scene.render_clean(k / scene.rate).image.astype(int) for k in (0, deepest))
+    centre = np.round(scene.camera.project(scene.observe(deepest).truth.centroid)).astype(int)
+    box = slice(centre[1] - 12, centre[1] + 13), slice(centre[0] - 12, centre[0] + 13)
+    assert np.percentile(pressed[box][..., 2], 90) > np.percentile(rest[box][..., 2], 90) + 8
+
+
+def test_a_slow_camera_sees_the_same_presses():
+    slow, quick = (open_scene('sphere_press', rate=rate, width=320, height=240) for rate in (3, 30))
+    assert slow.frames * 10 == pytest.approx(quick.frames, abs=10)
+    for k in range(slow.frames):
+        pair = slow.observe(k).truth, quick.observe(10 * k).truth
+        depth, other = (max([touch.depth for touch in truth.contacts], default=0.0) for truth in pair)
+        assert depth == pytest.approx(other, abs=1e-6)
+
+
+def test_right_camera_sees_the_tool_a_little_later():
+    scene = open_dual_scene('areal_dual_press', rate=10.0)
+    scene.trigger_delay = 0.05
+    twice = open_dual_scene('areal_dual_press', rate=20.0)
+    for k in range(17, 22):
+        late = twice.right_dot_uv(2 * k + 1)
+        early = twice.right_dot_uv(2 * k)
+        off = np.linalg.norm(scene.right_dot_uv(k) - late, axis=1).max()
+        assert off < 0.15 + 0.3 * np.linalg.norm(early - late, axis=1).max()
+    moved = np.linalg.norm(scene.right_dot_uv(18) - scene.right_dot_uv(17), axis=1).max()
+    assert moved > 1.0
+
+
+def test_two_views_are_the_same_for_the_same_time_in_any_order():
+    scene, again = (open_dual_scene('areal_dual_press', rate=10.0, seed=1) for _ in range(2))
+    first = [scene.render(t) for t in (2.3, 0.0, 1.9)]
+    for t, pictures in zip((2.3, 1.9, 0.0), (first[0], first[2], first[1])):
+        left, right, truth = again.render(t)
+        np.testing.assert_array_equal(left, pictures[0])
+        np.testing.assert_array_equal(right, pictures[1])
+        np.testing.assert_array_equal(truth.dot_uv, pictures[2].dot_uv)

@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from tactile_driver.simulation.skin.contact import FrictionalContact
+from tactile_driver.simulation.skin.motion import Key, Motion
+from tactile_driver.simulation.skin.sheet import Sheet
+from tactile_driver.simulation.skin.tools import tool_named
+
+TENSION, STRETCH, BENDING = 50.0, 1.3, 1e-4
+
+
+@pytest.fixture(scope='module')
+def sheet():
+    return Sheet(0.060, 0.045, TENSION, STRETCH, BENDING, 41)
+
+
+def pressed(sheet, *keys):
+    """State, tool and pose after a ball has gone through keys."""
+    motion = Motion(tool_named('ball_6mm'), list(keys), sheet)
+    contact = FrictionalContact(sheet, 0.4)
+    times = np.linspace(keys[0].t, keys[-1].t, 31)
+    for before, now in zip(times[:-1], times[1:]):
+        state = contact.step(motion.tool, motion.pose(before), motion.pose(now))
+    return state, motion.tool, motion.pose(times[-1])
+
+
+@pytest.fixture(scope='module')
+def deep(sheet):
+    return pressed(sheet, Key(0, 0.004, -0.003, 0.0), Key(1, 0.004, -0.003, 0.009))
+
+
+def test_rest_is_flat_and_in_its_frame(sheet):
+    assert sheet.rest.shape == (41, 41, 3) and not sheet.rest[..., 2].any()
+    assert sheet.rest[0, 0] == pytest.approx([-0.030, -0.0225, 0]) and sheet.rest[-1, -1] == pytest.approx([0.030, 0.0225, 0])
+    assert sheet.spacing == pytest.approx(np.sqrt(0.060 * 0.045) / 40)
+    rim = sheet.rim(400)
+    assert len(rim) == 400 and ((np.abs(rim[:, 0]) > 0.0299999) | (np.abs(rim[:, 1]) > 0.0224999)).all()
+
+
+def test_material_places_are_found_again(sheet):
+    square = np.random.default_rng(5).uniform(-1, 1, (50, 2))
+    np.testing.assert_allclose(sheet.square_of(sheet.surface(square)), square, atol=1e-12)
+    hit = sheet.seen_at_rest(np.array([0, 0, -0.05]), np.array([[0.6, 0, 0.8]]))
+    np.testing.assert_allclose(hit, [[0.0375, 0, 0]], atol=1e-12)
+
+
+def test_touching_height_is_a_ball_s_radius_anywhere(sheet):
+    assert sheet.touching_height(tool_named('ball_6mm').distance, np.eye(3), 0.011, -0.004) == pytest.approx(0.006, abs=1e-7)
+    assert sheet.touching_height(tool_named('fingertips_18mm').distance, np.eye(3), 0, 0) == pytest.approx(0.005, abs=1e-6)
+
+
+def test_even_load_bends_the_sheet_as_the_series_of_sines_says(sheet):
+    load, cell = 200.0, 0.060 / 40 * 0.045 / 40
+    force = np.zeros((39 * 39, 3))
+    force[:, 2] = load * cell
+    odd = np.arange(1, 60, 2)
+    p, q = np.meshgrid(np.pi * odd / 0.060, np.pi * odd / 0.045)
+    wave = p**2 + q**2
+    signs = np.sin(np.outer(odd, [np.pi / 2])).ravel()
+    middle = (16 * load / (np.pi**2 * np.outer(odd, odd)) * np.outer(signs, signs) / (TENSION * wave + BENDING * wave**2)).sum()
+    assert sheet.give(force).reshape(39, 39, 3)[19, 19, 2] == pytest.approx(middle, rel=2e-3)
+
+
+def test_compliance_is_what_the_sheet_gives(sheet):
+    near = np.array([400, 401, 760, 1200])
+    for k, node in enumerate(near):
+        force = np.zeros((39 * 39, 3))
+        force[node, 1] = 1.0
+        np.testing.assert_allclose(sheet.compliance_among(near)[:, k], sheet.give(force)[near, 1], rtol=2e-5)
+
+
+def test_thinning_does_nothing_at_rest_and_is_the_slope_of_its_energy_elsewhere(sheet):
+    assert np.abs(sheet.push_apart(sheet.rest)[sheet.inner]).max() < 1e-12
+    rng = np.random.default_rng(2)
+    shape, way = sheet.rest + rng.normal(0, 1e-4, sheet.rest.shape), rng.normal(0, 1e-8, sheet.rest.shape)
+
+    def energy(x):
+        sizes = 0.5 * np.linalg.norm(np.cross(x[1:, 1:] - x[:-1, :-1], x[1:, :-1] - x[:-1, 1:]), axis=-1)
+        cell = 0.060 / 40 * 0.045 / 40
+        return (0.5 * TENSION * STRETCH**-6 * cell**3 / sizes**2).sum()
+
+    found = (energy(shape + way) - energy(shape - way)) / 2
+    assert found == pytest.approx(-(sheet.push_apart(shape) * way.reshape(-1, 3)).sum(), rel=1e-4)
+
+
+def test_pressed_sheet_is_in_balance_and_lies_on_the_tip(sheet, deep):
+    state, tool, pose = deep
+    places = state.shape.reshape(-1, 3)[sheet.inner]
+    force = np.zeros_like(places)
+    force[state.touching] = state.force
+    off = sheet.slack_at(state.shape) + sheet.give(force) - places
+    assert np.abs(off).max() < 2e-5
+    assert -3.0 < state.force[:, 2].sum() < -0.5 and np.hypot(*state.force[:, :2].sum(axis=0)) < -0.1 * state.force[:, 2].sum()
+    gap = tool.distance(pose.to_tool(places))
+    assert gap.min() > -5e-6 and np.abs(gap[state.touching]).max() < 5e-6
+    assert places[:, 2].min() == pytest.approx(-0.009, abs=1.5e-4) and state.pressure == 0
+
+
+def test_material_is_drawn_towards_the_tip(sheet, deep):
+    moved = (deep[0].shape - sheet.rest).reshape(-1, 3)
+    toward = np.array([0.004, -0.003]) - sheet.rest.reshape(-1, 3)[:, :2]
+    distance = np.linalg.norm(toward, axis=1)
+    ring = (distance > 0.008) & (distance < 0.012)
+    inward = (moved[ring, :2] * toward[ring]).sum(axis=1) / distance[ring]
+    assert (inward > 0).mean() > 0.95 and 0.03e-3 < inward.mean() < 0.3e-3
+
+
+def test_a_dragged_tip_pulls_the_sheet_along_up_to_the_friction(sheet):
+    state, _, _ = pressed(sheet, Key(0, -0.008, 0, 0.0), Key(1, -0.008, 0, 0.006), Key(3, 0.008, 0, 0.006))
+    along, _, down = state.force.sum(axis=0)
+    assert 0.3 < along / -down < 0.5

@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_driver.errors import BadArgument
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
+
+
+def played(name, rate=50.0, until=None):
+    scene = open_taxel_scene(name, rate)
+    return [scene.render(k / rate) for k in range(scene.frames if until is None else round(until * rate))]
+
+
+@pytest.mark.parametrize('name', TAXEL_SCENES)
+def test_every_scene_begins_untouched_and_plays(name):
+    values, truth = open_taxel_scene(name).render(0.0)
+    assert values.shape == (44, 44) and values.dtype == np.uint8 and truth.area == 0 and not truth.wrench.any()
+
+
+@pytest.mark.parametrize('name, area, holes, touches', [('disc', 100 * np.pi, 0, 1), ('ring', 108 * np.pi, 1, 1), ('bar', 240, 0, 1),
+                                                        ('two_fingers', 72 * np.pi, 0, 2), ('l', 288, 0, 1)])
+def test_held_faces_have_their_areas(name, area, holes, touches):
+    truth = played(name, until=2.0)[-1][1]
+    assert truth.area == pytest.approx(1e-6 * area, rel=0.03)
+    assert (len(truth.holes), len(truth.contacts)) == (holes, touches) and truth.slip_state == NO_SLIP
+    assert -truth.wrench[2] == pytest.approx(1.4e8 * 3e-4 * truth.area, rel=1e-6)
+
+
+def test_load_in_the_image_is_the_load_on_the_pad():
+    scene = open_taxel_scene('disc', 50.0)
+    for k in range(75):
+        scene.render(k / 50)
+    state = scene.pad.move(scene._face, np.array([0, 0, 0.3]), 3e-4)
+    assert scene.pad.felt(state).sum() * 1e-6 == pytest.approx(-scene.pad.force(state)[2], rel=1e-3)
+
+
+def test_a_drag_sticks_then_slips_at_the_rim_then_as_a_whole():
+    truths = [truth for _, truth in played('demo')]
+    states = [truth.slip_state for truth in truths]
+    first = [states.index(state) for state in (INCIPIENT, GROSS)]
+    assert first[0] < first[1] and max(states[:first[0]]) == NO_SLIP
+    gross = truths[first[1] + 5]
+    assert 0.4 < np.hypot(*gross.wrench[:2]) / -gross.wrench[2] <= 0.55 and gross.velocity[0] > 0
+
+
+def test_a_turn_has_its_centre_and_a_moment():
+    truth = [truth for _, truth in played('turn') if truth.slip_state == GROSS][0]
+    assert np.abs(truth.rotation_center).max() < 1e-9 and truth.velocity[5] > 0 and truth.wrench[5] > 0
+
+
+def test_grip_force_alone_does_not_slip():
+    assert {truth.slip_state for _, truth in played('grip')} == {NO_SLIP}
+
+
+def test_dead_rows_stay_zero_and_the_same_seed_gives_the_same():
+    values = played('dead_rows', until=1.5)[-1][0]
+    assert not values[[17, 25]].any() and values[21].max() > 40
+    assert (values == played('dead_rows', until=1.5)[-1][0]).all()
+
+
+def test_ink_lags_behind_the_load():
+    up, down = (played('grip', 50.0, until)[-1] for until in (1.45, 3.19))
+    rising = [values.astype(float).sum() / -truth.wrench[2] for values, truth in (up, down)]
+    assert rising[1] > 1.02 * rising[0]
+
+
+def test_wrong_words():
+    with pytest.raises(BadArgument, match='two_fingers'):
+        open_taxel_scene('nowhere')
+    with pytest.raises(BadArgument, match='more than 0'):
+        open_taxel_scene('disc', 0.0)

@@ -1,0 +1,160 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from tactile_driver.errors import BadArgument, BadFrame, DeviceLost
+from tactile_driver.sources.camera import device, frozen_frames
+from tactile_driver.sources.camera.device import DeviceSettings, DeviceSource
+from tactile_driver.sources.camera.video_devices import VideoDevice
+
+PAD = VideoDevice('/dev/video3', 'Pad', 'A111', 'usb-Pad_A111-video-index0', True)
+
+
+class FakeCapture:
+    """A cv2.VideoCapture whose camera can be pulled out."""
+
+    plugged = True
+    opened = None
+    age_ns = 4_000_000
+
+    def __init__(self, path, _backend):
+        type(self).opened = self
+        self.path, self.asked, self.retrieved = path, [], 0
+        self.image = np.full((48, 64, 3), 50, np.uint8)
+
+    def isOpened(self):  # noqa: N802
+        return self.plugged
+
+    def set(self, prop, value):
+        self.asked.append((prop, value))
+        return True
+
+    def get(self, prop):
+        if prop == cv2.CAP_PROP_POS_MSEC:
+            return (time.monotonic_ns() - self.age_ns) / 1e6
+        return {cv2.CAP_PROP_FRAME_WIDTH: 64, cv2.CAP_PROP_FRAME_HEIGHT: 48, cv2.CAP_PROP_FPS: 30.0,
+                cv2.CAP_PROP_FOURCC: cv2.VideoWriter_fourcc(*'MJPG')}[prop]
+
+    def grab(self):
+        return self.plugged
+
+    def retrieve(self):
+        self.retrieved += 1
+        return self.image is not None, self.image
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """FakeCapture in place of OpenCV's, plugged in."""
+    monkeypatch.setattr(FakeCapture, 'plugged', True)
+    monkeypatch.setattr(device.cv2, 'VideoCapture', FakeCapture)
+    monkeypatch.setattr(device, 'find_device', lambda _wanted: PAD)
+    return FakeCapture
+
+
+def opened(settings=None):
+    source = DeviceSource('A111', settings or DeviceSettings(), time.time_ns)
+    source.open()
+    return source
+
+
+def test_settings_are_asked_for_the_format_first(fake):
+    opened(DeviceSettings(1280, 720, 60.0, 'MJPG', 0.005)).read()
+    asked = fake.opened.asked
+    assert fake.opened.path == '/dev/video3'
+    assert asked[0] == (cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*'MJPG'))
+    assert asked[1:4] == [(cv2.CAP_PROP_FRAME_WIDTH, 1280), (cv2.CAP_PROP_FRAME_HEIGHT, 720), (cv2.CAP_PROP_FPS, 60.0)]
+    assert asked[-2:] == [(cv2.CAP_PROP_AUTO_EXPOSURE, 1), (cv2.CAP_PROP_EXPOSURE, 50)]
+
+
+def test_what_is_not_asked_stays_the_cameras_own(fake):
+    opened().read()
+    assert [prop for prop, _ in fake.opened.asked] == [cv2.CAP_PROP_BUFFERSIZE, cv2.CAP_PROP_AUTO_EXPOSURE]
+
+
+def test_exposure_changes_while_frames_are_read(fake):
+    source = opened()
+    source.read()
+    source.set_exposure(0.01)
+    source.read()
+    assert fake.opened.asked[-1] == (cv2.CAP_PROP_EXPOSURE, 100)
+
+
+def test_the_stamp_is_the_drivers_own(fake):
+    frame = opened().read()
+    assert time.time_ns() - frame.stamp_ns == pytest.approx(4_000_000, abs=3_000_000)
+    assert (frame.encoding, frame.image.shape) == ('bgr8', (48, 64, 3))
+
+
+@pytest.mark.parametrize('age_ns', [3_000_000_000, -50_000_000])
+def test_a_stamp_of_another_clock_is_not_believed(fake, monkeypatch, age_ns):
+    monkeypatch.setattr(FakeCapture, 'age_ns', age_ns)
+    before = time.time_ns()
+    stamp = opened().read().stamp_ns
+    assert before - 1_000_000 <= stamp <= time.time_ns() + 1_000_000
+
+
+def test_unwanted_frames_are_not_decoded(fake):
+    source = opened()
+    assert source.read(wanted=False) is None
+    assert fake.opened.retrieved == 0
+
+
+def test_a_frame_that_cannot_be_decoded_is_bad(fake):
+    source = opened()
+    fake.opened.image = None
+    with pytest.raises(BadFrame, match='/dev/video3'):
+        source.read()
+
+
+def test_what_no_camera_sends_that_works_is_remarked(fake, monkeypatch):
+    monkeypatch.setattr(frozen_frames, '_FROZEN_S', 0.05)
+    source = opened()
+    source.read()
+    assert source.remark == ''
+    time.sleep(0.1)
+    source.read()
+    assert 'repeated one picture' in source.remark
+    fake.opened.image[0] += 1
+    source.read()
+    assert source.remark == ''
+
+
+def test_pulled_out_and_plugged_in_again(fake, monkeypatch):
+    source = opened()
+    monkeypatch.setattr(FakeCapture, 'plugged', False)
+    with pytest.raises(DeviceLost, match='stopped sending'):
+        source.read()
+    with pytest.raises(DeviceLost, match='cannot be opened'):
+        source.open()
+    with pytest.raises(DeviceLost):
+        source.read()
+    monkeypatch.setattr(FakeCapture, 'plugged', True)
+    source.open()
+    assert source.read().image.shape == (48, 64, 3)
+
+
+def test_description_tells_the_mode_that_runs(fake):
+    about = opened().describe()
+    assert about['serial'] == 'A111' and about['path'] == '/dev/video3'
+    assert (about['width'], about['height'], about['rate'], about['pixel_format']) == (64, 48, 30.0, 'MJPG')
+
+
+def test_a_pixel_format_that_is_none_is_refused():
+    with pytest.raises(BadArgument, match="pixel_format: 'JPEG2'"):
+        DeviceSettings(pixel_format='JPEG2')
+
+
+@pytest.mark.hardware
+def test_a_real_camera():
+    source = DeviceSource('0', DeviceSettings(), time.time_ns)
+    source.open()
+    assert source.read().image.ndim == 3
+    source.close()

@@ -1,0 +1,189 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a recording tells of each instant beside what is true: estimates as recorded, or computed anew and timed."""
+from __future__ import annotations
+
+import resource
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..common.progress import Progress
+from ..errors import BadFrame, BadRecording
+from ..evaluation.frames import Instant
+from ..nodes.messages.estimates import contacts_from_message, region_from_message, slip_from_message, wrench_from_message
+from ..nodes.messages.serialization import MessageCodec
+from .replay import Replay, make_replay
+from .rosbag import BagReader, RawMessage
+from .stamped import IMAGE, VOLTAGES, find_prefix
+from .stitched_bag import bag_opener
+
+TRUE = 'ground_truth/'
+#: topic: the field of Instant, and what makes it of a message
+_FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('region', region_from_message),
+           'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
+_RAW = {'image_raw': IMAGE, 'left/image_raw': IMAGE, 'voltages': VOLTAGES}
+_MOST_WAITING = 1000  # instants that are kept until what belongs to them has come
+_SAME_CLOCK_S = 60.0  # later than that after its stamp no live result comes: the stamps are of another clock
+
+
+@dataclass
+class Times:
+    """latencies: s from the stamp to receipt, by topic, of a bag that was recorded live; stages: s of one thread a frame, by stage, where
+    estimates were computed anew; refused: frames by reason; memory: MB, the most of the process, where estimates were computed anew."""
+
+    latencies: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    stages: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    refused: Counter = field(default_factory=Counter)
+    memory: float = np.nan
+
+    def summary(self) -> dict:
+        """ms: median, within_95 and worst of each latency and stage, MB, refused frames; without what is not known."""
+        late = {topic: values for topic, values in self.latencies.items() if 0 < np.median(values) < _SAME_CLOCK_S}
+        return {'latency_ms': {topic: _spread(values) for topic, values in late.items()},
+                'stages_ms': {stage: _spread(values) for stage, values in self.stages.items()},
+                'memory_mb': self.memory, 'refused': dict(self.refused)}
+
+
+def _spread(seconds: list[float]) -> dict[str, float]:
+    middle, most, worst = 1e3 * np.percentile(seconds, [50, 95, 100])
+    return {'median': float(middle), 'within_95': float(most), 'worst': float(worst), 'count': len(seconds)}
+
+
+@dataclass
+class _Waiting:
+    told: Instant = field(default_factory=Instant)
+    true: Instant = field(default_factory=Instant)
+    topics: set[str] = field(default_factory=set)
+
+
+class JudgedBag:
+    """A recording with ground_truth/*. params: where given, the estimates are computed anew, by a sensor that the parameter file describes,
+    with calibration, or that which the file names.
+
+    told, true: topics that there are; times: filled while instants() goes on; unmatched: stamps that had an estimate or truth alone.
+    Raises BadRecording for a bag without truth, without estimates, or of several sensors of which none is named; TactileError as
+    process_bag does.
+    """
+
+    def __init__(self, bag: Path, namespace: str = '', params: Path | None = None, calibration: Path | None = None):
+        self._bag, self.times, self.unmatched = bag, Times(), Counter()
+        self._replay = make_replay(params, calibration) if params else None
+        self._open = bag_opener(params, self._replay.stitching) if params else BagReader
+        with self._open(bag) as reader:
+            topics = reader.topics
+        self.prefix = _find_sensor(topics, namespace) if self._replay is None else find_prefix(topics, namespace, self._replay.raw,
+                                                                                               self._replay.raw_type)
+        mine = {topic.removeprefix(self.prefix) for topic in topics if topic.startswith(self.prefix)}
+        self._live = bool(mine & set(_RAW))
+        self.true = [name for name in _FIELDS if TRUE + name in mine]
+        self.told = [name for name in _FIELDS if name in mine]
+        if not self.true:
+            raise BadRecording(f'{bag}: no {self.prefix}{TRUE}*: nothing says what is true')
+        if self._replay is None and not self.told:
+            raise BadRecording(f'{bag}: no estimates in it ({", ".join(_FIELDS)}): make them by process_bag, or name --params FILE '
+                               '(and --calibration FILE), and they are computed here')
+
+    def instants(self) -> Iterator[tuple[float, Instant, Instant]]:
+        """(stamp s, told, true) of each instant of which both are known, in the order in which they began."""
+        waiting: dict[int, _Waiting] = defaultdict(_Waiting)
+        for name, message in self._anew() if self._replay else self._recorded():
+            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            at, (part, read) = waiting[stamp], _FIELDS[name.removeprefix(TRUE)]
+            try:
+                setattr(at.true if name.startswith(TRUE) else at.told, part, read(message))
+            except BadFrame as error:
+                self.times.refused[str(error)] += 1
+            at.topics.add(name)
+            if len(waiting) > _MOST_WAITING:
+                oldest = next(iter(waiting))
+                yield from self._judged(oldest, waiting.pop(oldest))
+        for stamp, at in waiting.items():
+            yield from self._judged(stamp, at)
+
+    def _judged(self, stamp: int, at: _Waiting) -> Iterator[tuple[float, Instant, Instant]]:
+        true = any(name.startswith(TRUE) for name in at.topics)
+        told = any(not name.startswith(TRUE) for name in at.topics)
+        if true and told:
+            yield 1e-9 * stamp, at.told, at.true
+        else:
+            self.unmatched['without an estimate' if true else 'without truth'] += 1
+
+    def _recorded(self) -> Iterator[tuple[str, object]]:
+        """(topic, message) of estimates and truth as they are in the bag."""
+        codec = MessageCodec()
+        topics = {self.prefix + name for name in (*self.told, *(TRUE + name for name in self.true))}
+        with BagReader(self._bag) as reader:
+            for raw in Progress(reader.messages(topics), 'messages'):
+                name, message = raw.topic.removeprefix(self.prefix), self._decoded(codec, raw)
+                if message is None:
+                    continue
+                if self._live and not name.startswith(TRUE):
+                    stamp = message.header.stamp
+                    self.times.latencies[name].append(1e-9 * (raw.stamp_ns - stamp.sec * 10**9 - stamp.nanosec))
+                yield name, message
+
+    def _anew(self) -> Iterator[tuple[str, object]]:
+        """(topic, message) of truth, and of estimates that are computed here."""
+        codec, replay = MessageCodec(), self._replay
+        topics = {self.prefix + name for name in (replay.raw, 'camera_info', *(TRUE + name for name in self.true))}
+        with self._open(self._bag) as reader:
+            for raw in Progress(reader.messages(topics), 'messages'):
+                name = raw.topic.removeprefix(self.prefix)
+                begin = time.thread_time()
+                message = self._decoded(codec, raw)
+                if message is None:
+                    continue
+                if name == 'camera_info':
+                    replay.on_camera_info(message)
+                elif name == replay.raw:
+                    yield from self._timed(replay, message, begin)
+                else:
+                    yield name, message
+        self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+    def _decoded(self, codec: MessageCodec, raw: RawMessage):
+        """The message; None, and counted, where it is damaged."""
+        try:
+            return codec.decode(raw.data, raw.type_name)
+        except BadFrame as error:
+            self.times.refused[f'{raw.topic}: {error}'] += 1
+            return None
+
+    def _timed(self, replay: Replay, message, begin: float) -> Iterator[tuple[str, object]]:
+        """The estimates of one raw message; begin: of its decoding, s of the thread."""
+        marks, found = {'decoding': time.thread_time() - begin}, []
+        last = time.thread_time()
+        try:
+            for name, result in replay.on_raw(message):
+                now = time.thread_time()
+                stage = 'dots' if name == 'dots' else 'contact'
+                marks[stage] = marks.get(stage, 0.0) + now - last
+                last = now
+                found.append((name, result))
+        except BadFrame as error:
+            self.times.refused[str(error)] += 1
+            return
+        for stage, seconds in (*marks.items(), ('all', sum(marks.values()))):
+            self.times.stages[stage].append(seconds)
+        yield from ((name, result) for name, result in found if name in _FIELDS)
+
+
+def _find_sensor(topics: dict[str, str], namespace: str) -> str:
+    """'/ns/' of the sensor with ground truth in a bag with these topics. Raises BadRecording where there is none, or more than one and none
+    is named."""
+    found = sorted({topic.partition(TRUE)[0] for topic in topics if '/' + TRUE in topic})
+    wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
+    if namespace and wanted in found:
+        return wanted
+    if not found:
+        raise BadRecording(f'no */{TRUE}* in the bag: nothing says what is true; record a simulated sensor, or what a stage or a '
+                           'force/torque sensor reads')
+    if namespace or len(found) > 1:
+        wrong = 'no such sensor' if namespace else 'several sensors'
+        raise BadRecording(f'{wrong} in the bag; name one of {", ".join(found)} with --namespace')
+    return found[0]

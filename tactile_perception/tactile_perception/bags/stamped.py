@@ -1,0 +1,55 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages of a recording that belong together by their stamps: images and what is known of them."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ..common.progress import Progress
+from ..errors import BadCalibration, BadRecording
+from ..nodes.messages.serialization import MessageCodec
+from .rosbag import BagReader
+
+TRUTH, TRUE_WRENCH = 'ground_truth/contacts', 'ground_truth/wrench'
+IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages', 'tactile_msgs/msg/DotTracks'
+
+
+def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
+             open_bag: Callable[[Path], BagReader] = BagReader) -> Iterator[tuple[str, dict]]:
+    """(where and when, {topic: message}) for each stamp that has all topics wanted, in the order in which they are complete.
+
+    ground_truth/wrench is given too where its stamp has come before; on_camera_info(message) is called for camera_info; images: the topic
+    whose prefix is the sensor's namespace; open_bag: reads the bag. Raises BadCalibration for a bag without ground truth, BadRecording for
+    one without images.
+    """
+    codec = MessageCodec()
+    with open_bag(bag) as reader:
+        prefix = find_prefix(reader.topics, namespace, images)
+        if prefix + TRUTH not in reader.topics:
+            raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the tool was')
+        extra = {TRUE_WRENCH} & {topic.removeprefix(prefix) for topic in reader.topics}
+        needed, waiting = {*wanted, *extra}, {}
+        for raw in Progress(reader.messages({prefix + name for name in (*needed, 'camera_info')}), f'messages of {bag.name}'):
+            message = codec.decode(raw.data, raw.type_name)
+            topic = raw.topic.removeprefix(prefix)
+            if topic == 'camera_info':
+                on_camera_info(message)
+                continue
+            stamp = f'{message.header.stamp.sec}.{message.header.stamp.nanosec:09d}'
+            found = waiting.setdefault(stamp, {})
+            found[topic] = message
+            if len(found) == len(needed):
+                yield f'{bag.name} at {stamp} s', waiting.pop(stamp)
+
+
+def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw', raw_type: str = IMAGE) -> str:
+    """'/ns/' of the sensor in a bag with these topics (topic -> type), whose raw data are on images, of raw_type. Raises BadRecording where
+    there is none, or more than one and none is named."""
+    found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind == raw_type)
+    wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
+    if namespace and wanted not in found:
+        raise BadRecording(f'no {wanted}{images} in the bag; it has {", ".join(p + images for p in found) or f"no {images} at all"}')
+    if not namespace and len(found) != 1:
+        raise BadRecording(f'the bag has {len(found)} topics {images} ({", ".join(found) or "none"}): name one with --namespace')
+    return wanted if namespace else found[0]

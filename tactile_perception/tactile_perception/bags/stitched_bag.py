@@ -1,0 +1,125 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording of two cameras' views, read as if dual_camera_node had stitched them when they were recorded."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encoding
+from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
+from tactile_driver.sources.dual_camera.pairing import Pairer
+from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
+from tactile_driver.stitching.methods import make_stitcher
+
+from ..calibration.files.format import read_calibration
+from ..errors import BadFrame
+from ..nodes.messages import conversions as convert
+from ..nodes.messages.serialization import MessageCodec
+from ..parameters.file import read_parameters
+from .rosbag import BagReader, RawMessage
+
+VIEWS = ('left/image_raw', 'right/image_raw')
+_IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
+
+
+class StitchedBag(BagReader):
+    """A bag in which left/ and right/image_raw of a sensor appear as its image_raw and camera_info.
+
+    stitching, method: how the picture is made; max_skew: s, by which the stamps of a pair may differ. Pictures have the left view's stamp;
+    those recorded beside the views are left out. A view that cannot be used has no pair, and is left out. Raises as BagReader does.
+    """
+
+    def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
+        super().__init__(path)
+        self._stitcher = make_stitcher(method, stitching)
+        self._max_skew, self._codec = int(max_skew * 1e9), MessageCodec()
+        self._frame_ids: dict[str, str] = {}
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Topic -> message type name."""
+        recorded = super().topics
+        for prefix in self._prefixes(recorded):
+            recorded = {name: kind for name, kind in recorded.items() if name not in [prefix + view for view in VIEWS]}
+            recorded |= {prefix + 'image_raw': _IMAGE, prefix + 'camera_info': _INFO}
+        return recorded
+
+    def count(self, topics: set[str]) -> int:
+        """How many messages of these topics there are to be; some fewer where a view has no pair."""
+        made = {prefix + 'image_raw': prefix + VIEWS[0] for prefix in self._prefixes(super().topics)}
+        return super().count({made.get(topic, topic) for topic in topics})
+
+    def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
+        """The messages of the given topics (all when None), pictures as soon as both views are there."""
+        prefixes = [prefix for prefix in self._prefixes(super().topics) if topics is None or prefix + 'image_raw' in topics]
+        sides = {prefix + view: (prefix, side) for prefix in prefixes for side, view in enumerate(VIEWS)}
+        made = {prefix + name for prefix in prefixes for name in ('image_raw', 'camera_info')}
+        pairers = {prefix: Pairer(self._max_skew) for prefix in prefixes}
+        wanted = set(super().topics) if topics is None else topics
+        for raw in super().messages((wanted - made) | set(sides)):
+            if raw.topic not in sides:
+                yield raw
+                continue
+            prefix, side = sides[raw.topic]
+            try:
+                message = self._codec.decode(raw.data, raw.type_name)
+                self._frame_ids[prefix] = message.header.frame_id
+                pairers[prefix].add(side, view_frame(message))
+            except BadFrame as error:
+                self.left_out.add(raw.topic, str(error), raw.stamp_ns)
+                continue
+            yield from self._pictures(prefix, pairers[prefix].take)
+        for prefix, pairer in pairers.items():
+            yield from self._pictures(prefix, partial(pairer.take, last=True))
+            pairer.clear()
+            if pairer.unpaired:
+                self.left_out.add(f'{prefix}left and right/image_raw', 'one camera\'s view without the other\'s', count=pairer.unpaired)
+
+    @staticmethod
+    def _prefixes(topics: dict[str, str]) -> list[str]:
+        """'/ns/' of each sensor with both views."""
+        lefts = [name.removesuffix(VIEWS[0]) for name in topics if name.endswith('/' + VIEWS[0])]
+        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _IMAGE for view in VIEWS))
+
+    def _pictures(self, prefix: str, take: Callable[[], PairFrame | None]) -> Iterator[RawMessage]:
+        """camera_info and the picture of each pair that is complete."""
+        while (pair := take()) is not None:
+            header = header_of(pair.stamp_ns, self._frame_ids[prefix])
+            encoding = 'mono8' if pair.left.encoding == pair.right.encoding == 'mono8' else 'bgr8'
+            try:
+                picture = self._stitcher.stitch(as_encoding(pair.left, encoding), as_encoding(pair.right, encoding))
+            except BadFrame as error:
+                self.left_out.add(prefix + 'image_raw', str(error), pair.stamp_ns)
+                continue
+            info = calibration_to_message(CameraCalibration(*self._stitcher.size))
+            info.header = header
+            for name, message in (('camera_info', info),
+                                  ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
+                type_name, data = self._codec.encode(message)
+                yield RawMessage(prefix + name, type_name, pair.stamp_ns, data)
+
+
+def view_frame(message) -> Frame:
+    """The Frame of an Image. Raises BadFrame."""
+    image = convert.image_to_array(message)
+    return Frame(image, message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, 'mono8' if image.ndim == 2 else 'bgr8')
+
+
+def bag_opener(params: Path, stitching: Stitching | None) -> Callable[[Path], BagReader]:
+    """What opens a bag; its two views are stitched where a stitching is given. params: as dual_camera_node takes them."""
+    if stitching is None:
+        return BagReader
+    values = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)
+    return partial(StitchedBag, stitching=stitching, method=values['stitching'], max_skew=values['max_skew'])
+
+
+def stitching_in(calibration: str | Path, sensor: str) -> Stitching | None:
+    """The stitching in a calibration file of a sensor type, None where it has none or no file is named. Raises BadCalibration, or
+    BadArgument for numbers that are none."""
+    if not str(calibration):
+        return None
+    numbers = read_calibration(calibration, sensor).fitted.get('stitching')
+    return None if numbers is None else stitching_from_dict(numbers, f'{calibration}: stitching')

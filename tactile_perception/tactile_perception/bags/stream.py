@@ -1,0 +1,147 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording as a stream of items, and what the stages of a sensor make of it."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from tactile_driver.recordings.left_out import LeftOut
+
+from .definitions import known_as
+from ..errors import BadFrame, BadRecording, TactileError
+from ..nodes.messages.serialization import MessageCodec
+from .replay import Replay, ReplayStage, TaxelReplay, make_replay
+from .rosbag import BagReader, RawMessage
+from .stamped import find_prefix
+from .stitched_bag import bag_opener
+
+TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told
+#: what is written again, under the sensor's namespace but for /tf_static
+KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip',
+        'ground_truth/wrench')
+
+
+class Head(NamedTuple):
+    """What comes first in a stream. prefix: '/ns/' of the sensor; frames: raw messages that the bag says to have; definitions: message
+    type name -> text, of what is kept, as far as the bag tells; camera: the first camera_info, None where there is none: the first images
+    of a recording may be before it."""
+
+    prefix: str
+    frames: int
+    definitions: dict[str, str]
+    camera: RawMessage | None = None
+
+
+class Skipped(NamedTuple):
+    """A message that could not be used."""
+
+    topic: str
+    reason: str
+    stamp_ns: int
+
+
+class FrameDone(NamedTuple):
+    """All that comes of one raw message, if anything, is before this."""
+
+
+Item = Head | RawMessage | Skipped | FrameDone | LeftOut
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be processed. source: bag; params, calibration: files as make_replay takes them; namespace: of the sensor, '' of the only
+    one."""
+
+    source: Path
+    params: Path
+    calibration: Path | None = None
+    namespace: str = ''
+
+    def replay(self) -> Replay:
+        """The sensor's stages. Raises TactileError."""
+        return make_replay(self.params, self.calibration)
+
+    def open(self, replay: Replay) -> BagReader:
+        """The bag, with its views stitched where a stitching is known. Raises TactileError."""
+        return bag_opener(self.params, replay.stitching)(self.source)
+
+
+def stream(task: Task) -> Iterator[Item]:
+    """The task's bag, with what the stages make of it: a Head, then the other items, last what of the bag could not be read. Raises
+    TactileError for a bag that cannot be used."""
+    replay, codec = task.replay(), MessageCodec()
+    with task.open(replay) as reader:
+        prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
+        kept = {name if name.startswith('/') else prefix + name for name in KEPT}
+        definitions = {kind: reader.definitions.get(kind, '') for topic, kind in reader.topics.items() if topic in kept}
+        for kind in {replay.raw_type, reader.topics.get(prefix + 'camera_info', replay.raw_type)}:
+            if reason := known_as(codec.store, kind, reader.definitions.get(kind, '')):
+                raise BadRecording(f'bag {task.source}: {reason}')
+        camera = {prefix + 'camera_info'} & set(reader.topics)
+        head = Head(prefix, reader.count({prefix + replay.raw}), definitions, next(reader.messages(camera), None) if camera else None)
+        yield head
+        told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
+        items: Iterator[Item] = reader.messages({*told, prefix + replay.raw})
+        for number, stage in enumerate(replay.stages):
+            items = _computed(items, _begun(stage, head, codec), number == 0, prefix, codec)
+        yield from items
+        yield reader.left_out
+
+
+def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+    """The items after their head, with what a stage makes of its raw messages; the first stage's own are left out."""
+    raw, camera = prefix + stage.raw, prefix + 'camera_info'
+    for item in items:
+        if isinstance(item, RawMessage) and item.topic in TRANSFORMS:
+            if isinstance(stage, TaxelReplay):
+                yield from _transformed(item, stage, codec)
+            if item.topic in KEPT:
+                yield item
+        elif isinstance(item, RawMessage) and item.topic in (raw, camera):
+            yield from _taken(item, stage, item.topic == camera, first, prefix, codec)
+        else:
+            yield item
+
+
+def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> Iterator[Item]:
+    """What becomes of transforms: the stage takes them."""
+    try:
+        stage.on_transforms(codec.decode(item.data, item.type_name))
+    except BadFrame as error:
+        yield Skipped(item.topic, str(error), item.stamp_ns)
+
+
+def _begun(stage: ReplayStage, head: Head, codec: MessageCodec) -> ReplayStage:
+    """The stage, with the recording's camera; one that cannot be used is told where it comes."""
+    if head.camera is not None:
+        with suppress(BadFrame):
+            stage.on_camera_info(codec.decode(head.camera.data, head.camera.type_name))
+    return stage
+
+
+def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
+    """What becomes of one message of a stage. A camera_info that cannot be used goes no further; one that does not fit the calibration
+    raises BadCalibration, since nothing could be told by it."""
+    topic = item.topic.removeprefix(prefix)
+    if is_camera:
+        try:
+            message = item.message or codec.decode(item.data, item.type_name)
+            stage.on_camera_info(message)
+            yield item._replace(message=message)
+        except BadFrame as error:
+            yield Skipped(topic, str(error), item.stamp_ns)
+        return
+    if not first:
+        yield item
+    try:
+        for name, result in stage.on_raw(item.message or codec.decode(item.data, item.type_name)):
+            type_name, data = codec.encode(result)
+            yield RawMessage(prefix + name, type_name, item.stamp_ns, data, result)
+    except TactileError as error:
+        yield Skipped(topic, str(error), item.stamp_ns)
+    if first:
+        yield FrameDone()

@@ -1,0 +1,205 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration files: YAML with version, date, sensor, the parameters that it belongs to, units, what was fitted, residuals at presses that
+were held out, the calibrated range, presses that stand out, and what was left out."""
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+import logging
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import yaml
+
+from ...errors import BadCalibration
+
+FORMAT, VERSION = 'tactile calibration', 2
+SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
+            'residuals': dict, 'calibrated_range': dict, 'outliers': list, 'left_out': list}
+_SINCE_2 = {'serial': '', 'software': '', 'parameters': {}, 'outliers': []}  # what files of version 1 do not say
+AGAIN = 'run `ros2 run tactile_perception calibrate` again'
+_DIGITS = 7  # significant, of each number written
+_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # in C it takes a tenth of the time
+
+
+_log = logging.getLogger(__name__)
+_warned: set[tuple[str, str]] = set()
+
+# What a calibration depends on: it is right only while these are what they were. A touchpad's material is not among them.
+_POSE = ('camera.rotation', 'camera.translation')
+_SHEET = ('rows', 'columns', 'pitch', 'sheet_size')
+BELONGS_TO = {'touchpad': ('rows', 'columns', 'surface', 'cap.curvature_radius', 'cap.height', *_POSE),
+              'areal_single': _SHEET, 'areal_dual': _SHEET,
+              'air_cushion': ('rows', 'columns', 'dome.rim_radius', 'dome.height', *_POSE),
+              'psd_finger': ('radius',), 'taxel_array': ('rows', 'columns', 'pitch', 'bits')}
+
+
+def _software() -> str:
+    try:
+        return version('tactile_perception')
+    except PackageNotFoundError:
+        return ''
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes a list of numbers on as few lines as it takes."""
+
+    def numbers_in_lines(self, values: list):
+        """The list, in brackets where it holds numbers."""
+        flow = bool(values) and all(isinstance(value, (int, float)) for value in values)
+        return self.represent_sequence('tag:yaml.org,2002:seq', values, flow_style=flow)
+
+
+_Dumper.add_representer(list, _Dumper.numbers_in_lines)
+
+
+@dataclass
+class CalibrationFile:
+    """What a calibration file holds.
+
+    sensor: type as in the sensor's launch file (touchpad ...); units: name of a number -> unit; fitted: numbers, lists of
+    numbers or dictionaries of them; residuals: name -> number (NaN: not known); calibrated_range: name -> [lowest, highest];
+    left_out, outliers: a line each; date: UTC; serial: of the device, '' where not known; parameters: name -> value of those that it
+    belongs to, {} where not known; software: version that made it.
+    """
+
+    sensor: str
+    units: dict
+    fitted: dict
+    residuals: dict
+    calibrated_range: dict
+    left_out: list = field(default_factory=list)
+    date: str = field(default_factory=lambda: datetime.datetime.now(datetime.timezone.utc).strftime('%Y-%m-%dT%H:%M:%SZ'))
+    serial: str = ''
+    parameters: dict = field(default_factory=dict)
+    outliers: list = field(default_factory=list)
+    software: str = field(default_factory=_software)
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """Which sensor is calibrated. serial: of the device, '' where not known; values: its parameters."""
+
+    serial: str = ''
+    values: Mapping = field(default_factory=dict)
+
+    def parameters(self, sensor: str) -> dict:
+        """Name -> value of those that a calibration of that type of sensor belongs to."""
+        return {name: self.values[name] for name in BELONGS_TO.get(sensor, ()) if name in self.values}
+
+
+def parameter_hash(parameters: Mapping) -> str:
+    """16 hexadecimal digits that tell these parameters (name -> value) from others."""
+    return hashlib.sha256(json.dumps(_rounded(dict(parameters)), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def write_calibration(path: str | Path, content: CalibrationFile) -> None:
+    """Write content to path, whole or not at all (a temporary file beside it, then renamed).
+
+    Raises BadCalibration where a fitted number is not finite, OSError where the file cannot be written.
+    """
+    path = Path(path)
+    check_numbers(content.fitted, 'fitted', path)
+    page = {'format': f'{FORMAT} {VERSION}'} | {name: _rounded(getattr(content, name)) for name in SECTIONS} | {'complete': True}
+    page['parameters'] = {'hash': parameter_hash(content.parameters), 'values': _rounded(content.parameters)}
+    partial = path.with_name(path.name + '.partial')
+    partial.write_text(yaml.dump(page, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120), encoding='utf-8')
+    os.replace(partial, path)
+
+
+def _rounded(value):
+    """value with the digits that are written; tuples as lists."""
+    if isinstance(value, dict):
+        return {key: _rounded(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(part) for part in value]
+    return float(f'{value:.{_DIGITS}g}') if isinstance(value, float) else value
+
+
+def read_calibration(path: str | Path, sensor: str, values: Mapping | None = None) -> CalibrationFile:
+    """Content of the calibration file at path, for that sensor type; values: the parameters that are used now, where they are to be
+    compared with those that it belongs to, of which a warning is logged.
+
+    Raises BadCalibration, saying what is wrong and what to do, where the file is missing, truncated, no calibration, of a later version,
+    for another sensor type, or holds a fitted number that is not finite.
+    """
+    path = Path(path)
+    page = _parse(path)
+    _take_version(page, path)
+    missing = [name for name, kind in SECTIONS.items() if not isinstance(page.get(name), kind)]
+    if missing or page.get('complete') is not True:
+        raise BadCalibration(f'{path}: truncated or edited: no usable {", ".join(missing or ["end mark"])}; {AGAIN}')
+    if page['sensor'] != sensor:
+        raise BadCalibration(f'{path}: for sensor type {page["sensor"]!r}, this is {sensor!r}; give this sensor\'s own file')
+    check_numbers(page['fitted'], 'fitted', path)
+    page['parameters'] = _parameters(page['parameters'], path)
+    found = CalibrationFile(**{name: page[name] for name in SECTIONS})
+    if values is not None:
+        _compare(found, values, path)
+    return found
+
+
+def _take_version(page: dict, path: Path) -> None:
+    """Bring a page of an earlier version to the present one. Raises BadCalibration for a later one, and for what is no calibration."""
+    told = re.fullmatch(FORMAT + r' (\d+)', str(page.get('format')))
+    if told is None:
+        raise BadCalibration(f'{path}: format is {page.get("format")!r}, not {FORMAT!r}: no calibration file of this software; {AGAIN}')
+    if int(told[1]) > VERSION:
+        raise BadCalibration(f'{path}: version {told[1]} of the format, this software reads up to {VERSION}: update it, or {AGAIN}')
+    if int(told[1]) == 1:
+        page.update({name: page.get(name, type(value)(value)) for name, value in _SINCE_2.items()})
+
+
+def _parameters(section: dict, path: Path) -> dict:
+    """Name -> value of the parameters that a file belongs to. Raises BadCalibration where they are not what they were."""
+    if not section:
+        return {}
+    values = section.get('values')
+    if not isinstance(values, dict) or section.get('hash') != parameter_hash(values):
+        raise BadCalibration(f'{path}: parameters: hash and values do not fit together, they were edited; {AGAIN}')
+    return values
+
+
+def _compare(found: CalibrationFile, values: Mapping, path: Path) -> None:
+    """Log, once, which parameters are others than those that the file belongs to."""
+    now = {name: values.get(name) for name in found.parameters}
+    if parameter_hash(now) == parameter_hash(found.parameters) or (str(path), parameter_hash(now)) in _warned:
+        return
+    _warned.add((str(path), parameter_hash(now)))
+    changed = [f'{name} is {now[name]}, was {value}' for name, value in found.parameters.items()
+               if parameter_hash({name: now[name]}) != parameter_hash({name: value})]
+    _log.warning('%s: made with other parameters: %s; correct them, or %s', path, '; '.join(changed), AGAIN)
+
+
+def _parse(path: Path) -> dict:
+    """The YAML mapping in the file, read without making any Python object."""
+    try:
+        page = yaml.load(path.read_text(encoding='utf-8'), _LOADER)
+    except FileNotFoundError:
+        raise BadCalibration(f'{path}: no such file; give a file that `calibrate` wrote, or leave the parameter empty') from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadCalibration(f'{path}: cannot be read ({error}); {AGAIN}') from None
+    except yaml.YAMLError as error:
+        raise BadCalibration(f'{path}: no valid YAML, perhaps truncated ({str(error).splitlines()[0]}); {AGAIN}') from None
+    if not isinstance(page, dict):
+        raise BadCalibration(f'{path}: empty or no mapping; {AGAIN}')
+    return page
+
+
+def check_numbers(value, name: str, path: str | Path) -> None:
+    """Raise BadCalibration naming the first number under value that is not finite, or is no number."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            check_numbers(part, f'{name}.{key}', path)
+    elif isinstance(value, (list, tuple)):
+        for index, part in enumerate(value):
+            check_numbers(part, f'{name}[{index}]', path)
+    elif isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BadCalibration(f'{path}: {name} is {value!r}, not a finite number; {AGAIN}')

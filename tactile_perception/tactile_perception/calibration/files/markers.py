@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The calibration of a sheet or a dome: what each touch method was fitted to, how well it predicted held-out presses, and the wrench."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import BadCalibration
+from .format import CalibrationFile, Specimen, read_calibration, write_calibration
+from ...markers.touches.cross_validation import Score
+
+UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'moment': 'N m', 'stitching': 'm and px', 'pattern': 'px',
+         'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
+WRENCH, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stitching', 'methods', 'pattern', 'rest'
+_PLACE, _DEPTH = 'place_median', 'depth_median'
+_EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
+_ABSENT, _VALUES = 'never_seen', 'values'
+_AHEAD = {'model': 2.0}  # how many times larger a method's errors may be for it to be chosen all the same
+
+
+@dataclass(frozen=True)
+class TouchCalibration:
+    """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
+    held-out presses best, '' where the file holds the stitching alone; file: the whole; pattern: (K, 2) px, untouched places of
+    markers that are printed in no grid, by which they are numbered, None for a grid; rest: (K, 2) px, untouched places of all markers, NaN
+    where never seen, None in a file that does not say."""
+
+    methods: dict
+    wrench: dict | None
+    stitching: dict | None
+    best: str
+    file: CalibrationFile
+    pattern: np.ndarray | None = None
+    rest: np.ndarray | None = None
+
+    def fitted(self, method: str) -> dict:
+        """The numbers of a method. Raises BadCalibration where it was not fitted."""
+        if not self.methods:
+            raise BadCalibration('the calibration holds the stitching alone; record presses at known places and calibrate again')
+        if method not in self.methods:
+            raise BadCalibration(f'the calibration holds no method {method}; it has {", ".join(self.methods)}; choose one of them')
+        return self.methods[method]
+
+
+def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
+                left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
+    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and how the methods did on
+    presses held out.
+
+    wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m;
+    specimen: whose it is; outliers: a line each.
+    Raises BadCalibration or OSError as write_calibration does.
+    """
+    residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
+    write_calibration(path, CalibrationFile(sensor, UNITS, _packed(fitted), residuals, span, left_out, serial=specimen.serial,
+                                            parameters=specimen.parameters(sensor), outliers=list(outliers)))
+
+
+def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> TouchCalibration:
+    """The calibration in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or holds
+    neither a method nor a stitching."""
+    file = read_calibration(path, sensor, values)
+    try:
+        file.fitted = _unpacked(file.fitted)
+    except (IndexError, TypeError, ValueError) as error:
+        raise BadCalibration(f'{path}: values and {_ABSENT} of the markers do not fit together ({error}); calibrate again') from None
+    methods, stitching = file.fitted.get(METHODS, {}), file.fitted.get(STITCHING)
+    if not isinstance(methods, dict) or not (methods or stitching):
+        raise BadCalibration(f'{path}: no touch method under fitted; calibrate again')
+    best = best_method(file.residuals, methods) if methods else ''
+    pattern = _places(file.fitted, PATTERN, path)
+    rest = _places(file.fitted, REST, path) if REST in file.fitted else pattern
+    return TouchCalibration(methods, file.fitted.get(WRENCH), stitching, best, file, pattern, rest)
+
+
+def _places(fitted: dict, name: str, path: str | Path) -> np.ndarray | None:
+    if name not in fitted:
+        return None
+    places = np.array(fitted[name], float)
+    if places.ndim != 2 or places.shape[1] != 2:
+        raise BadCalibration(f'{path}: {name} must be a list of pairs of numbers; calibrate again')
+    return places
+
+
+def _packed(numbers):
+    """numbers without the NaN of markers that were never seen: a file holds none."""
+    if not isinstance(numbers, dict):
+        return numbers
+    packed = {name: _packed(value) for name, value in numbers.items()}
+    for name in [name for name in _EACH_MARKER if isinstance(numbers.get(name), list)]:
+        rows = np.asarray(numbers[name], float)
+        absent = np.isnan(rows.reshape(len(rows), -1)).any(axis=1)
+        if absent.any():
+            packed[name] = {_ABSENT: np.flatnonzero(absent).tolist(), _VALUES: rows[~absent].tolist()}
+    return packed
+
+
+def _unpacked(numbers):
+    """What was packed."""
+    if not isinstance(numbers, dict):
+        return numbers
+    if set(numbers) != {_ABSENT, _VALUES}:
+        return {name: _unpacked(value) for name, value in numbers.items()}
+    known, absent = np.array(numbers[_VALUES], float), numbers[_ABSENT]
+    rows = np.full((len(known) + len(absent), *known.shape[1:]), np.nan)
+    present = np.ones(len(rows), bool)
+    present[absent] = False
+    rows[present] = known
+    return rows.tolist()
+
+
+def best_method(residuals: dict, methods) -> str:
+    """The method whose median errors of held-out presses' place and depth are least, each in proportion to the least of all methods, and
+    the more presses it misses or takes for several, the larger. A mean would be that of the presses too shallow to be located, which
+    another method does not find at all.
+
+    A method that follows from mechanics is taken before one that has only learned the presses unless it is clearly worse: that it knows
+    tips of other sizes and several touches, no presses by one tip can show."""
+    known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
+    known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}
+    if not known:
+        return next(iter(methods))
+    least = np.maximum(np.min(list(known.values()), axis=0), 1e-9)
+    return min(known, key=lambda name: float(np.sum(known[name] / least)) / _AHEAD.get(name, 1.0))
+
+
+def _typical(numbers: dict) -> np.ndarray:
+    """(2,) m: median errors of place and depth over the square of the share of presses that are told as one, since a press that is not told
+    is worse than one that is told badly; NaN where not known."""
+    errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
+    presses = numbers.get('presses', 0)
+    told = presses - numbers.get('missed', 0) - numbers.get('split', 0)
+    return errors * (presses / told)**2 if told > 0 else np.full(2, np.nan)

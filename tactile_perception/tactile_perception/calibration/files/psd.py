@@ -1,0 +1,68 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The calibration of a PSD finger as a file, and back."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import BadCalibration
+from .format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ...psd.maps import SmoothMap
+from ...psd.model import FingerModel
+from ...psd.model_fit import FingerFit
+from ...psd.offset_map import PaperMap
+
+SENSOR = 'psd_finger'
+UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'light, level': 'V', 'force': 'logarithm of N',
+         'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
+_ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,)}
+_NUMBERS = ('deviation', 'reach', 'cross_sigma', 'shot')
+_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise')
+
+
+def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
+    """Write a fit of a specimen; left_out, outliers: a line each. Raises BadCalibration or OSError as write_calibration does."""
+    model = fit.model
+    fitted = {'paper': {'offset': model.paper.offset.tolist(), 'beta': model.paper.beta}}
+    if model.smooth is not None:
+        fitted['map'] = {name: float(getattr(model.smooth, name)) for name in _SMOOTH_NUMBERS} | {
+            name: getattr(model.smooth, name).tolist() for name in _SMOOTH_ARRAYS}
+    fitted |= {name: float(getattr(model, name)) for name in _NUMBERS}
+    fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
+    if model.level is not None:
+        fitted['level_limits'] = [float(v) for v in model.level_limits]
+    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.said, *left_out], serial=specimen.serial,
+                                            parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
+
+
+def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
+    """The model in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or numbers are
+    missing or of a wrong shape."""
+    fitted = read_calibration(path, SENSOR, values).fitted
+    try:
+        paper = PaperMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
+        smooth = _smooth(fitted['map']) if 'map' in fitted else None
+        arrays = {name: _array(fitted[name], shape) for name, shape in _ARRAYS.items() if name in fitted}
+        limits = tuple(_array(fitted['level_limits'], (3,)).tolist()) if 'level' in arrays else FingerModel.level_limits
+        numbers = {name: float(fitted[name]) for name in _NUMBERS}
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None
+    return FingerModel(paper=paper, smooth=smooth, level_limits=limits, **numbers, **arrays)
+
+
+def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
+    found = np.array(values, float)
+    if shape is not None and found.shape != shape or found.ndim == 0:
+        raise ValueError(f'shape {found.shape} instead of {shape}')
+    return found
+
+
+def _smooth(fitted: dict) -> SmoothMap:
+    place, slopes, weights, noise = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
+    count = len(place)
+    if place.shape != (count, 2) or weights.shape != (count, 2) or noise.shape != (count,) or slopes.shape not in ((3, 2), (5, 2)):
+        raise ValueError('the map of the distortion does not fit together')
+    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise)

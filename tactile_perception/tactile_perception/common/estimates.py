@@ -1,0 +1,76 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What all sensors tell, as the messages have it: contacts, contact regions, slip. NaN: not known."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
+
+
+@dataclass(frozen=True)
+class ContactEstimate:
+    """The fields of tactile_msgs/Contact, and the dots that belong to it.
+
+    id: kept while the touch lasts; position: (3,) m; normal: (3,) unit, towards the object; depth: m; force: N along the mean normal of
+    the region, NaN when unknown; position_covariance: (3, 3) m^2; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS; members: (N,) bool of the
+    frame's dots.
+    """
+
+    id: int
+    position: np.ndarray
+    normal: np.ndarray
+    depth: float
+    force: float
+    position_covariance: np.ndarray
+    flags: int
+    members: np.ndarray
+
+
+@dataclass
+class ContactRegionEstimate:
+    """The fields of tactile_msgs/ContactRegion; what is not known is NaN, area is 0 where nothing touches.
+
+    dot_id, dot_state: (N,); outlines, holes: lists of (M, 3) m; area: m^2 on the surface; centroid, normal: (3,); orientation: rad in
+    (-pi/2, pi/2]; major_axis, minor_axis: m, full lengths of the ellipse of the same moments; motion_rotation: (4,) quaternion x y z w and
+    motion_translation: (3,) m, so that a point of the object at x comes to rotation x + translation, over motion_interval s.
+    """
+
+    dot_id: np.ndarray
+    dot_state: np.ndarray
+    outlines: list[np.ndarray] = field(default_factory=list)
+    holes: list[np.ndarray] = field(default_factory=list)
+    area: float = 0.0
+    centroid: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    normal: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    orientation: float = np.nan
+    major_axis: float = np.nan
+    minor_axis: float = np.nan
+    motion_translation: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    motion_rotation: np.ndarray = field(default_factory=lambda: np.full(4, np.nan))
+    motion_interval: float = np.nan
+
+
+NONE, INCIPIENT, GROSS = 0, 1, 2
+
+
+@dataclass
+class SlipEstimate:
+    """The fields of tactile_msgs/Slip; NaN: not known.
+
+    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the touched dots, NaN when nothing touches; linear, angular: (3,) m/s, rad/s,
+    twist of the object over the surface at the frame's origin, 0 while all sticks; rotation_center: (3,) m; x, y: (S,) m, places of the
+    slipping dots; vx, vy: (S,) m/s, of the object over the surface there.
+    """
+
+    state: int = NONE
+    slipping_fraction: float = np.nan
+    linear: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    angular: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    rotation_center: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    x: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    y: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vx: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    vy: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""States of slip by the fraction that slips, and the twist of a motion in the plane."""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .estimates import GROSS, INCIPIENT, NONE
+
+# Slipping fractions at which a state begins; it ends below the second, so that one dot more or less does not make it flicker.
+_INCIPIENT = (0.05, 0.03)
+_GROSS = (0.90, 0.85)
+_FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_COINCIDENT = 1e-24  # m^2: a picometre
+
+
+def next_state(state: int, fraction: float) -> int:
+    """State by the fraction that slips, with the limit of ending below that of beginning."""
+    if fraction >= _GROSS[state == GROSS]:
+        return GROSS
+    return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
+
+
+def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Velocity (2,) at the origin, rate of turn, and centre (2,) of it, NaN for a translation, from velocity (S, 2) at place (S, 2); all
+    NaN for places that coincide, or are no numbers."""
+    if not len(place):
+        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
+    middle, mean = place.sum(axis=0) / len(place), velocity.sum(axis=0) / len(place)
+    arm = place - middle
+    spread = float(np.einsum('ij,ij', arm, arm))
+    if not _COINCIDENT < spread < np.inf:
+        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
+    product = arm.T @ (velocity - mean)
+    turn = float(product[0, 1] - product[1, 0]) / spread
+    linear = mean - turn * np.array([-middle[1], middle[0]])
+    if math.hypot(*mean) >= abs(turn) * _FAR * math.sqrt(spread / len(place)):
+        return linear, turn, np.full(2, np.nan)
+    return linear, turn, middle + np.array([-mean[1], mean[0]]) / turn

@@ -1,0 +1,72 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A sensor's surface point by point: where each dot or taxel is, how far it has moved, and what it carries."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .dot_grid import grid_normals
+from ..errors import BadArgument
+
+NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
+_NEIGHBOURS = 8  # as many as a dot of a grid has
+_FEWEST = 4  # points, itself included, of which a plane can be told
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """K points in the order of their numbers, in the sensor frame; unknown is NaN.
+
+    shape: rows and columns of the grid, row by row, (1, K) without one; xyz: (K, 3) m; normal: (K, 3) unit, out of the sensor;
+    displacement: (K, 3) m, from the untouched place; force: (K, 3) N, object on sensor; normal_force: (K,) N, its part along -normal;
+    state: (K,) uint8, NON_CONTACT, STICKING, SLIPPING or UNKNOWN. Raises BadArgument where shapes differ.
+    """
+
+    shape: tuple[int, int]
+    xyz: np.ndarray
+    normal: np.ndarray
+    displacement: np.ndarray
+    force: np.ndarray
+    normal_force: np.ndarray
+    state: np.ndarray
+
+    def __post_init__(self):
+        count = self.shape[0] * self.shape[1]
+        for name, shape in (*((name, (count, 3)) for name in ('xyz', 'normal', 'displacement', 'force')),
+                            *((name, (count,)) for name in ('normal_force', 'state'))):
+            if np.shape(getattr(self, name)) != shape:
+                raise BadArgument(f'surface points: {name} must be {shape} for {self.shape[0]} x {self.shape[1]} points, got '
+                                  f'{np.shape(getattr(self, name))}')
+
+
+def dot_points(shape: tuple[int, int], xyz: np.ndarray, rest: np.ndarray, state: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
+    """The points of K dots at xyz (K, 3) m that rest at rest (K, 3) m, with their states (K,); force: (K, 3) N, None where not known."""
+    normal = grid_normals(xyz.reshape(*shape, 3)).reshape(-1, 3) if min(shape) > 1 else scattered_normals(xyz)
+    force = np.full(xyz.shape, np.nan) if force is None else force
+    return SurfacePoints(shape, xyz, normal, xyz - rest, force, -np.einsum('kc,kc->k', force, normal), state)
+
+
+def scattered_normals(xyz: np.ndarray) -> np.ndarray:
+    """(K, 3) unit normals, z upwards, of the surface through xyz (K, 3): of the plane with the least squared distance from a point and
+    its nearest neighbours (Hoppe et al. 1992, section 3.1). NaN for a point that is NaN, and where there are too few for a plane.
+    """
+    normal = np.full(xyz.shape, np.nan)
+    known = np.flatnonzero(np.isfinite(xyz).all(axis=1))
+    if len(known) < _FEWEST:
+        return normal
+    places = xyz[known]
+    from scipy.spatial import cKDTree  # only where points are subscribed to
+    _, near = cKDTree(places).query(places, min(_NEIGHBOURS + 1, len(known)))
+    off = places[near] - places[near].mean(axis=1, keepdims=True)
+    least = np.linalg.eigh(np.einsum('kni,knj->kij', off, off))[1][:, :, 0]
+    normal[known] = least * np.where(least[:, 2:] < 0, -1.0, 1.0)
+    return normal
+
+
+def spread(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np.nan) -> np.ndarray:
+    """(K, ...) of values (N, ...) at ids (N,); unknown elsewhere."""
+    whole = np.full((count, *values.shape[1:]), unknown, values.dtype)
+    whole[ids] = values
+    return whole

@@ -1,0 +1,102 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers the dots of a printed grid: row and column of each, from one frame on its own."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactile_perception.dots.index.follow import follow
+from tactile_perception.dots.index.grid_origin import anchor_lattice
+from tactile_perception.dots.index.lattice import find_lattice
+from tactile_perception.dots.index.repair import complete_grid, leave_out_jumps
+from tactile_perception.errors import BadArgument
+
+MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for each other
+_FEW_LINKED = 0.7  # of the dots: when fewer hang together, that is why rows are missing
+
+
+@dataclass
+class GridNumbers:
+    """Numbers of N dots.
+
+    id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why nothing is numbered; pitch: px.
+    """
+
+    id: np.ndarray
+    reason: str
+    pitch: float
+
+    @property
+    def certain(self) -> bool:
+        """Whether the frame is numbered; dots that are no part of the grid have -1 all the same."""
+        return not self.reason
+
+
+@dataclass
+class Numbered:
+    """Numbered dots of an earlier frame: uv (N, 2) px, their id (N,) int64, and the pitch, px."""
+
+    uv: np.ndarray
+    id: np.ndarray
+    pitch: float
+
+
+def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
+    """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
+
+    previous: the last certain frame, which makes it faster and helps where outer rows are hidden; image_size: (width, height) px, tells
+    that an outer row has left the image. Rows may run up to 38 degrees off the image's. Raises BadArgument for a grid smaller than 2 x 2
+    or uv of another shape.
+    """
+    uv = _checked(uv, rows, columns)
+    if np.isfinite(uv).all():
+        return _number(uv, (rows, columns), previous, image_size)
+    good = np.flatnonzero(np.isfinite(uv).all(axis=1))
+    numbers = _number(uv[good], (rows, columns), previous, image_size)
+    id = np.full(len(uv), -1)
+    id[good] = numbers.id
+    return GridNumbers(id, numbers.reason, numbers.pitch)
+
+
+def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    uv = np.asarray(uv, np.float64)
+    if uv.ndim != 2 or uv.shape[1] != 2:
+        raise BadArgument(f'uv must have the shape (N, 2), not {uv.shape}')
+    if rows < 2 or columns < 2:
+        raise BadArgument(f'a grid has at least 2 rows and 2 columns, not {rows} x {columns}; '
+                          'use rows = columns = 0 with the tracker for other patterns')
+    return uv
+
+
+def _number(uv, shape, previous, image_size) -> GridNumbers:
+    if previous is not None and len(uv) and len(previous.id):
+        id = follow(uv, previous.uv, previous.id, shape, previous.pitch)
+        if id is not None:
+            return GridNumbers(complete_grid(id, uv, shape), '', previous.pitch)
+    return _number_anew(uv, shape, previous, image_size)
+
+
+def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
+    id = np.full(len(uv), -1)
+    lattice = find_lattice(uv)
+    if lattice is None:
+        return GridNumbers(id, f'{len(uv)} dots found, and they form no grid, or one that contradicts itself', np.nan)
+    if abs(lattice.angle) > MAX_ANGLE:
+        return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart', np.nan)
+    member = np.flatnonzero(lattice.member)
+    rc = lattice.rc[member]
+    rc -= [rc[:, 0].min(), rc[:, 1].min()]
+    before = None if previous is None else (previous.uv, np.stack(np.divmod(previous.id, shape[1]), axis=1))
+    anchor = anchor_lattice(rc, uv[member], shape, lattice.pitch, before, image_size)
+    if anchor.certain:
+        row, column = (rc + anchor.offset).T
+        inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
+        id[member] = np.where(inside, row * shape[1] + column, -1)
+        if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
+            id = complete_grid(leave_out_jumps(id, uv, shape), uv, shape)
+        return GridNumbers(id, '', lattice.pitch)
+    few = len(member) < _FEW_LINKED * len(uv)
+    seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {len(member)} hang together: ' if few else ''
+    return GridNumbers(id, seen + anchor.reason, lattice.pitch)

@@ -1,0 +1,56 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of methods that number dots: of a printed grid, and of any other pattern."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tactile_perception.dots.index.grid import GridNumbers, Numbered, number_grid
+from tactile_perception.dots.index.linker import FARTHEST, Linker
+from tactile_perception.dots.index.point_set_registration import PatternNumbers
+from tactile_perception.dots.index.published import number_by_paper
+from tactile_perception.errors import BadArgument
+
+
+def numbering_method(name: str) -> Callable[..., GridNumbers]:
+    """The function (uv, rows, columns, previous, image_size) -> GridNumbers of that name in METHODS. Raises BadArgument for another."""
+    if name not in METHODS:
+        raise BadArgument(f'numbering method {name!r} is unknown: choose from {", ".join(METHODS)}')
+    return METHODS[name]
+
+
+def paper(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
+    """Section 3.5 of the touchpad paper, see number_by_paper; previous is not used, image_size must be given."""
+    if image_size is None:
+        raise BadArgument('numbering by the paper starts from fixed points in the image: image_size (width, height) in px is needed')
+    uv, id = np.asarray(uv, np.float64), np.full(len(uv), -1)
+    good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
+    id[good], reason = number_by_paper(uv[good], (rows, columns), image_size)
+    return GridNumbers(id, reason, np.nan)
+
+
+def nearest(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
+    """The number of the nearest dot of the last frame, one to one, as trackers commonly do; the first frame as number_grid."""
+    if previous is None or not len(previous.id) or not len(uv):
+        return number_grid(uv, rows, columns, None, image_size)
+    distance, dot = cKDTree(previous.uv).query(uv)
+    order = np.argsort(-distance)
+    closest = np.full(len(previous.id), -1)
+    closest[dot[order]] = order  # the nearest is written last
+    id = np.full(len(uv), -1)
+    taken = np.flatnonzero(closest >= 0)
+    id[closest[taken]] = previous.id[taken]
+    return GridNumbers(id, '', previous.pitch)
+
+
+def tracks(pattern: np.ndarray | None = None) -> Linker:
+    """Numbers that follow each dot from frame to frame; the pattern is not used."""
+    return Linker()
+
+
+METHODS = {'lattice': number_grid, 'paper': paper, 'nearest': nearest}
+REGISTER = 'register'
+WITHOUT_GRID = {'tracks': tracks, REGISTER: PatternNumbers}

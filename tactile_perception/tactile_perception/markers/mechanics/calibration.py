@@ -1,0 +1,146 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of the sheet's model: its numbers, the library of presses, and how far both can be trusted."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from ...errors import BadCalibration
+from .identification import EyeShifts, SheetNumbers, fit_numbers
+from .membrane_fem import SheetMaterial
+from .mesh import least_length, may_be_pressed
+from .projection import Press
+from .reduced_model import LibraryPlan, SheetLibrary, build_library, library_from_numbers, library_numbers
+from .solver import FieldNoise, Seen, SheetInverse
+from ..touches.presses import Presses
+from ..view.marker_field import MarkerField
+from ..view.sensor import MarkerSensor
+
+DEEPER = 1.15         # presses are worked out to so many times the deepest calibrated one
+LIKELY_RADIUS = 7.5e-3  # m, of a fingertip, before it is fitted
+SCALE = 8e-3          # m, of the mesh about a tip; less on a small sheet
+STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # where no untouched frame tells
+QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # nothing is surer than this
+FEWEST_TOUCHING = 6
+MOST_SQUARES = 9.0    # normalised squared errors beyond three sigmas say little of the others
+FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
+QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # a third of the time
+
+
+@dataclass(frozen=True)
+class SheetCalibration:
+    """library: with the calibrated tip in its middle; material; marker_radius: m; eyes; noise: of fields, with the share by which the model
+    is wrong; place_error: m, and depth_share: standard deviations of what is left, of place and over depth; place_range: (2, 2) m, lowest
+    and highest x and y, deepest: m, calibrated; offset: (2,) m, by which places over x and y come out beside those of the presses: the
+    markers are not printed where the sensor frame has them.
+    """
+
+    library: SheetLibrary
+    material: SheetMaterial
+    marker_radius: float
+    eyes: EyeShifts
+    noise: FieldNoise
+    place_error: float
+    depth_share: float
+    place_range: np.ndarray
+    deepest: float
+    offset: np.ndarray
+
+    @property
+    def found(self) -> SheetNumbers:
+        """What was fitted."""
+        return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
+
+    def numbers(self) -> dict:
+        """As plain numbers for a calibration file."""
+        return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
+                'eye_shifts': self.eyes.shifts.tolist(), 'noise': asdict(self.noise), 'place_error': self.place_error,
+                'depth_share': self.depth_share, 'place_range': self.place_range.tolist(), 'deepest': self.deepest,
+                'offset': self.offset.tolist(), 'library': library_numbers(self.library)}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
+        """Back from plain numbers. Raises BadCalibration where one is missing or of another kind."""
+        try:
+            eyes = EyeShifts(np.array(numbers['eyes'], float).reshape(-1, 3), np.array(numbers['eye_shifts'], float).reshape(-1, 2))
+            library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
+            marker_radius, place_error, depth_share, deepest = (
+                float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
+            place_range = np.array(numbers['place_range'], float).reshape(2, 2)
+            noise = FieldNoise(**numbers['noise'])
+            offset = np.array(numbers['offset'], float).reshape(2)
+            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest, offset)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadCalibration(f"the sheet's model in the calibration file cannot be read ({error}); run calibrate again") from None
+
+
+def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = FINE,
+                    start: SheetNumbers | None = None) -> SheetCalibration:
+    """The calibration of a sheet from presses by one round tip; start: numbers from where to seek its own. Raises BadCalibration where
+    the presses cannot determine it.
+    """
+    if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'the model of a sheet needs a flat sheet and {FEWEST_TOUCHING} presses at known places, not '
+                             f'{presses.touching.sum()} on {sensor.type}')
+    half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
+    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **fineness)
+    usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
+    if usable.sum() < FEWEST_TOUCHING:
+        raise BadCalibration(f'{usable.sum()} presses stand further from the clamp than {least_length(plan.scale) * 1e3:.1f} mm; the model '
+                             f'needs {FEWEST_TOUCHING}')
+    straight = usable & presses.straight()
+    touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
+    numbers = fit_numbers(touching, plan, start)
+    library = build_library(replace(plan, radius=numbers.radius), numbers.material)
+    still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
+    fields = [numbers.eyes.shifted(field) for field in touching.fields]
+    truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
+    noise = _noise(still, fields, truths, SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch)))
+    inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
+    found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
+    place_error, depth_share, offset = _left_over(found, truths)
+    covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
+    return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
+                            deepest, offset)
+
+
+def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
+    """The noise of still fields, and the share of a marker's displacement by which the model is wrong beside it."""
+    shift, growth = STILL.shift, STILL.growth
+    if still:  # their mean is what they are compared to: it hides a part
+        spare = np.sqrt(len(still) / max(len(still) - 1, 1))
+        shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
+        growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
+    over, amount = np.zeros(3), 0.0
+    for field, truth in zip(fields, truths):
+        seen = Seen(field)
+        predicted, moved = inverse.predict([truth], seen)
+        excess = (seen.value - predicted)**2 * seen.known - np.array([shift, shift, growth])**2
+        over, amount = over + excess.sum(0), amount + np.sum(moved**2)
+    share_shift, share_growth = np.sqrt(np.maximum(over[:2].mean(), 0) / amount), np.sqrt(max(over[2], 0) / amount)
+    values = FieldNoise(shift, growth, float(share_shift), float(share_growth))
+    return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
+
+
+def _left_over(found: list, truths: list[Press]) -> tuple[float, float, np.ndarray]:
+    """Standard deviation of place, m, and of depth, over the depth, that the presses' own covariances leave unexplained, once places are
+    moved by what they are off in the middle, (2,) m, which is told too."""
+    error = np.array([inverse.tip(0)[0] - truth.vector[:3] for inverse, truth in zip(found, truths)])
+    offset = np.median(error[:, :2], axis=0)
+    error[:, :2] -= offset
+    variance = np.array([np.diag(inverse.tip(0)[1]) for inverse in found])
+    depth = np.array([truth.depth for truth in truths])
+    place = _extra(error[:, :2].ravel()**2, variance[:, :2].ravel(), np.ones(2 * len(depth)))
+    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2), offset
+
+
+def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:
+    """The s >= 0 with which squares / (variance + s^2 scale), none counted as more than MOST_SQUARES, are 1 in the mean."""
+    def over(s: float) -> float:
+        return float(np.mean(np.minimum(squares / (variance + s * s * scale), MOST_SQUARES)) - 1)
+    largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12
+    from scipy.optimize import brentq  # calibration alone needs it
+    return float(brentq(over, 0.0, largest, xtol=1e-9)) if over(0.0) > 0 > over(largest) else 0.0

@@ -1,0 +1,250 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Identification of a sheet: where the cameras really stand, and the few numbers of the sheet and of the calibrated tip (radius,
+prestretch, friction, bending), fitted to presses at known places."""
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ...common.parallel import in_parallel
+from ...errors import BadCalibration
+from .membrane_fem import SheetMaterial, press_sheet
+from .mesh import SheetMesh, uniform
+from .projection import disc_appearance, disc_points, read_field
+from .reduced_model import LibraryPlan
+from ..touches.presses import SAME_PLACE, Presses
+from ..view.marker_field import MarkerField
+
+
+@dataclass(frozen=True)
+class EyeShifts:
+    """eyes: (G, 3) m, one for each camera, as the views say; shifts: (G, 2) m, how far from there over x and y they stand."""
+
+    eyes: np.ndarray
+    shifts: np.ndarray
+
+    @classmethod
+    def of(cls, field: MarkerField) -> EyeShifts:
+        """No shifts yet, for the eyes of a field; those nearer to each other than a tenth of their distance to the sheet are one."""
+        eyes: list[np.ndarray] = []
+        for eye in field.eye[np.isfinite(field.eye).all(1)]:
+            if not any(np.linalg.norm(eye - known) < 0.1 * abs(eye[2]) for known in eyes):
+                eyes.append(eye)
+        return cls(np.array(eyes).reshape(-1, 3), np.zeros((len(eyes), 2)))
+
+    def shifted(self, field: MarkerField) -> MarkerField:
+        """The field as seen from where the eyes really stand."""
+        distance = np.linalg.norm(field.eye[:, None] - self.eyes, axis=2)
+        eye = field.eye.copy()
+        eye[:, :2] += self.shifts[np.argmin(np.nan_to_num(distance), axis=1)]
+        return replace(field, eye=eye)
+
+
+MOST_PLACES = 4
+ROUNDS = 12            # at most, on a coarse mesh; then a last one on the plan's
+COARSE = {'n': 7, 'levels': 7, 'substeps': 2}
+COARSE_PLACES = 3
+SETTLED = 0.03         # of the squares: when no more than this is gained, the way ends
+UNSOLVED = 3.0         # residual of presses without a balance
+SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: what tells a marker's place and area apart from the model, beside its noise
+SHARE = 2e-3           # and, of the depth (of the growth: per mm)
+PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # middle; sigma of the log
+MOVE = 0.1             # of a logarithm, over which derivatives are taken, and the unit of steps
+LARGEST = 0.7          # step of a logarithm
+EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: how far off eyes may be; over which derivatives are taken, and the unit of steps
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class SheetNumbers:
+    """radius: m, of the calibrated tip; material; marker_radius: m; eyes: where the cameras stand."""
+
+    radius: float
+    material: SheetMaterial
+    marker_radius: float
+    eyes: EyeShifts
+
+    def values(self) -> np.ndarray:
+        """Logs of the radius, the prestretch over 1, friction and bending, then the shifts of the eyes."""
+        material = self.material
+        return np.append(np.log([self.radius, material.prestretch - 1, material.friction, material.bending]), self.eyes.shifts)
+
+    def told(self) -> str:
+        """In words."""
+        return (f'tip {self.radius * 1e3:.2f} mm, prestretch {self.material.prestretch:.3f}, friction {self.material.friction:.2f}, '
+                f'bending {self.material.bending:.1e} m^2')
+
+
+def fit_numbers(presses: Presses, plan: LibraryPlan, start: SheetNumbers | None = None) -> SheetNumbers:
+    """The numbers that fit the presses best, given weak expectations of a rubber sheet and a fingertip.
+
+    start: of other presses of the same sheet and tip, from where the way is shorter. Gauss-Newton; slopes by differences at the start and
+    where the way seems to end, brought up to date by Broyden's formula, all on a coarse mesh but for the last step.
+    Raises BadCalibration where there are too few presses within plan.reach, or the mechanics find no balance.
+    """
+    groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
+    coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
+    fit = _NumbersFit(groups[:COARSE_PLACES], marker, replace(plan, **coarse), eyes)
+    descent = _Descent(fit, start)
+    for turn in range(ROUNDS):
+        _log.info('numbers of the sheet, round %d of at most %d: %s, misfit %.3g', turn + 1, ROUNDS,
+                  fit.numbers(descent.values).told(), descent.misfit)
+        if descent.step() < SETTLED and (start is not None or not descent.renew()):
+            break
+    fine = _NumbersFit(groups[:COARSE_PLACES], marker, plan, eyes)
+    return fine.numbers(descent.last(fine))
+
+
+def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
+    """Presses at up to MOST_PLACES places, far from each other once the sheet is folded to one quarter, each by rising depth."""
+    place = np.where(np.abs(presses.position[:, :2] / plan.reach).max(1) <= 1, presses.places(), -1)
+    groups = [presses.select(place == number) for number in np.unique(place[place >= 0])]
+    if not groups:
+        raise BadCalibration(f'no press within {plan.reach * 1e3} mm of the middle: press farther from the clamp')
+    folded = np.array([np.abs(group.position[0, :2]) / plan.reach for group in groups])
+    chosen = [int(np.argmin(folded.sum(1)))]
+    while len(chosen) < min(MOST_PLACES, len(groups)):
+        apart = np.linalg.norm(folded[:, None] - folded[chosen], axis=2).min(1)
+        if apart.max() * plan.reach.min() < SAME_PLACE:
+            break
+        chosen.append(int(np.argmax(apart)))
+    return [_by_depth(groups[k]) for k in chosen]
+
+
+def _by_depth(group: Presses) -> Presses:
+    """One press for each depth, rising."""
+    depth, first = np.unique(np.round(group.depth, 5), return_index=True)
+    keep = np.zeros(len(group), bool)
+    keep[first] = True
+    group = group.select(keep)
+    order = np.argsort(group.depth)
+    return replace(group, fields=tuple(group.fields[k] for k in order),
+                   **{name: getattr(group, name)[order] for name in ('position', 'depth', 'segment', 'wrench', 'radius')})
+
+
+def marker_radius(presses: Presses) -> float:
+    """Radius, m, of the printed markers, from their area and from how their places in the image and on the sheet go together."""
+    field = presses.fields[0]
+    eyes, share = np.unique(field.eye[field.seen], axis=0, return_counts=True)
+    seen = field.seen & (field.eye == eyes[np.argmax(share)]).all(1)
+    flat = np.column_stack([field.uv[seen] - field.duv[seen], np.ones(seen.sum())])
+    scale = np.linalg.lstsq(flat, field.rest[seen], rcond=None)[0][:2]
+    area = np.nanmedian(field.area[seen] * np.exp(-field.growth[seen])) * abs(np.linalg.det(scale))
+    return float(np.sqrt(area / np.pi)) if np.isfinite(area) else 0.0
+
+
+def observed(field: MarkerField) -> np.ndarray:
+    """(K, 3) shift and growth."""
+    return np.column_stack([field.shift, field.growth])
+
+
+class _NumbersFit:
+    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then shifts of eyes."""
+
+    def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
+        self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
+        self._solved: tuple[np.ndarray, list] = (np.zeros(0), [])
+
+    def numbers(self, values: np.ndarray) -> SheetNumbers:
+        """What values mean: logarithms of radius, stretch, friction and bending, then the eyes' shifts."""
+        radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
+        eyes = replace(self.eyes, shifts=values[4:].reshape(-1, 2))
+        return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
+
+    def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
+        order = [*range(4, len(values)), 0, 1, 2, 3]  # eyes first: for them nothing has to be solved anew
+        moves = self.unit
+        columns = {k: (self.residual(values + moves[k] * np.eye(len(values))[k]) - residual) / moves[k] for k in order}
+        return np.stack([columns[k] for k in range(len(values))], axis=1)
+
+    @property
+    def unit(self) -> np.ndarray:
+        """Of each value, a small step."""
+        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size)
+
+    def residual(self, values: np.ndarray) -> np.ndarray:
+        """What values (V,) leave unexplained, (N,) in standard deviations. Raises BadCalibration where they find no balance at all."""
+        numbers = self.numbers(values)
+        if not np.array_equal(self._solved[0], values[:4]):
+            solve = partial(_solve, self._plan, numbers.radius, numbers.material)
+            self._solved = values[:4].copy(), in_parallel(solve, self._groups, 'places worked out for the numbers')
+        parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
+                 for group, solved in zip(self._groups, self._solved[1])
+                 for field, depth, pressed in zip(group.fields, group.depth, solved)]
+        residual = np.concatenate(parts, axis=None)
+        if np.isinf(residual).all():
+            raise BadCalibration(f'the sheet finds no balance under these presses with {numbers}; check size, depths and markers')
+        residual = np.where(np.isinf(residual), UNSOLVED, residual)
+        return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # beyond 3 sigma, by the root
+
+    def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
+        seen, radius = field.seen, self._marker
+        rest = field.rest[seen]
+        deformed = read_field(pressed, self._plan, place, disc_points(rest, radius))
+        difference = disc_appearance(deformed, rest, field.eye[seen], radius) - observed(field)[seen]
+        difference = np.where(np.isfinite(deformed).all(), np.nan_to_num(difference), np.inf)
+        shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
+        growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
+        return difference / np.stack([shift, shift, growth], axis=1)
+
+
+def _solve(plan: LibraryPlan, radius: float, material: SheetMaterial, group: Presses) -> np.ndarray:
+    """(M, side * side, 3) fields of the M presses at one place."""
+    way = plan.way(group.depth)
+    mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
+    solved = press_sheet(mesh, way, radius, material)[np.searchsorted(way, group.depth)]
+    return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
+
+
+class _Descent:
+    """The way to the values that fit best."""
+
+    def __init__(self, fit: _NumbersFit, start: SheetNumbers | None):
+        middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
+        self.middle = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
+        self.prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
+        self._fit, self.values = fit, self.middle if start is None else start.values()
+        self._residual = fit.residual(self.values)
+        self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
+
+    @property
+    def misfit(self) -> float:
+        """Mean square of the residuals over what is expected of them."""
+        return float(np.mean(self._residual**2))
+
+    def step(self) -> float:
+        """Try one step, go it if it makes things better, learn slopes from it, and tell what part of the squares it has gained."""
+        values = self._next(self._residual)
+        residual, way = self._fit.residual(values), values - self.values
+        scaled = way / self._fit.unit
+        gain = 1 - self._cost(values, residual) / self._cost(self.values, self._residual)
+        if scaled.any():
+            self._slopes += np.outer(residual - self._residual - self._slopes @ way, scaled / self._fit.unit) / (scaled @ scaled)
+        if gain > 0:
+            self.values, self._residual, self._fresh = values, residual, False
+        return gain
+
+    def renew(self) -> bool:
+        """Work the slopes out anew, by differences; False where they were so already."""
+        if self._fresh:
+            return False
+        self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
+        return True
+
+    def last(self, fine: _NumbersFit) -> np.ndarray:
+        """The values after one step more, with the residual of a finer mesh."""
+        return self._next(fine.residual(self.values))
+
+    def _next(self, residual: np.ndarray) -> np.ndarray:
+        rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
+        step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
+        return self.values + np.clip(step, -LARGEST, LARGEST)
+
+    def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
+        return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))

@@ -1,0 +1,78 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where a press may be: the field seen, matched against those of presses all over the sheet."""
+from __future__ import annotations
+
+import numpy as np
+
+from .projection import Press, appearance, read_press
+from .reduced_model import SheetLibrary
+from ..view.marker_field import MarkerField
+
+GRID = (13, 11)          # places along x and y
+DEPTHS = (0.1, 0.4, 0.8)  # of the library's largest
+_MOVED = 1e-4            # m: an eye or a marker at rest that moved by more asks for new fields
+
+
+class SheetStart:
+    """Matches fields of the same untouched markers against a list of presses. shift, m, growth: standard deviations of a still field."""
+
+    def __init__(self, library: SheetLibrary, shift: float, growth: float):
+        self._library, self._sigma = library, np.array([shift, shift, growth])
+        x, y = (np.linspace(-0.95, 0.95, count) * reach for count, reach in zip(GRID, library.plan.reach))
+        self._step = np.array([x[1] - x[0], y[1] - y[0]])
+        places = np.stack(np.meshgrid(x, y, indexing='ij'), axis=-1).reshape(-1, 2)
+        self._presses = [Press(place, depth * library.plan.depth) for place in places for depth in DEPTHS]
+        self._rest = self._eye = np.zeros((0, 2))
+
+    def best(self, field: MarkerField) -> tuple[Press, float]:
+        """The press that matches the field best, its depth to scale, and by how many standard deviations it stands out of the noise, which
+        is no less than what the press leaves unexplained."""
+        self._renew(field)
+        value = np.column_stack([field.shift, field.growth]) / self._sigma
+        known = np.isfinite(value).ravel() & self._known
+        value = np.where(known, value.ravel(), 0.0)
+        match, length = self._fields @ value.astype(np.float32), self._lengths(known)
+        score = match / length
+        k = int(np.argmax(score))
+        press, best = self._presses[k], float(score[k])
+        depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
+        left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
+        return Press(self._between(score, k), depth), best / np.sqrt(max(left, 1.0))
+
+    def _lengths(self, known: np.ndarray) -> np.ndarray:
+        """(P,) lengths of the presses' fields at the values that are known (3 K,)."""
+        if not np.array_equal(known, self._last[0]):
+            self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
+        return self._last[1]
+
+    def _between(self, score: np.ndarray, k: int) -> np.ndarray:
+        """(2,) m: where along x and y a parabola through the score of press k and of its neighbours is highest."""
+        place = self._presses[k].place.copy()
+        grid = score.reshape(*GRID, len(DEPTHS))[..., k % len(DEPTHS)]
+        at = np.divmod(k // len(DEPTHS), GRID[1])
+        for axis, line in enumerate((grid[:, at[1]], grid[at[0]])):
+            n = at[axis]
+            if 0 < n < len(line) - 1:
+                before, middle, after = line[n - 1:n + 2]
+                place[axis] += self._step[axis] * 0.5 * (after - before) / max(2 * middle - before - after, 1e-9)
+        return place
+
+    def _renew(self, field: MarkerField) -> None:
+        """Work the fields out anew where markers or eyes are others than last time; one that is not seen leaves what is known of it."""
+        if len(self._rest) == len(field):
+            rest, eye = np.where(np.isfinite(field.rest), field.rest, self._rest), np.where(np.isfinite(field.eye), field.eye, self._eye)
+            moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))
+                     for now, before in ((rest, self._rest), (eye, self._eye))]
+            if not any(moved):
+                return
+        else:
+            rest, eye = field.rest, field.eye
+        self._rest, self._eye = rest, eye
+        known = np.isfinite(rest).all(1) & np.isfinite(eye).all(1)
+        fields = np.zeros((len(self._presses), len(field), 3))
+        for k, press in enumerate(self._presses):
+            fields[k, known] = appearance(read_press(self._library, press, rest[known]), rest[known], eye[known]) / self._sigma
+        self._known = np.repeat(known, 3)
+        self._fields = fields.reshape(len(fields), -1).astype(np.float32)
+        self._last = np.zeros(0, bool), np.zeros(0)

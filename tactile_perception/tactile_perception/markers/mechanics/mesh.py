@@ -1,0 +1,138 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A mesh of quadratic B-splines over a clamped rectangular sheet, drawn together around the place that is pressed.
+
+Along each axis the sheet is described by xi in [-1, 1] with 2 n equal spans; xi = 0 is the place pressed, and on either side, t = |xi|,
+the distance from it is scale * t + (length - scale) * t^3 with length the distance from there to the clamp. So one set of coefficients has
+the same meaning wherever the sheet is pressed, and a field's coefficients vary smoothly with the place.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import BadArgument
+
+GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+
+
+def least_length(scale: float) -> float:
+    """How near to the clamp, m, the mesh can be centred: nearer, its map would fold."""
+    return 0.75 * scale
+
+
+def may_be_pressed(places: np.ndarray, half: np.ndarray, scale: float) -> np.ndarray:
+    """(N,) bool: whether a mesh can be centred at places (N, 2), m, of a sheet of half (2,), m; not where a place is NaN."""
+    return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # just there is far enough, whatever the rounding
+
+
+def locate(place: np.ndarray, pressed: np.ndarray, half: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """xi (2, N) of places (2, N), m, one row an axis, on a sheet of half (2,), m, pressed at (2,) m; and length - scale (2, N), m, there.
+
+    Raises BadArgument where pressed is too near to the clamp, or outside.
+    """
+    if not may_be_pressed(np.asarray(pressed)[None], half, scale).all():
+        raise BadArgument(f'pressed at {pressed} m: nearer than {least_length(scale)} m to the clamp at {half} m')
+    pressed, half = np.asarray(pressed, float)[:, None], np.asarray(half, float)[:, None]
+    cubics = half + pressed * [-1.0, 1.0] - scale  # (2, 2): on the far side, on the near side
+    widths = np.sqrt(scale / (3 * np.maximum(np.abs(cubics), 1e-6 * scale)))
+    offset = np.minimum(np.maximum(place, -half), half) - pressed
+    side = (offset < 0).astype(int) + [[0], [2]]
+    cubic, width = cubics.take(side), widths.take(side)
+    third = np.abs(offset) * (1.5 / scale) / width  # the root of a cubic without square term, by thirds of angles
+    t = np.sinh(np.arcsinh(third) / 3)
+    if (cubics <= 0).any():
+        t = np.where(cubic > 0, t, np.sin(np.arcsin(np.minimum(third, 1.0)) / 3))
+    return np.copysign(np.minimum(t * (2 * width), 1.0), offset), cubic
+
+
+def spread(xi: np.ndarray, pressed: float, half: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places (N,), m, of xi (N,), and the first and second derivative by xi."""
+    t, sign = np.abs(xi), np.where(xi >= 0, 1.0, -1.0)
+    cubic = np.where(xi >= 0, half - pressed, half + pressed) - scale
+    return pressed + sign * (scale * t + cubic * t**3), scale + 3 * cubic * t**2, sign * 6 * cubic * t
+
+
+def basis(xi: np.ndarray, spans: int) -> tuple[np.ndarray, np.ndarray]:
+    """First index (N,) int and values (N, 3, 3) at xi (N,) of the three quadratic B-splines there: value, first and second derivative.
+
+    There are spans + 2 of them on spans equal spans over [-1, 1], open at both ends (the first alone is 1 at -1).
+    """
+    knots = np.concatenate([[-1.0] * 2, np.linspace(-1, 1, spans + 1), [1.0] * 2])
+    first = np.clip(((xi + 1) * (spans / 2)).astype(int), 0, spans - 1)
+    k = first + 2
+    low, high = knots[k], knots[k + 1]
+    width, below, above = high - low, high - knots[k - 1], knots[k + 2] - low
+    a, b = (high - xi) / width, (xi - low) / width
+    values = np.empty((len(xi), 3, 3))
+    values[:, 0, 0], values[:, 0, 2] = a * (high - xi) / below, b * (xi - low) / above
+    values[:, 1, 0], values[:, 1, 2] = -2 * a / below, 2 * b / above
+    values[:, 2, 0], values[:, 2, 2] = 2 / (width * below), 2 / (width * above)
+    values[:, :, 1] = np.array([1.0, 0.0, 0.0]) - values[:, :, 0] - values[:, :, 2]
+    return first, values
+
+
+def uniform(fields: np.ndarray) -> np.ndarray:
+    """Coefficients (..., side, side, m) on open B-splines, zero at the clamp, as coefficients on uniform ones: the same fields."""
+    same = fields.copy()
+    for axis in (-3, -2):
+        same = np.moveaxis(same, axis, 0)
+        same[0], same[-1] = -same[1], -same[-2]
+        same = np.moveaxis(same, 0, axis)
+    return same
+
+
+class SheetMesh:
+    """Elements, integration points and unknowns of a sheet of half (2,) m pressed at place (2,) m.
+
+    Coefficients of a field are (side * side, 3) with side = 2 n + 2, those at the clamp zero. At the four points g of each element e:
+    value (E, 4, 9), slope (E, 4, 2, 9) 1/m and laplacian (E, 4, 9) 1/m^2 of its nine functions, weight (E, 4) m^2, rest (E, 4, 2) m;
+    nodes (E, 9) are their numbers.
+    """
+
+    def __init__(self, place: np.ndarray, half: np.ndarray, scale: float, n: int):
+        self.place, self.half, self.scale, self.spans = np.asarray(place, float), np.asarray(half, float), scale, 2 * n
+        self.side = self.spans + 2
+        self._integrate()
+        first = np.arange(self.spans)
+        pairs = (first[:, None] + np.arange(3))
+        self.nodes = (pairs[:, None, :, None] * self.side + pairs[None, :, None, :]).reshape(-1, 9)
+        self._number()
+
+    def _integrate(self) -> None:
+        width = 1 / self.spans
+        xi = ((2 * np.arange(self.spans) + 1) * width - 1)[:, None] + width * GAUSS
+        axes = [self._axis(xi.ravel(), axis, width) for axis in (0, 1)]
+        (x, value_x, slope_x, second_x, weight_x), (y, value_y, slope_y, second_y, weight_y) = axes
+        self.value = self._tensor(value_x, value_y)
+        self.slope = np.stack([self._tensor(slope_x, value_y), self._tensor(value_x, slope_y)], axis=2)
+        self.laplacian = self._tensor(second_x, value_y) + self._tensor(value_x, second_y)
+        self.weight = self._pair(weight_x, weight_y, np.multiply)
+        self.rest = np.stack([self._pair(x, y, lambda a, b: a + 0 * b), self._pair(x, y, lambda a, b: b + 0 * a)], axis=-1)
+
+    def _axis(self, xi: np.ndarray, axis: int, width: float) -> tuple:
+        x, stretch, bend = spread(xi, self.place[axis], self.half[axis], self.scale)
+        _, b = basis(xi, self.spans)
+        second = (b[:, 2] - b[:, 1] * (bend / stretch)[:, None]) / stretch[:, None]**2
+        return x, b[:, 0], b[:, 1] / stretch[:, None], second, stretch * width
+
+    def _tensor(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        a, b = a.reshape(self.spans, 2, 3), b.reshape(self.spans, 2, 3)
+        return np.einsum('agi,bhj->abghij', a, b).reshape(self.spans**2, 4, 9)
+
+    def _pair(self, a: np.ndarray, b: np.ndarray, what) -> np.ndarray:
+        return what(a.reshape(-1, 1, 2, 1), b.reshape(1, -1, 1, 2)).reshape(-1, 4)
+
+    def _number(self) -> None:
+        """Unknowns: three for each node off the clamp; and where each number of an element's matrix goes in the sparse one."""
+        inside = np.zeros((self.side, self.side), bool)
+        inside[1:-1, 1:-1] = True
+        self.free = np.flatnonzero(np.repeat(inside.ravel(), 3))
+        number = np.full(3 * self.side**2, -1)
+        number[self.free] = np.arange(len(self.free))
+        self.unknowns = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(-1, 27)
+        of = number[self.unknowns]
+        row, column = np.repeat(of, 27, axis=1).ravel(), np.tile(of, (1, 27)).ravel()
+        self.kept = np.flatnonzero((row >= 0) & (column >= 0))
+        key, self.slot = np.unique(column[self.kept].astype(np.int64) * len(self.free) + row[self.kept], return_inverse=True)
+        self.indices = (key % len(self.free)).astype(np.int32)
+        self.indptr = np.searchsorted(key // len(self.free), np.arange(len(self.free) + 1)).astype(np.int32)

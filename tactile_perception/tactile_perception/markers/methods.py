@@ -1,0 +1,47 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touch methods by name, and the choice between the regressions of sheet and dome."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..errors import BadArgument
+from .mechanics.method import SheetModelMethod
+from .published.dome import PaperCushion
+from .published.sheet import PaperTouch
+from .regression.dome import DomeRegression
+from .regression.sheet import SheetRegression
+from .touches.presses import Presses
+from .touches.touch import TouchMethod
+from .view.sensor import MarkerSensor
+
+
+class RegressionTouch:
+    """Chooses by the sensor's shape; both raise BadCalibration for too few presses or numbers that cannot be read."""
+
+    @staticmethod
+    def fit(presses: Presses, sensor: MarkerSensor) -> dict:
+        """Numbers for the calibration file."""
+        return (SheetRegression if sensor.is_sheet else DomeRegression).fit(presses, sensor)
+
+    @staticmethod
+    def from_fitted(fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
+        """Back from the calibration file."""
+        return (SheetRegression if sensor.is_sheet else DomeRegression).from_fitted(fitted, sensor)
+
+
+TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'regression': RegressionTouch,
+                                  'model': SheetModelMethod}
+_FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods that are for one kind of surface
+
+
+def methods_for(sensor: MarkerSensor) -> dict[str, type]:
+    """The methods that fit a sensor's kind of surface."""
+    return {name: method for name, method in TOUCH_METHODS.items() if _FOR_SHEETS.get(name, sensor.is_sheet) == sensor.is_sheet}
+
+
+def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
+    """The method of that name with its numbers from a calibration file. Raises BadArgument for a name that is not in the table."""
+    if name not in TOUCH_METHODS:
+        raise BadArgument(f'no touch method {name!r}; there are {", ".join(sorted(TOUCH_METHODS))}')
+    return TOUCH_METHODS[name].from_fitted(fitted, sensor)

@@ -1,0 +1,101 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the markers of a clamped elastic sheet are in 3D, frame by frame, from where they appear in its untouched plane."""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from ...common.dots import DotTracks
+from ...errors import BadArgument
+from ..view.marker_field import MarkerView, RestMarkers
+from ..view.sensor import MarkerSensor
+
+# Strain against disagreement with the picture, with lengths in pitches. The former decides how much of a displacement is taken for
+# sideways, the latter only smooths: the result hardly changes over a decade of either.
+SIDEWAYS, DOWN = 3.0, 1e-3
+_NEAREST_CLAMP = 0.3  # pitches
+
+
+class SheetSurface:
+    """The sheet in its untouched state.
+
+    rest: (K, 2) m, nominal places of all markers over the sensor's x and y, row by row; rows, columns: of the grid; size: (2,) m of the
+    clamped sheet. Raises BadArgument where these do not fit together.
+    """
+
+    def __init__(self, rest: np.ndarray, rows: int, columns: int, size: tuple[float, float]):
+        rest = np.asarray(rest, float)
+        if rest.shape != (rows * columns, 2) or min(rows, columns) < 3 or not (np.abs(rest) < 0.5 * np.asarray(size)).all():
+            raise BadArgument(f'sheet: {rows} x {columns} markers (at least 3 x 3) must lie on the clamped sheet of {size} m')
+        self._laplacian = _laplacian(rest.reshape(rows, columns, 2), np.asarray(size, float))
+        stiff = SIDEWAYS * self._laplacian
+        strain = stiff @ np.linalg.inv(np.eye(len(rest)) + stiff)
+        self._strain = 0.5 * (strain + strain.T)
+        self._bending = DOWN * self._laplacian @ self._laplacian
+
+    def depths(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
+        """Depths w (K,), m, under the untouched plane, of markers that appear at place (K, 2), m, in it, shift (K, 2) from where they
+        appear untouched, to eyes (K, 3), m; a marker that is not seen (NaN) is taken to be between its neighbours."""
+        seen = np.isfinite(shift).all(1)
+        if not seen.any():
+            return np.full(len(shift), np.nan)
+        slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
+        slope, shift = (self._fill(values, seen) for values in (slope, np.where(seen[:, None], shift, 0.0)))
+        left = self._bending + self._strain * (slope @ slope.T)
+        right = np.einsum('kc,kc->k', slope, self._strain @ shift)
+        return cho_solve(cho_factor(left), right)
+
+    def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """values (K, 2) with those not seen from their neighbours, without strain."""
+        if seen.all():
+            return values
+        filled = values.copy()
+        lost = np.flatnonzero(~seen)
+        filled[lost] = np.linalg.solve(self._laplacian[np.ix_(lost, lost)], -self._laplacian[lost][:, seen] @ values[seen])
+        return filled
+
+    def places(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
+        """Places (K, 3), m, sensor frame, of markers; see depths. NaN for a marker that is not seen."""
+        depth = self.depths(place, shift, eye)
+        share = depth / -eye[:, 2]
+        return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(place[:, 0]), -depth, np.nan)])
+
+
+def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """(K, K) minus the Laplacian over a grid (rows, columns, 2) of places, m, in units of the mean pitch, zero at the clamp."""
+    rows, columns = grid.shape[:2]
+    number = np.arange(rows * columns).reshape(rows, columns)
+    flat = grid.reshape(-1, 2)
+    pitch = np.array([np.median(np.diff(grid[..., 0], axis=1)), np.median(np.diff(grid[..., 1], axis=0))])
+    weight = np.mean(pitch)**2 / pitch**2
+    found = np.zeros((len(flat), len(flat)))
+    for axis, (near, far) in enumerate(((number[:, :-1], number[:, 1:]), (number[:-1], number[1:]))):
+        near, far = near.ravel(), far.ravel()
+        np.add.at(found, (near, near), weight[axis])
+        np.add.at(found, (far, far), weight[axis])
+        found[near, far] = found[far, near] = -weight[axis]
+        ends = number[:, [0, -1]] if axis == 0 else number[[0, -1]].T
+        gap = np.maximum(0.5 * size[axis] - np.abs(flat[ends.ravel(), axis]), _NEAREST_CLAMP * pitch[axis])
+        np.add.at(found, (ends.ravel(), ends.ravel()), weight[axis] * pitch[axis] / gap)
+    return found
+
+
+class SheetPlaces:
+    """Places of a sheet's markers; make_view: see RestMarkers. Raises BadArgument for a sensor that is no sheet with a grid."""
+
+    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView]):
+        self._surface = SheetSurface(sensor.grid(), sensor.rows, sensor.columns, sensor.size)
+        self._make_view, self._count = make_view, sensor.rows * sensor.columns
+        self.renew()
+
+    def renew(self) -> None:
+        """A new reference is taken."""
+        self._rest = RestMarkers(self._count, self._make_view)
+
+    def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
+        """Places (N, 3), m, sensor frame, of tracks; NaN for one without an untouched place. Raises BadFrame where there is no view."""
+        field = self._rest.field(tracks)
+        return self._surface.places(field.rest + field.shift, field.shift, field.eye)[tracks.id]

@@ -1,0 +1,85 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Presses with known truth: what touch methods are fitted to, and judged by."""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import BadArgument
+from ..view.marker_field import MarkerField
+
+SAME_PLACE = 1e-3  # m: presses nearer than this are at one place
+_STRAIGHT = 2e-4   # m: a tool that has gone sideways by more since it touched drags the surface with it
+_APART = 5e-3      # m: from one frame to the next, a tool does not drag that far: it was lifted in between
+_LIFTED = 0.6      # and so it was where its depth is less than this part of the depth before
+
+
+@dataclass(frozen=True)
+class Presses:
+    """M frames with what the stage knows of them.
+
+    fields: M MarkerFields; position: (M, 3) m, the tip, NaN where nothing touches; depth: (M,) m, 0 where nothing touches; segment: (M,)
+    int, which press; wrench: (M, 6) N and N m, NaN where not known; radius: (M,) m of the tool's tip, NaN where not known. Raises
+    BadArgument where lengths differ.
+    """
+
+    fields: tuple[MarkerField, ...]
+    position: np.ndarray
+    depth: np.ndarray
+    segment: np.ndarray
+    wrench: np.ndarray
+    radius: np.ndarray
+
+    def __post_init__(self):
+        count = len(self.fields)
+        shapes = {'position': (count, 3), 'depth': (count,), 'segment': (count,), 'wrench': (count, 6), 'radius': (count,)}
+        for name, shape in shapes.items():
+            if np.shape(getattr(self, name)) != shape:
+                raise BadArgument(f'presses: {name} must have shape {shape}, got {np.shape(getattr(self, name))}')
+
+    def __len__(self) -> int:
+        return len(self.fields)
+
+    @property
+    def touching(self) -> np.ndarray:
+        """(M,) bool: frames in which the tool touches."""
+        return (self.depth > 0) & np.isfinite(self.position).all(1)
+
+    def select(self, keep: np.ndarray) -> Presses:
+        """The frames where keep (M,) bool."""
+        return Presses(tuple(field for field, kept in zip(self.fields, keep) if kept), self.position[keep], self.depth[keep],
+                       self.segment[keep], self.wrench[keep], self.radius[keep])
+
+    def places(self, mirrored: bool = False) -> np.ndarray:
+        """(M,) int, number of the place pressed, counted from 0 in order of appearance; -1 where nothing touches; mirrored: a place has
+        that of its mirror images along x and y."""
+        place, known = np.full(len(self), -1), np.zeros((0, 2))
+        for k in np.flatnonzero(self.touching):
+            xy = np.abs(self.position[k, :2]) if mirrored else self.position[k, :2]
+            near = np.flatnonzero(np.hypot(*(known - xy).T) < SAME_PLACE)
+            place[k] = near[0] if len(near) else len(known)
+            known = known if len(near) else np.vstack([known, xy])
+        return place
+
+    def straight(self) -> np.ndarray:
+        """(M,) bool: frames in which the tool touches and has not gone sideways since it came down."""
+        straight, before, start = self.touching.copy(), -1, np.zeros(2)
+        for k in np.flatnonzero(self.touching):
+            xy = self.position[k, :2]
+            anew = before != k - 1 or self.depth[k] < _LIFTED * self.depth[k - 1] or np.hypot(*(xy - self.position[k - 1, :2])) > _APART
+            start, before = xy if anew else start, k
+            straight[k] = np.hypot(*(xy - start)) <= _STRAIGHT
+        return straight
+
+    def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
+        """Pairs (to fit, held out): in each, every so many-th place is held out with its mirror images, from which a method that knows the
+        sensor's symmetry would know it; untouched frames are always among those to fit."""
+        place = self.places(mirrored=True)
+        place = place if place.max(initial=-1) > 0 else self.places()
+        for fold in range(folds):
+            held = (place >= 0) & (place % folds == fold)
+            if held.any() and (self.touching & ~held).any():
+                yield self.select(~held), self.select(held)

@@ -1,0 +1,89 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The contact region of touches by round tips, from depth and tip size."""
+from __future__ import annotations
+
+from math import log
+
+import numpy as np
+
+from ...common.estimates import ContactRegionEstimate
+from .touch import TouchEstimate
+from ..view.marker_field import MarkerField
+from ..view.sensor import MarkerSensor, dome_cap
+
+STICKING = 1
+_CORNERS = 36
+_STEEPEST = 0.95  # of the tip's radius: a tip is no more than a hemisphere
+_HALVINGS = 30
+
+
+def contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
+    """Radius, m, of the patch in which a round tip of tip_radius touches a taut skin that is clamped clearance m away.
+
+    In the patch the skin follows the tip; from its edge a, where the slope is a / tip_radius, it falls off as a membrane without load
+    does, with the logarithm of the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
+    """
+    low, high = 0.0, float(min(_STEEPEST * tip_radius, clearance))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        deeper = middle**2 / tip_radius * (0.5 + log(clearance / middle))
+        low, high = (middle, high) if deeper < depth else (low, middle)
+    return 0.5 * (low + high)
+
+
+def clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
+    """Distance, m, at which a skin clamped round place (2,) m would have to be clamped on a circle to yield as this one does: the
+    conformal radius, of a disc (R^2 - r^2) / R; of a rectangle nearly from those of its two strips."""
+    if not sensor.is_sheet:
+        return float(max(sensor.rim_radius**2 - place @ place, 0.0) / sensor.rim_radius)
+    size = np.asarray(sensor.size)
+    strips = 2 * size / np.pi * np.cos(np.pi * np.clip(place / size, -0.499, 0.499))
+    return float((strips**-4.0).sum()**-0.25)
+
+
+def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
+    """The region of a frame's touches; tip_radius: m, of tips whose size the touch method does not tell.
+
+    The outlines are circles where the skin leaves the tips, across the untouched surface's normal where they touch. A marker is in contact
+    where it appears under a tip; whether it slips is not told.
+    """
+    known = np.flatnonzero(field.seen)
+    now = field.rest[known] + field.shift[known]
+    state = np.zeros(len(known), np.uint8)
+    estimate = ContactRegionEstimate(known, state)
+    if not touches:
+        return estimate
+    discs = [_disc(touch, sensor, tip_radius) for touch in touches]
+    for centre, radius, _ in discs:
+        seen_at = _appears(centre, field.eye[known], sensor.plane_z)
+        state[np.hypot(*(now - seen_at).T) <= radius] = STICKING
+    areas = np.array([np.pi * radius**2 for _, radius, _ in discs])
+    estimate.outlines = [_circle(*disc) for disc in discs]
+    estimate.area = float(areas.sum())
+    estimate.centroid = areas @ np.array([centre for centre, _, _ in discs]) / areas.sum()
+    normal = areas @ np.array([normal for _, _, normal in discs])
+    estimate.normal = normal / np.linalg.norm(normal)
+    estimate.major_axis = estimate.minor_axis = 2 * discs[0][1] if len(discs) == 1 else np.nan
+    return estimate
+
+
+def _disc(touch: TouchEstimate, sensor: MarkerSensor, tip_radius: float) -> tuple[np.ndarray, float, np.ndarray]:
+    """Centre (3,) m and radius, m, of the disc whose rim is where the skin leaves the tip, and its normal (3,), outwards."""
+    tip = touch.radius if np.isfinite(touch.radius) else tip_radius
+    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a bulging skin comes off sooner
+    radius = contact_radius(touch.depth, 1 / (1 / tip + bend), clearance(touch.position[:2], sensor))
+    normal = sensor.normal(touch.position[:2] / (1 + tip * bend))
+    return touch.position + [0.0, 0.0, tip] - np.sqrt(tip**2 - radius**2) * normal, radius, normal
+
+
+def _appears(place: np.ndarray, eye: np.ndarray, plane_z: float) -> np.ndarray:
+    """(N, 2) m: where place (3,) appears in the viewing plane from eyes (N, 3)."""
+    share = (plane_z - eye[:, 2]) / (place[2] - eye[:, 2])
+    return eye[:, :2] + share[:, None] * (place[:2] - eye[:, :2])
+
+
+def _circle(centre: np.ndarray, radius: float, normal: np.ndarray) -> np.ndarray:
+    angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
+    along = np.array([normal[2], 0.0, -normal[0]]) / np.hypot(normal[0], normal[2])
+    return centre + radius * (np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * np.cross(normal, along))

@@ -1,0 +1,200 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the image to the field of markers: the place in the viewing plane where each marker appears, the eye that sees it, what the
+untouched markers look like, and the field of each frame from it, the one form in which all touch methods read them."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from tactile_driver.lens import undistorted
+
+from ...common.camera import CameraModel
+from ...common.dots import DotTracks
+from ...errors import BadArgument, BadFrame
+from .sensor import MarkerSensor
+
+
+@dataclass(frozen=True)
+class MarkerField:
+    """One frame; K is the number of markers of the pattern, entry k belongs to marker k, NaN where it is not seen.
+
+    rest, shift: (K, 2) m, untouched place and displacement as they appear in the viewing plane (where the ray from the eye to the marker
+    meets it); growth: (K,) log of area there now over area untouched; eye: (K, 3) m, sensor frame, where the camera that sees the marker
+    stands; sigma: (K,) m, standard deviation of shift per axis, NaN where not known; uv, duv: (K, 2) px, area: (K,) px^2: the same
+    in the image.
+    """
+
+    rest: np.ndarray
+    shift: np.ndarray
+    growth: np.ndarray
+    eye: np.ndarray
+    sigma: np.ndarray
+    uv: np.ndarray
+    duv: np.ndarray
+    area: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.rest)
+
+    @property
+    def seen(self) -> np.ndarray:
+        """(K,) bool: markers with a known displacement."""
+        return np.isfinite(self.shift).all(1)
+
+
+FEWEST = 12  # markers that a pose is taken from
+FARTHEST, FARTHEST_PX = 10.0, 1e5  # m, px: what appears farther out is no marker
+
+
+class MarkerView(Protocol):
+    """What turns image places into apparent places in the viewing plane."""
+
+    metres_per_px: float
+
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Apparent places (N, 2), m, of image places uv (N, 2), px; the eyes (N, 3), m, that see them; the area (N,), m^2, that a pixel
+        covers there. NaN where uv is."""
+
+
+class CameraView:
+    """One camera, its lens distortion taken off, that looks at the plane z = plane_z of the sensor frame."""
+
+    def __init__(self, camera: CameraModel, plane_z: float = 0.0):
+        self.camera, self.plane_z = camera, plane_z
+        self._away = plane_z - camera.centre[2]
+        self.metres_per_px = abs(self._away) / camera.matrix[0, 0]
+
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See MarkerView."""
+        camera = self.camera
+        flat = undistorted(uv, camera.matrix, camera.distortion)
+        rays = flat @ camera.rotation[:2] + camera.rotation[2]
+        xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
+        xy[~(np.abs(xy) < FARTHEST).all(axis=1)] = np.nan
+        # From the image to the plane without distortion, and from there to the viewing plane, which is a homography of this determinant.
+        area = self._away**2 / np.abs(rays[:, 2])**3 / (camera.matrix[0, 0] * camera.matrix[1, 1] * _swelling(flat, camera.distortion))
+        return xy, np.tile(camera.centre, (len(xy), 1)), area
+
+
+def _swelling(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
+    """(N,) determinant of the slope of Brown's distortion (5,) at normalised places (N, 2): the growth of a small area."""
+    k1, k2, p1, p2, k3 = distortion
+    x, y = flat.T
+    square = x * x + y * y
+    swell = 1 + square * (k1 + square * (k2 + square * k3))
+    slope = 2 * (k1 + square * (2 * k2 + square * 3 * k3))
+    along = swell + x * x * slope + 2 * p1 * y + 6 * p2 * x
+    down = swell + y * y * slope + 6 * p1 * y + 2 * p2 * x
+    across = x * y * slope + 2 * p1 * x + 2 * p2 * y
+    return np.abs(along * down - across * across)
+
+
+@dataclass(frozen=True)
+class StitchedView:
+    """An image of the metric plane, stitched from two cameras along the column seam, px.
+
+    metres_per_px: its scale; origin: (2,) px, where the sensor frame's origin appears; eyes: (2, 3) m, the left and the right camera.
+    """
+
+    metres_per_px: float
+    origin: np.ndarray
+    seam: float
+    eyes: np.ndarray
+
+    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """See MarkerView."""
+        uv = np.asarray(uv, float).reshape(-1, 2)
+        eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
+        return (uv - self.origin) * self.metres_per_px, eye, np.full(len(uv), self.metres_per_px**2)
+
+
+def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
+    """The view of one camera with K (3, 3) and distortion (5,) that sees the markers at rest_uv (K, 2), px (NaN: not seen).
+
+    Its pose comes from the untouched markers and the nominal grid of a sheet (cv2.solvePnP). Raises BadArgument where the sensor has
+    no flat grid or rest_uv is of another size, BadFrame where too few markers are seen.
+    """
+    grid, rest_uv = sensor.grid(), np.asarray(rest_uv, float)
+    if not sensor.is_sheet or rest_uv.shape != grid.shape:
+        raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
+    seen = (np.abs(rest_uv) < FARTHEST_PX).all(1)
+    if seen.sum() < FEWEST:
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the pose of the camera; {FEWEST} are needed')
+    flat = CameraModel(matrix, distortion)
+    places = np.column_stack([grid[seen], np.zeros(seen.sum())])
+    try:
+        found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
+    except cv2.error:  # markers at one place, or farther out than a number goes
+        found = False
+    if not found:
+        raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
+    return CameraView(CameraModel(matrix, distortion, cv2.Rodrigues(rotation)[0], translation.ravel()), sensor.plane_z)
+
+
+def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    """The field of one frame's tracks, whose numbers index rest_area (K,), px^2 (NaN: not known). Raises BadArgument for others."""
+    rest_area = np.asarray(rest_area, float)
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
+        raise BadArgument(f'marker numbers {tracks.id.min()} to {tracks.id.max()} do not fit a pattern of {len(rest_area)} markers')
+    (now, rest), (eye, _), (pixel, rest_pixel) = (part.reshape(2, len(tracks), *part.shape[1:])
+                                                  for part in view.look(np.concatenate([tracks.uv, tracks.rest_uv])))
+    with np.errstate(divide='ignore', invalid='ignore'):
+        growth = np.log(tracks.area / rest_area[tracks.id] * (pixel / rest_pixel))
+    growth[~np.isfinite(growth)] = np.nan
+    seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
+                uv=tracks.uv, duv=tracks.duv, area=tracks.area)
+    return MarkerField(**{name: _spread(value, tracks.id, len(rest_area)) for name, value in seen.items()})
+
+
+def _spread(value: np.ndarray, id: np.ndarray, count: int) -> np.ndarray:
+    spread = np.full((count,) + value.shape[1:], np.nan)
+    spread[id] = value
+    return spread
+
+
+_MOVED = 0.3  # px: a reference that moved by more is another one
+_STILL = 0.3  # px: a marker that is displaced by less tells its untouched area
+_FRAMES = 30  # over which the untouched area is averaged
+
+
+class RestMarkers:
+    """Untouched places and areas of the K markers of a pattern, followed frame by frame.
+
+    make_view: view of the untouched markers' places (K, 2) px, NaN where not seen; may raise BadFrame. uv: (K, 2) px; area: (K,) px^2.
+    """
+
+    def __init__(self, count: int, make_view: Callable[[np.ndarray], MarkerView]):
+        self._make_view = make_view
+        self.uv, self.area = np.full((count, 2), np.nan), np.full(count, np.nan)
+        self._frames = np.zeros(count)
+        self._view_uv: np.ndarray | None = None
+        self._view: MarkerView | None = None
+
+    def field(self, tracks: DotTracks) -> MarkerField:
+        """The field of one frame, whose numbers are below K. Raises BadFrame where there is no view, BadArgument for other numbers."""
+        self._follow(tracks)
+        if self._view is None or self._has_moved():
+            self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
+        return marker_field(tracks, self.area, self._view)
+
+    def _follow(self, tracks: DotTracks) -> None:
+        inside = (tracks.id >= 0) & (tracks.id < len(self.uv))
+        known = np.flatnonzero(inside & np.isfinite(tracks.duv).all(1))
+        id = tracks.id[known]
+        rest = tracks.uv[known] - tracks.duv[known]
+        anew = ~(np.abs(rest - self.uv[id]).max(1, initial=0.0) <= _MOVED)  # NaN is not
+        self._frames[id[anew]] = 0
+        self.uv[id] = rest
+        still = known[np.abs(tracks.duv[known]).max(1, initial=0.0) <= _STILL]
+        id, area = tracks.id[still], tracks.area[still]
+        self._frames[id] = np.minimum(self._frames[id] + 1, _FRAMES)
+        first = self._frames[id] == 1
+        self.area[id] = np.where(first, area, self.area[id] + (area - self.area[id]) / self._frames[id])
+
+    def _has_moved(self) -> bool:
+        moved = np.abs(self.uv - self._view_uv)
+        return bool((np.isnan(self._view_uv) & ~np.isnan(self.uv)).any() or (moved > _MOVED).any())

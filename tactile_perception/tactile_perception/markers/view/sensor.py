@@ -1,0 +1,96 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The sensors with markers on a surface, as far as contact estimation has to know them; where their untouched markers stand in space, and
+how high a tip stands that just touches."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...common.spherical_cap import Cap
+from ...errors import BadArgument
+
+
+@dataclass(frozen=True)
+class MarkerSensor:
+    """A sheet clamped along a rectangle, or an inflated dome on a round rim.
+
+    type: as in the launch file; rows, columns: of the printed grid, 0 for a pattern that is no grid; pitch: (2,) m along x and y;
+    size: (2,) m of the clamped sheet, (0, 0) for a dome; rim_radius, height: m of a dome, 0 for a sheet. Raises BadArgument for
+    numbers that fit neither.
+    """
+
+    type: str
+    rows: int
+    columns: int
+    pitch: tuple[float, float]
+    size: tuple[float, float] = (0.0, 0.0)
+    rim_radius: float = 0.0
+    height: float = 0.0
+
+    def __post_init__(self):
+        sheet, dome = min(self.size) > 0, self.rim_radius > 0 and self.height > 0
+        if sheet == dome or min(self.pitch) <= 0 or min(self.rows, self.columns) < 0:
+            raise BadArgument(f'marker sensor: give pitch > 0 and either size (a sheet) or rim_radius and height (a dome), got {self}')
+
+    @property
+    def is_sheet(self) -> bool:
+        """Whether the untouched surface is the plane z = 0."""
+        return min(self.size) > 0
+
+    @property
+    def plane_z(self) -> float:
+        """Height of the viewing plane in the sensor frame, m: the untouched sheet, or the top of the dome."""
+        return 0.0 if self.is_sheet else self.height
+
+    def normal(self, place: np.ndarray) -> np.ndarray:
+        """(3,) unit normal, outwards, of the untouched surface over place (2,) m; over a dome's rim and beyond it that of the rim."""
+        if self.is_sheet:
+            return np.array([0.0, 0.0, 1.0])
+        curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
+        across = np.asarray(place, float) / curvature
+        across = across * min(1.0, self.rim_radius / curvature / max(np.hypot(*across), 1e-12))
+        return np.r_[across, np.sqrt(max(1 - across @ across, 0.0))]
+
+    def grid(self) -> np.ndarray:
+        """(rows * columns, 2) nominal untouched places of the markers over the sensor's x and y, m, in the order of their numbers."""
+        row, column = np.divmod(np.arange(self.rows * self.columns), max(self.columns, 1))
+        middle = (self.columns - 1) / 2, (self.rows - 1) / 2
+        return np.stack([column - middle[0], row - middle[1]], axis=1) * self.pitch
+
+
+MARKER_SENSORS = {
+    'areal_single': MarkerSensor('areal_single', 9, 13, (4.5e-3, 4.5e-3), (0.060, 0.045)),
+    'areal_dual': MarkerSensor('areal_dual', 11, 14, (9.4e-3, 8.2e-3), (0.133, 0.091)),
+    'air_cushion': MarkerSensor('air_cushion', 17, 17, (15.5e-3, 15.5e-3), rim_radius=0.150, height=0.120),
+}
+
+
+def dome_cap(sensor: MarkerSensor) -> Cap:
+    """The spherical cap over a dome's rim."""
+    return Cap((sensor.rim_radius**2 + sensor.height**2) / (2 * sensor.height), sensor.height)
+
+
+def rest_points(rest: np.ndarray, eye: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
+    """Places (K, 3) m of untouched markers that appear at rest (K, 2) m in the viewing plane to eyes (K, 3) m; NaN where not known."""
+    appear = np.column_stack([rest, np.full(len(rest), sensor.plane_z)])
+    if sensor.is_sheet:
+        return appear
+    rays = appear - eye
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    cap = dome_cap(sensor)
+    offset = eye - [0.0, 0.0, cap.centre_z]
+    along = np.sum(rays * offset, axis=1)
+    inside = along**2 - np.sum(offset**2, axis=1) + cap.curvature_radius**2
+    return eye + (np.sqrt(np.where(inside >= 0, inside, np.nan)) - along)[:, None] * rays
+
+
+def first_touch_height(xy: np.ndarray, tip_radius: float, sensor: MarkerSensor) -> np.ndarray:
+    """Heights (N,) m of a round tip's lowest point as it comes down at xy (N, 2) m and just touches; NaN beyond the dome."""
+    xy = np.atleast_2d(xy)
+    if sensor.is_sheet:
+        return np.zeros(len(xy))
+    cap = dome_cap(sensor)
+    inside = (cap.curvature_radius + tip_radius)**2 - np.sum(xy**2, axis=1)
+    return cap.centre_z + np.sqrt(np.where(inside >= 0, inside, np.nan)) - tip_radius

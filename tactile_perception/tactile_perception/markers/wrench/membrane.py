@@ -1,0 +1,144 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The wrench with which a round tip presses straight down on a clamped sheet, by the sheet's mechanics, for any place, depth and tip.
+
+Worked out for some places, depths and tips, and interpolated by polynomials. In units of shear modulus times thickness: a recorded wrench
+tells how much that is.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from ...common.parallel import in_parallel
+from ...errors import BadCalibration
+from ..mechanics.membrane_fem import SheetMaterial, press_sheet
+from ..mechanics.mesh import SheetMesh, least_length, spread
+
+NODES, LEVELS, SUBSTEPS = 4, 8, 3   # places along a quarter of the sheet, depths, and steps from one to the next
+DEGREES = (3, 3, 5)                 # of the polynomials in the nearness to the clamp along x and y, and in the root of the depth
+TIPS = 0.25                         # log of a tip's radius over the calibrated one, to either side
+DEEPER = 1.08                       # than the deepest calibrated press
+SPANS, SCALE = 7, 8e-3              # of the mesh: from the tip to the clamp; m, about a tip, less on a small sheet
+SOLVED, RIDGE = 0.9, 1e-7           # least share of presses with a balance; of the polynomials' weights
+_NUMBERS = ('half', 'reach', 'deepest', 'radius', 'weights')
+
+
+def press_wrenches(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial) -> np.ndarray:
+    """(D, 6) force and moment about the tip, m^2 and m^3 (times shear modulus and thickness: N and N m), of a tip at mesh.place at rising
+    depths (D,) m; NaN where no balance is found.
+    """
+    told = np.full((len(depths), 6), np.nan)
+    for k, field in enumerate(press_sheet(mesh, depths, radius, material)):
+        if np.isfinite(field).all():
+            push = _nodal_forces(mesh, field, material)
+            places = _node_places(mesh) + field - [*mesh.place, -depths[k]]
+            told[k] = np.concatenate([push.sum(axis=0), np.cross(places, push).sum(axis=0)])
+    return told
+
+
+def _nodal_forces(mesh: SheetMesh, field: np.ndarray, material: SheetMaterial) -> np.ndarray:
+    """(side * side, 3): by what the sheet is pushed at each node off the clamp, so that it is in balance: derivatives of its energy."""
+    u = field[mesh.nodes]
+    edges = np.einsum('egai,eik->egak', mesh.slope, u) + np.eye(2, 3)
+    a, b = edges[..., 0, :], edges[..., 1, :]
+    aa, bb, ab = (np.sum(p * q, axis=-1)[..., None] for p, q in ((a, a), (b, b), (a, b)))
+    thinning = material.prestretch**-6 / (aa * bb - ab**2)**2
+    stress = np.stack([a - thinning * (bb * a - ab * b), b - thinning * (aa * b - ab * a)], axis=2)
+    force = np.einsum('egai,egak,eg->eik', mesh.slope, stress, mesh.weight)
+    force += np.einsum('egi,egk->eik', mesh.laplacian, np.einsum('egj,ejk,eg->egk', mesh.laplacian, u, mesh.weight * material.bending))
+    total = np.zeros((mesh.side**2, 3))
+    np.add.at(total, mesh.nodes, force)
+    free = np.zeros(3 * mesh.side**2, bool)
+    free[mesh.free] = True
+    return np.where(free.reshape(-1, 3), total, 0.0)
+
+
+def _node_places(mesh: SheetMesh) -> np.ndarray:
+    """(side * side, 3) m: where the nodes' splines have their middle in the untouched sheet."""
+    knots = np.concatenate([[-1.0] * 2, np.linspace(-1, 1, mesh.spans + 1), [1.0] * 2])
+    xi = (knots[1:-2] + knots[2:-1]) / 2
+    x, y = (spread(xi, mesh.place[axis], mesh.half[axis], mesh.scale)[0] for axis in (0, 1))
+    return np.stack([*(part.ravel() for part in np.meshgrid(x, y, indexing='ij')), np.zeros(mesh.side**2)], axis=1)
+
+
+class SheetWrench:
+    """half: (2,) m, of the sheet; reach: (2,) m, furthest place from the middle; deepest: m; radius: m, of the calibrated tip;
+    weights: (P, 6), of the polynomials, for how stiff the sheet is, its force's way sideways, and where the force stands beside the tip.
+    What lies further out is taken at the border.
+    """
+
+    def __init__(self, half: np.ndarray, reach: np.ndarray, deepest: float, radius: float, weights: np.ndarray):
+        self.half, self.reach, self.deepest, self.radius = np.array(half, float), np.array(reach, float), float(deepest), float(radius)
+        self.weights = np.array(weights, float)
+        self._far = _nearness(self.reach / self.half)
+
+    def __call__(self, place: np.ndarray, depth: float, radius: float = float('nan')) -> np.ndarray:
+        """(6,) force and moment about the tip at place (2,) and depth m, in the units of press_wrenches; radius: m, NaN the calibrated."""
+        x, y = share = np.clip(place, -self.reach, self.reach) / self.half
+        tip = np.log(radius / self.radius) if radius > 0 else 0.0
+        stiff, way_x, way_y, off_x, off_y, twist = self._basis(share, np.array([depth]), tip)[0] @ self.weights
+        return np.array([way_x * x, way_y * y, 1.0, off_y * y, off_x * x, twist * x * y]) * (-depth * np.exp(stiff))
+
+    def _basis(self, share: np.ndarray, depths: np.ndarray, tip: float) -> np.ndarray:
+        """(D, P) polynomials at a place (2,) over half, even in x and y, depths (D,) m and the log of a tip over the calibrated one."""
+        x, y = 2 * _nearness(share) / self._far - 1
+        down = 2 * np.sqrt(np.clip(depths / self.deepest, 0, 1)) - 1
+        across = np.outer(x**np.arange(DEGREES[0] + 1), y**np.arange(DEGREES[1] + 1)).ravel()
+        across = np.concatenate([across, min(max(tip / TIPS, -1.5), 1.5) * across])
+        return (across[:, None] * (down[:, None] ** np.arange(DEGREES[2] + 1))[:, None]).reshape(len(depths), -1)
+
+    @classmethod
+    def work_out(cls, size: np.ndarray, reach: np.ndarray, deepest: float, radius: float, material: SheetMaterial) -> SheetWrench:
+        """For a sheet of size (2,) m and presses up to reach (2,) m from the middle down to deepest, m, by tips of about radius, m.
+
+        Raises BadCalibration where no balance is found.
+        """
+        half = np.asarray(size, float) / 2
+        scale = min(SCALE, 0.4 * float(half.min()))
+        table = cls(half, np.minimum(reach, half - 1.01 * least_length(scale)), DEEPER * deepest, radius, np.zeros((0, 6)))
+        nodes = (1 - np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))) / 2
+        shares = [np.sqrt(1 - np.exp(-nodes * far)) for far in table._far]
+        presses = [(np.array(share), tip) for share in product(*shares) for tip in (-TIPS, TIPS)]
+        work = partial(table._press, scale=scale, material=material)
+        rows, values, solved = zip(*in_parallel(work, presses, 'presses worked out for the wrench'))
+        if np.mean(solved) < SOLVED:
+            raise BadCalibration(f'the sheet finds no balance for presses to {deepest * 1e3:.1f} mm with {material}; check size and depths')
+        rows, values = np.vstack(rows), np.vstack(values)
+        table.weights = np.linalg.solve(rows.T @ rows + RIDGE * np.eye(rows.shape[1]), rows.T @ values)
+        return table
+
+    def _press(self, where: tuple[np.ndarray, float], scale: float, material: SheetMaterial) -> tuple[np.ndarray, np.ndarray, float]:
+        """Polynomials, what their weights should give, and the share of depths with a balance, for a press at a share (2,) of half by a tip
+        of a log radius over the calibrated one. Below the last balance found it goes on in a straight line.
+        """
+        share, tip = where
+        mesh = SheetMesh(self.half * share, self.half, scale, SPANS)
+        way = self.deepest * (np.arange(1, LEVELS * SUBSTEPS + 1) / (LEVELS * SUBSTEPS))**1.5
+        told = press_wrenches(mesh, way, self.radius * np.exp(tip), material)[SUBSTEPS - 1::SUBSTEPS]
+        depths, (x, y) = way[SUBSTEPS - 1::SUBSTEPS], share
+        stiff, force = np.log(np.maximum(-told[:, 2], 1e-12) / depths), told / told[:, 2:3]
+        values = np.stack([stiff, force[:, 0] / x, force[:, 1] / y, force[:, 4] / x, force[:, 3] / y, force[:, 5] / (x * y)], axis=1)
+        found = np.isfinite(values).all(1)
+        if found[:2].all():
+            for k in np.flatnonzero(~found):
+                values[k] = 2 * values[k - 1] - values[k - 2]
+            return self._basis(share, depths, tip), values, float(found.mean())
+        return np.zeros((0, self._basis(share, depths, tip).shape[1])), np.zeros((0, 6)), 0.0
+
+    def numbers(self) -> dict:
+        """For the calibration file."""
+        return {name: np.asarray(getattr(self, name)).tolist() for name in _NUMBERS}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> SheetWrench:
+        """Back from the calibration file. Raises KeyError, TypeError or ValueError for what is no such mapping."""
+        return cls(*(numbers[name] for name in _NUMBERS))
+
+
+def _nearness(share: np.ndarray) -> np.ndarray:
+    """How near places are to the clamp; share: of half the sheet's side. The sheet gets stiffer with the logarithm of the distance."""
+    return -np.log(1 - share**2)

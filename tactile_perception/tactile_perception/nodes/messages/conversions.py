@@ -1,0 +1,163 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Between messages and the core's arrays; live nodes and offline tools use the same functions."""
+from __future__ import annotations
+
+from array import array
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
+from sensor_msgs.msg import CameraInfo, Image
+from tactile_driver.nodes.messages.conversions import point, polygon, stamp_ns_of, vector
+from tactile_driver.pixels import picture_of
+from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
+
+from .checks import check_dots
+from ...common import dots
+from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
+from ...errors import BadFrame
+from .point_cloud import points_to_message
+
+#: What plumb_bob numbers may be: a lens beyond is none, and its numbers overflow on the way through the algorithms.
+_SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
+_NO_DISTORTION = 1e-12  # less bends no ray, and divides by nearly zero
+
+
+def image_to_array(message: Image) -> np.ndarray:
+    """(H, W, 3) uint8 BGR for a colour image, (H, W) uint8 for a grey one. Raises BadFrame for an encoding or size that cannot be used."""
+    return picture_of(message.data, (message.height, message.width, message.step), message.encoding, bool(message.is_bigendian), 'image')
+
+
+def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
+    """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another
+    model, and for numbers that are no camera.
+    """
+    matrix = np.array(message.k, float).reshape(3, 3)
+    if not matrix.any():
+        return None
+    if message.distortion_model not in ('plumb_bob', ''):
+        raise BadFrame(f'camera_info: distortion model {message.distortion_model[:40]!r} is not supported; use plumb_bob')
+    if len(message.d) > 5:
+        raise BadFrame(f'camera_info: {len(message.d)} distortion coefficients; plumb_bob has 5')
+    _check_camera(matrix, np.asarray(message.d, float))
+    distortion = np.zeros(5)
+    distortion[:len(message.d)] = message.d
+    distortion[np.abs(distortion) < _NO_DISTORTION] = 0.0
+    return matrix, distortion
+
+
+def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
+    """Raise BadFrame unless K (3, 3) and plumb_bob coefficients are those of a camera; NaN is none."""
+    focus, middle = matrix[[0, 1], [0, 1]], matrix[:2, 2]
+    rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
+    if not ((focus >= _SHORTEST_FOCUS) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
+            or rest.tolist() != [0, 0, 0, 0, 1]:
+        raise BadFrame(f'camera_info: k {matrix.ravel().tolist()} is not of a camera, [fx 0 cx, 0 fy cy, 0 0 1] in px with fx and fy from '
+                       f'{_SHORTEST_FOCUS:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
+    if not (np.abs(distortion) <= _STRONGEST_DISTORTION).all():
+        raise BadFrame(f'camera_info: distortion {distortion.tolist()} is none; calibrate the camera')
+
+
+def stamp_seconds(header) -> float:
+    """A header's stamp, s. Raises BadFrame for one that is no time."""
+    stamp_ns_of(header)
+    return header.stamp.sec + 1e-9 * header.stamp.nanosec
+
+
+def _floats(values: np.ndarray) -> array:
+    return array('f', np.ascontiguousarray(values, np.float32).tobytes())
+
+
+def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
+    """DotTracks under the image's header."""
+    message = DotTracks(header=header, rows=tracks.rows, columns=tracks.columns)
+    message.id = array('I', np.ascontiguousarray(tracks.id, np.uint32).tobytes())
+    message.u, message.v = _floats(tracks.uv[:, 0]), _floats(tracks.uv[:, 1])
+    message.du, message.dv = _floats(tracks.duv[:, 0]), _floats(tracks.duv[:, 1])
+    message.area = _floats(tracks.area)
+    if tracks.xyz is not None:
+        message.x, message.y, message.z = (_floats(column) for column in tracks.xyz.T)
+    return message
+
+
+def tracks_from_message(message: DotTracks) -> dots.DotTracks:
+    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that are none."""
+    check_dots(message)
+    count = len(message.id)
+    columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
+    xyz = np.column_stack([columns['x'], columns['y'], columns['z']]) if count and len(message.x) else None
+    return dots.DotTracks(message.rows, message.columns, np.asarray(message.id, np.int64), np.column_stack([columns['u'], columns['v']]),
+                          columns['area'], np.full(count, np.nan), np.column_stack([columns['du'], columns['dv']]), xyz)
+
+
+def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
+    """ContactRegion under the image's header."""
+    x, y, z, w = map(float, estimate.motion_rotation)
+    return ContactRegion(
+        header=header,
+        dot_id=array('I', np.ascontiguousarray(estimate.dot_id, np.uint32).tobytes()),
+        dot_state=array('B', np.ascontiguousarray(estimate.dot_state, np.uint8).tobytes()),
+        outlines=[polygon(points) for points in estimate.outlines],
+        holes=[polygon(points) for points in estimate.holes],
+        area=float(estimate.area),
+        centroid=point(estimate.centroid),
+        normal=vector(estimate.normal),
+        orientation=float(estimate.orientation),
+        major_axis=float(estimate.major_axis),
+        minor_axis=float(estimate.minor_axis),
+        motion=Transform(translation=vector(estimate.motion_translation), rotation=Quaternion(x=x, y=y, z=z, w=w)),
+        motion_interval=float(estimate.motion_interval),
+    )
+
+
+def contacts_to_message(estimates: list[ContactEstimate], header) -> Contacts:
+    """Contacts under the image's header."""
+    return Contacts(header=header, contacts=[
+        Contact(id=e.id, position=point(e.position), normal=vector(e.normal), depth=float(e.depth), force=float(e.force),
+                position_covariance=np.asarray(e.position_covariance, float).ravel(), flags=e.flags) for e in estimates])
+
+
+def wrench_to_message(wrench: np.ndarray, header) -> WrenchStamped:
+    """A wrench (6,), N and N m, of the object on the sensor at the frame's origin."""
+    message = WrenchStamped(header=header)
+    message.wrench.force, message.wrench.torque = vector(wrench[:3]), vector(wrench[3:])
+    return message
+
+
+def slip_to_message(estimate: SlipEstimate, header) -> Slip:
+    """Slip under the image's header."""
+    return Slip(
+        header=header,
+        state=estimate.state,
+        slipping_fraction=float(estimate.slipping_fraction),
+        velocity=Twist(linear=vector(estimate.linear), angular=vector(estimate.angular)),
+        rotation_center=point(estimate.rotation_center),
+        x=_floats(estimate.x),
+        y=_floats(estimate.y),
+        vx=_floats(estimate.vx),
+        vy=_floats(estimate.vy),
+    )
+
+
+#: topic -> (attribute of a stage's result, how it becomes a message)
+_RESULTS = {
+    'contact_region': ('region', region_to_message),
+    'contacts': ('contacts', contacts_to_message),
+    'slip': ('slip', slip_to_message),
+    'wrench': ('wrench', wrench_to_message),
+    'points': ('points', lambda make, header: points_to_message(make(), header)),
+}
+
+
+def results_to_messages(result, header, topics: Collection[str]) -> dict[str, object]:
+    """Topic -> message under the raw message's header, of those parts of a stage's result that are asked for."""
+    return {topic: to_message(getattr(result, part), header) for topic, (part, to_message) in _RESULTS.items() if topic in topics}
+
+
+def camera_info_message(camera: Mapping, header) -> CameraInfo:
+    """A recording's camera (width, height, K, dist_k1_k2_p1_p2_k3) as a CameraInfo."""
+    matrix = np.asarray(camera['K'], float)
+    return CameraInfo(header=header, width=int(camera['width']), height=int(camera['height']), distortion_model='plumb_bob',
+                      d=[float(d) for d in camera['dist_k1_k2_p1_p2_k3']], k=matrix.ravel(), r=np.eye(3).ravel(),
+                      p=np.column_stack([matrix, np.zeros(3)]).ravel())

@@ -1,0 +1,78 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The PSD finger's stage from message to message: what psd_contact_node computes, process_bag computes by the same lines."""
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from std_msgs.msg import Header
+from tactile_msgs.msg import Contact, Contacts, PsdVoltages
+
+from ...calibration.files.psd import read_psd
+from ...errors import BadFrame
+from ..messages import conversions as convert
+from ...pipeline.clock import StampClock
+from ...pipeline.psd_stage import PsdStage
+from ...psd.finger import Touch
+from ...psd.model import FingerModel
+
+_NS = 1_000_000_000
+_SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: no converter is faster, and a touch may be over between two that are further apart
+_LAST_S = 2**31 - 1  # of the seconds of a stamp, an int32
+
+
+class PsdMessages:
+    """voltages -> contacts; values: of PSD_PARAMETERS."""
+
+    def __init__(self, values: Mapping):
+        self._values = values
+        self._model = read_psd(values['calibration'], values) if values['calibration'] else FingerModel()
+        self._clock = StampClock()
+        self.stage = PsdStage(self._model, values)
+
+    def on_voltages(self, message: PsdVoltages) -> list[Contacts]:
+        """Contacts of one block: under its own stamp, and under those of the samples with which a contact begins or ends.
+
+        Raises BadFrame for a block that cannot be used.
+        """
+        check_block(message)
+        stamp_s = convert.stamp_seconds(message.header)
+        volts = np.frombuffer(message.voltages, np.float32).reshape(-1, 4)
+        with self._clock.at(stamp_s) as anew:
+            if anew:
+                self.begin_anew()
+            found = self.stage.process(volts, stamp_s, message.sample_period)
+        return [contacts_message(touches, later(message.header, k * message.sample_period if k else 0.0)) for k, touches in found]
+
+    def begin_anew(self) -> None:
+        """Forget all earlier samples."""
+        self.stage = PsdStage(self._model, self._values)
+
+
+def check_block(message: PsdVoltages) -> None:
+    """Raise BadFrame for voltages that are no whole samples, a period that is none, and samples beyond the end of all stamps."""
+    count, period_s = len(message.voltages), message.sample_period
+    if count % 4 or not count:
+        raise BadFrame(f'{count} voltages; there are four a sample: the driver has to publish whole ones')
+    if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
+        raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} (NaN only for a single sample)')
+    if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
+        raise BadFrame(f'stamp {message.header.stamp.sec} s is at the end of all stamps; whoever publishes has to stamp with a clock')
+
+
+def later(header: Header, seconds: float) -> Header:
+    """The header, s later."""
+    if not seconds:
+        return header
+    stamp = convert.stamp_ns_of(header) + round(seconds * _NS)
+    return Header(frame_id=header.frame_id, stamp=Time(sec=stamp // _NS, nanosec=stamp % _NS))
+
+
+def contacts_message(touches: list[Touch], header: Header) -> Contacts:
+    """Contacts under a header."""
+    return Contacts(header=header, contacts=[
+        Contact(id=t.id, position=convert.point(t.position), normal=convert.vector(t.normal), depth=t.depth, force=t.force,
+                position_covariance=t.covariance.ravel(), flags=t.flags) for t in touches])

@@ -1,0 +1,126 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touchpad's stages from message to message: what a live node computes, process_bag computes by the same lines."""
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from geometry_msgs.msg import WrenchStamped
+from sensor_msgs.msg import Image
+from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
+
+from ...calibration.files.format import read_calibration
+from ...calibration.files.markers import read_touch
+from ...calibration.files.touchpad import read_touchpad
+from .camera_side import CameraSide, Matrices
+from ...common.camera import CameraModel
+from ...errors import BadFrame
+from ...markers.view.camera_views import view_maker
+from ...markers.view.sensor import MARKER_SENSORS
+from ..messages import conversions as convert
+from ..messages.point_cloud import POINTS
+from ...pipeline.contact_stage import ContactStage
+from ...pipeline.dot_stage import DotStage
+from ...touchpad.sensor import Touchpad, camera_pose
+
+RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+
+
+class _TouchpadSide(CameraSide):
+    """What dots and contact share."""
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        self.sensor = Touchpad.from_parameters(values)
+        places = self.sensor.cap is not None and values['calibration']
+        self.calibration = read_calibration(values['calibration'], 'touchpad', values) if places else None
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether dots are to have places in 3D."""
+        return self.sensor.cap is not None
+
+    def _model(self, matrices: Matrices | None) -> CameraModel | None:
+        return self.sensor.camera(*matrices) if matrices else None
+
+
+class DotMessages(_TouchpadSide):
+    """image_raw -> dots of any sensor that has them; values: of DOT_PARAMETERS."""
+
+    def __init__(self, values: Mapping):
+        super().__init__(values)
+        self._surface = None
+        if values['surface'] in ('sheet', 'dome'):
+            from ...parameters.markers import marker_sensor  # a touchpad does without the methods of sheets and domes
+            self._surface = marker_sensor(values)
+        markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
+        self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
+
+    @property
+    def needs_places(self) -> bool:
+        """Whether dots are to have places in 3D."""
+        return super().needs_places or self._surface is not None
+
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """See CameraSide; without a camera dots have no places in 3D."""
+        known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
+        if self._surface is not None:
+            make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
+            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, **known)
+        camera = self._model(matrices)
+        water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
+        return DotStage(self.sensor, camera, self.values, water, **known)
+
+    def _places(self, make_view):
+        """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
+        sensor, known = self._surface, self._markers
+        if sensor.is_sheet:
+            from ...markers.places.sheet import SheetPlaces
+            return SheetPlaces(sensor, make_view)
+        from ...markers.places.dome import DomePlaces
+        from ...markers.methods import RegressionTouch
+        count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
+        fitted = known and known.methods.get('regression')
+        return DomePlaces(sensor, count, make_view, fitted and RegressionTouch.from_fitted(fitted, sensor)) if count else None
+
+    @property
+    def suspicion(self) -> str:
+        """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
+        return self.stage.suspicion if self.stage is not None else ''
+
+    def set_reference(self) -> None:
+        """Take the next frame as the untouched state, as a stage that is not made yet will do by itself."""
+        if self.stage is not None:
+            self.stage.set_reference()
+
+    def on_image(self, message: Image) -> DotTracks:
+        """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
+        if self.needs_camera:
+            raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
+        image = convert.image_to_array(message)
+        self.take_camera(lambda size: not any(size) or size == image.shape[1::-1])
+        if self.stage is None:
+            self.stage = self.make_stage(None, None)
+        self.check_size(image)
+        with self.stamp_of(message) as stamp_s:
+            tracks = self.stage.process(image, stamp_s)
+        return convert.tracks_to_message(tracks, message.header)
+
+
+class ContactMessages(_TouchpadSide):
+    """dots -> contact_region, contacts, slip, wrench, points; values: of REGION_PARAMETERS."""
+
+    def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
+        """See CameraSide; none where the camera is not calibrated."""
+        camera = self._model(matrices)
+        return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
+
+    def on_dots(self, message: DotTracks, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
+        """Topic -> message under the dots' header, for the topics asked for. Raises BadFrame for dots that cannot be used."""
+        tracks = convert.tracks_from_message(message)
+        self.take_camera_of(tracks)
+        if self.stage is None:
+            raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
+        with self.stamp_of(message) as stamp_s:
+            result = self.stage.process(tracks, stamp_s)
+        return convert.results_to_messages(result, message.header, topics)

@@ -1,0 +1,98 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the markers of one frame to touches, region and wrench: what contact_point_node and process_bag run."""
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..calibration.files.markers import TouchCalibration
+from ..common.dots import DotTracks
+from ..common.estimates import ContactEstimate, ContactRegionEstimate
+from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points, spread
+from ..dots.reference.calibrated_rest import KnownRest
+from ..errors import BadFrame
+from ..markers.methods import make_method
+from ..markers.touches.region import region_of
+from ..markers.touches.touch import TouchEstimate
+from ..markers.touches.tracker import Touch, TouchTracker
+from ..markers.view.marker_field import MarkerField, MarkerView, RestMarkers
+from ..markers.view.sensor import MarkerSensor, rest_points
+from ..markers.wrench.regression import WrenchMap
+from ..parameters.markers import AUTO
+
+_NO_DOTS = np.zeros(0, bool)
+
+
+@dataclass(frozen=True)
+class TouchResult:
+    """region, contacts of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known; points: makes the
+    surface's points, which few ask for."""
+
+    region: ContactRegionEstimate
+    contacts: list[ContactEstimate]
+    wrench: np.ndarray
+    points: Callable[[], SurfacePoints]
+
+
+class TouchStage:
+    """Touches frame by frame.
+
+    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that
+    was not fitted.
+    """
+
+    def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView], values: Mapping,
+                 calibration: TouchCalibration):
+        name = calibration.best if values['touch'] == AUTO else values['touch']
+        self._sensor, self._tip_radius = sensor, values['tip_radius']
+        self._method = make_method(name, calibration.fitted(name), sensor)
+        self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
+        count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
+        known = None if calibration.rest is None else KnownRest(calibration.rest)
+        self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
+        self._tracker = TouchTracker(values['filter'])
+
+    def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
+        """The touches that the markers of one frame show. Raises BadFrame for markers of another grid or an earlier stamp."""
+        if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
+            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
+                           f'{self._sensor.rows} x {self._sensor.columns}')
+        self._tracker.check(stamp_s)
+        field = self._rest.field(tracks)
+        estimates = self._method.estimate(field)
+        touches, wrench = self._tracker.process(estimates, stamp_s), self._wrench_of(field, estimates)
+        force = -float(wrench[2]) if len(touches) == 1 else np.nan
+        contacts = [self._contact(touch, force) for touch in touches]
+        region = region_of([touch.estimate for touch in touches], field, self._sensor, self._tip_radius)
+        return TouchResult(region, contacts, wrench, partial(self._points, tracks, field, region))
+
+    def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
+        """The points of all markers of the pattern; those not seen have no place, and no marker's force is known."""
+        count, shape = len(field), (self._sensor.rows, self._sensor.columns)
+        xyz = np.full((count, 3), np.nan) if tracks.xyz is None else spread(tracks.xyz, tracks.id, count)
+        state = spread(region.dot_state, region.dot_id, count, UNKNOWN)
+        rest = rest_points(field.rest, field.eye, self._sensor)
+        return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
+
+    def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
+        """(6,) N and N m; NaN where nothing touches, and where several do: the map was fitted to one at a time."""
+        if self._wrench is None or len(estimates) != 1:
+            return np.full(6, np.nan)
+        return self._wrench.wrench(field, estimates[0])
+
+    def _contact(self, touch: Touch, force: float) -> ContactEstimate:
+        found = touch.estimate
+        return ContactEstimate(touch.id, found.position, self._sensor.normal(found.position[:2]), found.depth, force, found.covariance,
+                               found.flags, _NO_DOTS)
+
+
+def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest, uv: np.ndarray) -> MarkerView:
+    """The view of untouched markers at uv; raises BadFrame for markers that are not untouched: touches that they tell would be wrong."""
+    reason = known.judge(np.arange(len(uv)), uv).reason
+    if reason:
+        raise BadFrame(reason)
+    return make_view(uv)

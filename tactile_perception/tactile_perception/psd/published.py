@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's way from voltages to contacts, to compare with: an offset taken once, a fixed threshold, eqs 1 to 8."""
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .ambient_light import Seen
+from ..errors import BadArgument
+from .finger import FingerSettings, PsdFinger
+from .model import FingerModel
+
+
+class FixedThreshold:
+    """Contact where the total is above a level, V (section 5); nothing is at rest, so that the offset stays."""
+
+    def __init__(self, threshold: float):
+        if not threshold > 0:
+            raise BadArgument(f'paper.threshold is {threshold} V; it must be positive')
+        self._threshold = threshold
+        self.begin()
+
+    def begin(self) -> None:
+        """Nothing touches."""
+        self.touching = False
+
+    def process(self, total: np.ndarray, level, sigma: float, period_s: float) -> tuple[np.ndarray, Seen]:
+        """As of TouchDecision."""
+        contact = total > self._threshold
+        self.touching = bool(contact[-1])
+        return contact, Seen(contact, np.zeros(len(total), bool), False)
+
+
+class PaperFinger(PsdFinger):
+    """PsdFinger with the paper's map and decision. threshold: V."""
+
+    def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
+        super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
+
+    def _step(self, sums: np.ndarray, period_s: float) -> None:
+        """The offset stays as it was taken."""

@@ -1,0 +1,77 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A Kalman filter for a point that moves on the sphere with nearly constant velocity.
+
+Its state is a unit vector and its velocity across it, with their covariance in two directions across the vector that are carried along
+as it moves: no angles, so that neither the pole nor azimuth pi is special. Constant velocity is followed without delay; a change of
+velocity is followed within about sqrt(2 s / a), where s is the standard deviation of a measurement, rad, and a the acceleration, rad/s^2.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import BadArgument
+from .geometry import tangents
+
+_UNIT = 1e-3  # by which the square of a unit vector's length may differ from 1
+_FIRST_SPEED = 10.0  # rad/s: what a contact may move at as it begins
+
+
+class SphereFilter:
+    """acceleration: rad/s^2, standard deviation of what the point may do."""
+
+    def __init__(self, acceleration: float):
+        if not 0 < acceleration < np.inf:
+            raise BadArgument(f'filter.acceleration is {acceleration} rad/s^2; it must be positive')
+        self._acceleration = acceleration
+        self.begin()
+
+    def begin(self) -> None:
+        """The next measurement is the first."""
+        self._normal: np.ndarray | None = None
+
+    def update(self, normal: np.ndarray, covariance: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+        """(unit vector (3,), covariance (3, 3), rad^2) after a measurement normal (3,) with covariance (3, 3), rad^2, which came seconds
+        after the last one. Raises BadArgument for a vector that is not of length 1 or a covariance that is no number."""
+        if not (abs(normal @ normal - 1) < _UNIT and np.isfinite(covariance).all()):
+            raise BadArgument(f'sphere filter: needs a unit vector and a finite covariance, got {normal}, {covariance}')
+        if self._normal is None:
+            self._normal, self._basis, self._speed = normal, tangents(normal), np.zeros(2)
+            self._spread = np.zeros((4, 4))
+            self._spread[:2, :2], self._spread[2:, 2:] = self._basis @ covariance @ self._basis.T, _FIRST_SPEED**2 * np.eye(2)
+            return normal, covariance
+        self._predict(max(seconds, 0.0))
+        noise = self._basis @ covariance @ self._basis.T + 1e-12 * np.eye(2)
+        gain = np.linalg.solve(self._spread[:2, :2] + noise, self._spread[:2]).T
+        change = gain @ self._seen(normal)
+        self._speed = self._speed + change[2:]
+        rest = np.eye(4)
+        rest[:, :2] -= gain
+        self._spread = rest @ self._spread @ rest.T + gain @ noise @ gain.T  # Joseph's form: positive whatever the rounding
+        self._move(change[:2])
+        return self._normal, self._basis.T @ self._spread[:2, :2] @ self._basis
+
+    def _predict(self, seconds: float) -> None:
+        step = np.eye(4)
+        step[:2, 2:] = seconds * np.eye(2)
+        push = np.concatenate([0.5 * seconds**2 * np.eye(2), seconds * np.eye(2)])
+        self._spread = step @ self._spread @ step.T + self._acceleration**2 * push @ push.T
+        self._move(seconds * self._speed)
+
+    def _seen(self, normal: np.ndarray) -> np.ndarray:
+        """Where a unit vector lies from here, (2,) rad along the basis."""
+        across = self._basis @ normal
+        length = np.linalg.norm(across)
+        return across * (np.arctan2(length, self._normal @ normal) / length) if length > 0 else across
+
+    def _move(self, by: np.ndarray) -> None:
+        """Go by (2,) rad along the great circle, and carry the basis along."""
+        angle = np.linalg.norm(by)
+        if angle < 1e-15:
+            return
+        ahead = (by / angle) @ self._basis
+        old = self._normal
+        self._normal = np.cos(angle) * old + np.sin(angle) * ahead
+        turned = np.cos(angle) * ahead - np.sin(angle) * old
+        self._basis = self._basis + (self._basis @ ahead)[:, None] * (turned - ahead)
+        self._normal /= np.linalg.norm(self._normal)

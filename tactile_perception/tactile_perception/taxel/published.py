@@ -1,0 +1,68 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's own steps (taxel_array_image_processing): every taxel that is not zero is contact (eqs 1 to 4), and slip is the pyramidal
+Lucas-Kanade flow of good features."""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from .array import TaxelArray
+from ..common.estimates import NONE, SlipEstimate
+from ..common.slip import next_state, planar_twist
+from .regions import Regions, find_regions
+
+_FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
+_FLOW = dict(winSize=(7, 7), maxLevel=2)
+_MOVED = 0.05  # taxels a frame, from which a feature has moved
+_FEWEST = 3
+_ZERO = 3.0  # standard deviations of the noise: what is less counts as zero
+
+
+class PaperMethod:
+    """Contact and slip as the paper has them; knows no pad."""
+
+    def __init__(self, array: TaxelArray):
+        self._array = array
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last picture."""
+        self._last: tuple[np.ndarray, float] | None = None
+        self._state = NONE
+
+    def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
+        """Regions of the taxels that are not zero, and pressure (rows, columns) as it is; sigma: of its noise."""
+        return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
+
+    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
+        """Slip since the last frame."""
+        top = float(pressure.max(initial=0.0))
+        if not regions.all or top <= 0:
+            self.reset()
+            return SlipEstimate(), None
+        picture = np.clip(pressure * (255 / top), 0, 255).astype(np.uint8)
+        last, self._last = self._last, (picture, stamp_s)
+        places = None if last is None or min(picture.shape) < 8 else cv2.goodFeaturesToTrack(last[0], **_FEATURES)
+        if places is None or len(places) < _FEWEST:
+            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
+        moved, status, _ = cv2.calcOpticalFlowPyrLK(last[0], picture, places, None, **_FLOW)
+        good = status.ravel() > 0
+        if good.sum() < _FEWEST:
+            return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
+        return self._estimate(places[good, 0], (moved - places)[good, 0], stamp_s - last[1]), None
+
+    def _estimate(self, places: np.ndarray, flow: np.ndarray, interval: float) -> SlipEstimate:
+        moving = np.hypot(flow[:, 0], flow[:, 1]) > _MOVED
+        fraction = float(moving.mean())
+        self._state = next_state(self._state, fraction)
+        where = self._array.places(places[:, ::-1].astype(float))[:, :2]
+        velocity = flow * (self._array.pitch / interval)
+        estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3), x=where[moving, 0], y=where[moving, 1],
+                                vx=velocity[moving, 0], vy=velocity[moving, 1])
+        if self._state == NONE:
+            return estimate
+        linear, turn, centre = planar_twist(where, velocity)
+        estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
+        estimate.rotation_center = np.array([*centre, 0.0]) if np.isfinite(centre).all() else np.full(3, np.nan)
+        return estimate

@@ -1,0 +1,70 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""calibrate: fits what the sensor type needs to recordings of presses at known places (ground_truth/contacts)."""
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from tactile_driver.command import tells_errors
+
+from ...bags.descriptions import descriptions
+from ...bags.replay import SENSOR_TYPE
+from ...calibration.files.psd import SENSOR as PSD_FINGER
+from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from ...errors import BadArgument
+from .markers import calibrate_markers
+from ...markers.view.sensor import MARKER_SENSORS
+from ...parameters.file import read_parameters
+from .psd import calibrate_psd
+from .taxel import calibrate_taxels
+from .touchpad import calibrate_touchpad
+
+
+def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
+    """What calibrates a sensor of that type: called with (bags, params, output, namespace, serial) it writes output, and beside it a
+    picture of the errors, and tells how it went.
+
+    Raises BadArgument for a type that there is none for, and for a sphere_radius (m) where none is fitted.
+    """
+    if sensor_type == 'touchpad':
+        return partial(calibrate_touchpad, sphere_radius=sphere_radius)
+    if sphere_radius is not None:
+        raise BadArgument(f'--sphere-radius is for touchpads; the parameter file is of a {sensor_type}')
+    if sensor_type in MARKER_SENSORS:
+        return calibrate_markers
+    others = {PSD_FINGER: calibrate_psd, TAXEL_ARRAY: calibrate_taxels}
+    if sensor_type in others:
+        return others[sensor_type]
+    raise BadArgument(f'sensor_type {sensor_type} cannot be calibrated; these can: {", ".join(["touchpad", *MARKER_SENSORS, *others])}')
+
+
+def recorded_serial(bag: Path) -> str:
+    """The serial number of the device, as the driver's description in the recording tells it; '' where it does not."""
+    return next((str(about['serial']) for about in descriptions(bag) if about.get('serial')), '')
+
+
+@tells_errors('calibrate')
+def main(args: list[str] | None = None) -> int:
+    """The command calibrate; exit code 0, or 1 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)
+    parser.add_argument('bags', type=Path, nargs='+', metavar='BAG',
+                        help='rosbag2 recording with images, camera_info (or voltages), ground_truth/contacts; for forces '
+                        'ground_truth/wrench')
+    parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
+    parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
+    parser.add_argument('--sphere-radius', type=float, help='m; touchpad: without it the radius is fitted too')
+    parser.add_argument('--namespace', default='', help='of the sensor, where a recording holds several')
+    parser.add_argument('--serial', default='', help='of the device, for the file; without it what the recording says of its camera')
+    given = parser.parse_args(args)
+    sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
+    serial = given.serial or recorded_serial(given.bags[0])
+    print(calibrator(sensor_type, given.sphere_radius)(given.bags, given.params, given.output, given.namespace, serial))
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

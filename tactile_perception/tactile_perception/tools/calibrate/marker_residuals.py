@@ -1,0 +1,47 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether recorded presses can determine how a sheet or a dome tells touches, and what was wrong at those held out."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...calibration.residuals import Residuals
+from ...errors import BadCalibration
+from ...markers.touches.cross_validation import HeldOut
+from ...markers.touches.presses import Presses
+
+_FEWEST_PLACES = 3  # one of three is held out to try what was fitted to the others
+_DEPTH_SPAN = 0.2  # of the largest depth, from the shallowest to the deepest press
+_AXES = ('x (mm)', 'y (mm)')
+
+
+def require_coverage(presses: Presses) -> None:
+    """Raise BadCalibration, saying what to add, where the presses are at too few places, of one depth, or none is known untouched."""
+    touching = presses.touching
+    places, depth = int(presses.places().max() + 1), presses.depth[touching]
+    if places < _FEWEST_PLACES:
+        raise BadCalibration(f'{touching.sum()} presses at {places} places; at least {_FEWEST_PLACES} places are needed, a dozen over the '
+                             'whole surface are good: add presses elsewhere')
+    if np.ptp(depth) < _DEPTH_SPAN * depth.max():
+        raise BadCalibration(f'all presses are {depth.min() * 1e3:.2f} to {depth.max() * 1e3:.2f} mm deep: one depth alone does not tell '
+                             'how markers move with depth; add presses of other depths, three a place are good')
+    if touching.all():
+        raise BadCalibration('no untouched frame among the presses; begin each recording with a second in which nothing touches')
+
+
+def marker_residuals(held: HeldOut, names: Mapping[int, str]) -> list[Residuals]:
+    """Errors of place and depth, mm, of presses held out, over the surface; NaN where a press was not told. names: id of a field -> by
+    recording and time."""
+    touching = np.flatnonzero(held.presses.touching)
+    off, deep = np.full(len(touching), np.nan), np.full(len(touching), np.nan)
+    for row, k in enumerate(touching):
+        position, depth = held.presses.position[k], held.presses.depth[k]
+        touches = held.found[k]
+        if touches:
+            nearest = min(touches, key=lambda touch: np.hypot(*(touch.position - position)[:2]))
+            off[row], deep[row] = np.hypot(*(nearest.position - position)[:2]), nearest.depth - depth
+    places = 1e3 * held.presses.position[touching, :2]
+    when = [names.get(id(held.presses.fields[k]), '') for k in touching]
+    return [Residuals('place', 'mm', 1e3 * off, places, _AXES, when), Residuals('depth', 'mm', 1e3 * deep, places, _AXES, when)]

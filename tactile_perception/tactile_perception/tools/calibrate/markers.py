@@ -1,0 +1,236 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of a sheet or a dome: touch methods and the wrench from recordings of a tip pressed at known places."""
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ...bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
+from ...bags.stitched_bag import bag_opener, stitching_in
+from ...calibration.files.format import Specimen
+from ...calibration.files.markers import METHODS, PATTERN, REST, STITCHING, WRENCH, best_method, write_touch
+from ...calibration.residuals import outliers, tell_residuals
+from ...common.progress import log_told
+from ...dots.tracker import DotTracker
+from ...errors import BadCalibration, BadFrame
+from .marker_residuals import marker_residuals, require_coverage
+from ...markers.mechanics.membrane_fem import SheetMaterial
+from ...markers.methods import make_method, methods_for
+from ...markers.touches.cross_validation import HeldOut, Score, held_out
+from ...markers.touches.presses import SAME_PLACE, Presses
+from ...markers.touches.touch import TouchMethod
+from ...markers.view.camera_views import view_maker
+from ...markers.view.marker_field import RestMarkers
+from ...markers.wrench.membrane import SheetWrench
+from ...markers.wrench.regression import AXES, fit_wrench_map
+from ...nodes.messages import conversions as convert
+from ...parameters.file import read_parameters
+from ...parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
+from ...parameters.touchpad import DOT_PARAMETERS
+from ...pipeline.dot_stage import find_pattern, make_tracker
+from .stitching import find_stitching, tell_truth, write_stitching
+from ...touchpad.sensor import Touchpad, camera_pose
+
+_TOUCHES = 1e-4  # m: depth from which a frame counts as a press
+
+
+class PressReader:
+    """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp.
+
+    stitching: how pictures are made of two views: that of the calibration file that the parameters name until another is set; None: of one.
+    pattern: (K, 2) px, untouched places of markers that are in no grid, from the first image; None of a grid. names: id of a press's field
+    -> recording and time. values: the parameters.
+    """
+
+    def __init__(self, params: Path, namespace: str):
+        self.values = read_parameters(params, 'contact_point_node', MARKER_SENSOR_PARAMETERS)
+        self._dot_values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
+        self.sensor = marker_sensor(self.values)
+        self.left_out: list[str] = []
+        self._namespace, self._rows, self._matrices = namespace, [], None
+        self.names: dict[int, str] = {}
+        self.pattern: np.ndarray | None = None
+        self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
+
+    def read(self, bag: Path) -> None:
+        """Take every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
+        tracker, rest = None, None
+        for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
+                                    open_bag=bag_opener(self._params, self.stitching)):
+            stamp_s, image = convert.stamp_seconds(found['image_raw'].header), convert.image_to_array(found['image_raw'])
+            try:
+                if rest is None:
+                    tracker, rest = self._begin(image, self._view_maker(bag))
+                field = rest.field(tracker.process(image, stamp_s))
+                self._rows.append((field, *_truth(found)))
+                self.names[id(field)] = name
+            except BadFrame as error:
+                self.left_out.append(f'{name}: {error}')
+
+    def _begin(self, image: np.ndarray, make_view) -> tuple[DotTracker, RestMarkers]:
+        """What numbers the markers of a recording and follows their untouched state. Raises BadFrame for a first image without markers."""
+        count = self.sensor.rows * self.sensor.columns
+        if not count and self.pattern is None:
+            self.pattern = find_pattern(image, self._dot_values)
+        tracker = make_tracker(Touchpad.from_parameters(self._dot_values), self._dot_values, self.pattern)
+        return tracker, RestMarkers(count or len(self.pattern), make_view)
+
+    def presses(self) -> Presses:
+        """All that were read. Raises BadCalibration where there is none."""
+        if not any(depth > 0 for _, _, depth, _ in self._rows):
+            raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(self.left_out[:3]) or "nothing"}')
+        fields, position, depth, wrench = zip(*self._rows)
+        position = np.array(position)
+        moved = np.r_[True, ~(np.hypot(*np.diff(position[:, :2], axis=0).T) < SAME_PLACE)]
+        return Presses(tuple(fields), position, np.array(depth), np.cumsum(moved), np.array(wrench), np.full(len(depth), np.nan))
+
+    def _view_maker(self, bag: Path):
+        make_view = view_maker(self.sensor, self._matrices, self.stitching and self.stitching.to_dict(), camera_pose(self.values))
+        if make_view is None:
+            raise BadCalibration(f'{bag}: no camera_info before the first image; record it beside image_raw')
+        return make_view
+
+    def _take_camera(self, message) -> None:
+        self._matrices = convert.camera_matrices(message)
+        if self._matrices is None and self.stitching is None:
+            raise BadCalibration('camera_info has no K: calibrate the camera first (camera_info_path of camera_node)')
+
+
+def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
+    """Tip (3,) m, depth m and wrench (6,) of one frame. Raises BadFrame where several tips touch, or hardly one does."""
+    contacts = found[TRUTH].contacts
+    if len(contacts) > 1:
+        raise BadFrame(f'{len(contacts)} contacts; one tip at a time is needed')
+    force = np.full(6, np.nan)
+    if TRUE_WRENCH in found:
+        wrench = found[TRUE_WRENCH].wrench
+        force = np.array([wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z])
+    if not contacts:
+        return np.full(3, np.nan), 0.0, force
+    if not contacts[0].depth >= _TOUCHES:
+        raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too little is known of the first touch')
+    position = contacts[0].position
+    return np.array([position.x, position.y, position.z]), contacts[0].depth, force
+
+
+def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
+    """Numbers of each method that fits the presses, and what it tells of those held out. Raises BadCalibration where none does."""
+    fitted, told = {}, {}
+    for name, method in methods_for(reader.sensor).items():
+        print(f'fitting {name} to {presses.touching.sum()} presses, and again without a third of the places', file=sys.stderr, flush=True)
+        try:
+            with log_told():
+                fitted[name] = method.fit(presses, reader.sensor)
+                told[name] = held_out(method, presses, reader.sensor, fitted[name])
+        except BadCalibration as error:
+            fitted.pop(name, None)
+            reader.left_out.append(f'method {name}: {error}')
+    if not fitted:
+        raise BadCalibration('no touch method can be fitted: ' + '; '.join(reader.left_out))
+    return fitted, told
+
+
+def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:
+    """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out).
+
+    best: of the methods, whose touches take the place of the truth while the tip drags, as in use; '' for none.
+    """
+    known = presses.touching & np.isfinite(presses.wrench).all(1)
+    if not known.any():
+        reader.left_out.append('wrench: no ground_truth/wrench was recorded with the presses')
+        return None
+    print(f'fitting the wrench to {known.sum()} presses', file=sys.stderr, flush=True)
+    dragged = known & ~presses.straight()
+    if best and dragged.any():
+        presses = _as_told(presses, dragged, make_method(best, methods[best], reader.sensor))
+    try:
+        return fit_wrench_map(presses.select(known), reader.sensor, _mechanics(presses.select(known), reader, methods.get('model')))
+    except BadCalibration as error:
+        reader.left_out.append(f'wrench: {error}')
+        return None
+
+
+def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses:
+    """The same, but for some (M,) bool, that stand where the method tells one touch."""
+    position, depth = presses.position.copy(), presses.depth.copy()
+    for k in np.flatnonzero(some):
+        touches = method.estimate(presses.fields[k])
+        if len(touches) == 1:
+            position[k], depth[k] = touches[0].position, touches[0].depth
+    return replace(presses, position=position, depth=depth)
+
+
+def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
+    """The sheet's mechanics, where the method 'model' found its material and tip; that it finds no balance is noted."""
+    if model is None:
+        return None
+    reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
+    try:
+        return SheetWrench.work_out(np.array(reader.sensor.size), reach, float(presses.depth.max()), float(model['library']['radius']),
+                                    SheetMaterial(**model['material']))
+    except BadCalibration as error:
+        reader.left_out.append(f'wrench: {error}')
+        return None
+
+
+def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
+    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
+    cannot determine any method."""
+    reader = PressReader(params, namespace)
+    stitched = find_stitching(bags, params, reader.sensor, namespace)
+    if stitched is not None and not tell_truth(bags, namespace):
+        return write_stitching(output, reader.sensor.type, stitched, Specimen(serial, reader.values))
+    reader.stitching = reader.stitching if stitched is None else stitched.stitching
+    for bag in bags:
+        reader.read(bag)
+    presses = reader.presses()
+    require_coverage(presses)
+    methods, held = fit_methods(presses, reader)
+    scores = {name: found.score() for name, found in held.items()}
+    best = best_method({name: score.numbers() for name, score in scores.items()}, methods)
+    wrench = fit_wrench(presses, reader, methods, best)
+    errors = {name: wrench.pop(name) for name in ('held_out_force', 'held_out_moment')} if wrench else {}
+    fitted = {METHODS: methods} | ({WRENCH: wrench} if wrench else {})
+    fitted |= {STITCHING: reader.stitching.to_dict()} if reader.stitching else {}
+    fitted |= {PATTERN: reader.pattern.tolist()} if reader.pattern is not None else {}
+    fitted |= {REST: untouched_places(presses).tolist()}
+    touching = presses.select(presses.touching)
+    span = {'depth': _span(touching.depth), 'x': _span(touching.position[:, 0]), 'y': _span(touching.position[:, 1])}
+    residuals = marker_residuals(held[best], reader.names)
+    standing_out = outliers(residuals)
+    write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
+    told = report(presses, scores, methods, wrench and wrench | errors, reader.left_out, output)
+    drawn = tell_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
+    return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
+
+
+def untouched_places(presses: Presses) -> np.ndarray:
+    """(K, 2) px, median untouched place of each marker over the frames, NaN for one that was never seen."""
+    places = np.array([field.uv - field.duv for field in presses.fields])
+    seen = np.isfinite(places).all(axis=2).any(axis=0)
+    rest = np.full(places.shape[1:], np.nan)
+    rest[seen] = np.nanmedian(places[:, seen], axis=0)
+    return rest
+
+
+def _span(values: np.ndarray) -> list[float]:
+    return [float(values.min()), float(values.max())]
+
+
+def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: dict | None, left_out: list[str], output: Path) -> str:
+    """The fit in words."""
+    lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
+             'errors on presses at places held out, mean / 95 %:']
+    lines += [f'  {name}: place {s.place_mean * 1e3:.2f} / {s.place_95 * 1e3:.2f} mm, depth {s.depth_mean * 1e3:.2f} / '
+              f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
+              for name, s in scores.items()]
+    lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
+    if wrench:
+        lines.append(f'wrench at places held out, median: force {wrench["held_out_force"]:.1%}, moment {wrench["held_out_moment"]:.1%}; '
+                     f'axes told: {", ".join(axis for axis, told in zip(AXES, wrench["told"]) if told) or "none"}')
+    lines += [f'left out: {line}' for line in left_out]
+    return '\n'.join([*lines, f'written: {output}'])

@@ -1,0 +1,165 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png (frames_left, frames_right with two
+cameras), truth.npz (true places, states, loads).
+"""
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import cv2
+import numpy as np
+from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
+
+from ...errors import BadRecording
+
+# A slip is called incipient from this part of the contact on, gross from the other.
+_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
+
+
+@dataclass(frozen=True)
+class RecordedView:
+    """What one camera recorded. name: '' of a single camera, 'left' or 'right'; camera: its entry of sensor.json; stamps: (T,) s; images:
+    their files."""
+
+    name: str
+    camera: dict
+    stamps: np.ndarray
+    images: list[Path]
+
+
+class Recording:
+    """One folder, read lazily. Raises BadRecording where a file is missing or broken.
+
+    sensor: content of sensor.json; stamps: (T,) s; views: one, or left and right; camera: the first one's entry of sensor.json.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
+        self._truth = self._read('truth.npz', _arrays)
+        self.stamps = self._truth['timestamps']
+        cameras = self.sensor['cameras']
+        names = [''] if len(cameras) == 1 else [camera['name'] for camera in cameras]
+        self.views = [self._view(name, camera) for name, camera in zip(names, cameras)]
+        self.camera = cameras[0]
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def _view(self, name: str, camera: dict) -> RecordedView:
+        folder = f'frames_{name}' if name else 'frames'
+        images = sorted(p for p in self._file(folder).iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
+        stamps = self._truth.get(f'timestamps_{name}', self.stamps)
+        if not len(images) == len(stamps) == len(self.stamps):
+            raise BadRecording(f'recording {self.folder}: {len(images)} images in {folder}/ but {len(stamps)} stamps in truth.npz')
+        return RecordedView(name, camera, stamps, images)
+
+    def _file(self, name: str) -> Path:
+        path = self.folder / name
+        if not path.exists():
+            raise BadRecording(f'recording {self.folder}: no {name} in it')
+        return path
+
+    def _read(self, name: str, read: Callable[[Path], dict]) -> dict:
+        path = self._file(name)
+        try:
+            return read(path)
+        except (OSError, ValueError, BadZipFile) as error:
+            raise BadRecording(f'recording {self.folder}: {name} cannot be read: {error}') from error
+
+    def image(self, index: int, view: int = 0) -> np.ndarray:
+        """Frame index of a view as (height, width, 3) uint8 BGR."""
+        path = self.views[view].images[index]
+        image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+        if image is None:
+            raise BadRecording(f'recording {self.folder}: {path.name} is no image')
+        return image
+
+    def truth(self, index: int) -> TruthFrame:
+        """The truth of frame index in the form in which a simulated sensor gives it, its dots in the first view; unknown is NaN."""
+        truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
+        outlines, holes = self._loops(index)
+        touched = truth['contact_area'] > 0  # a tip between two dots touches none of them
+        fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if truth['dot_contact'].any() else np.nan
+        return TruthFrame(
+            dot_id=self._ids,
+            dot_uv=truth['uv' if self.views[0].name == '' else f'uv_{self.views[0].name}'].astype(float),
+            dot_xyz=truth['dot_xyz'].astype(float),
+            dot_state=truth['dot_state'].astype(np.uint8),
+            outlines=outlines,
+            holes=holes,
+            area=float(truth['contact_area']),
+            centroid=truth['contact_centroid'].astype(float),
+            contacts=self._touches(truth) if touched else [],
+            slip_state=_slip_state(fraction),
+            slipping_fraction=fraction,
+            velocity=self._twist(truth) if touched else np.full(6, np.nan),
+            motion=_motion(truth) if touched else np.full(6, np.nan),
+            wrench=np.concatenate([truth['force'], truth['moment_sensor']]).astype(float),
+            pressure=float(truth['pressure']),
+        )
+
+    @property
+    def _ids(self) -> np.ndarray:
+        row, column = (self._truth['dot_rc'] - self._truth['dot_rc'].min(axis=0)).T
+        return row * (int(column.max()) + 1) + column
+
+    def _loops(self, index: int) -> tuple[list, list]:
+        start, xyz = self._truth['loop_start'], self._truth['loop_xyz'].astype(float)
+        mine = np.flatnonzero(self._truth['loop_frame'] == index)
+        loops = [(bool(self._truth['loop_is_hole'][k]), xyz[start[k]:start[k + 1]]) for k in mine]
+        return [loop for hole, loop in loops if not hole], [loop for hole, loop in loops if hole]
+
+    @property
+    def interval(self) -> float:
+        """Time between frames, s."""
+        return float(self.sensor['frame_interval_s'])
+
+    def _twist(self, truth: dict) -> np.ndarray:
+        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots; NaN where it touches
+        none."""
+        touched = truth['dot_contact']
+        if not touched.any():
+            return np.full(6, np.nan)
+        slip, place = truth['dot_slip'][touched].astype(float), truth['dot_xyz'][touched].astype(float)
+        if not slip.any():
+            return np.zeros(6)
+        blocks = np.zeros((len(place), 3, 6))
+        blocks[:, :, :3] = np.eye(3)
+        for axis in range(3):
+            blocks[:, :, 3 + axis] = np.cross(np.eye(3)[axis], place)
+        return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
+
+    def _touches(self, truth: dict) -> list[Touch]:
+        """One touch a tool; a static recording holds presses of a round tool at known places, told by the tool's tip."""
+        parts = np.flatnonzero(truth['part_area'] > 0)
+        if len(parts) > 1:
+            return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
+        place = truth['obj_p'] if self.sensor.get('static') else truth['contact_centroid']
+        return [_touch(place, truth['depth'], truth['force'])]
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def _touch(position, depth, force) -> Touch:
+    return Touch(np.asarray(position, float), np.full(3, np.nan), float(depth), float(-force[2]))
+
+
+def _motion(truth: dict) -> np.ndarray:
+    """(6,) m, rad: the tool's motion since the previous frame, of its point at the sensor's origin."""
+    now, turn = truth['obj_p'].astype(float), truth['obj_rotvec'].astype(float)
+    return np.concatenate([now - cv2.Rodrigues(turn)[0] @ (now - truth['obj_disp']), turn])
+
+
+def _slip_state(fraction: float) -> int:
+    if not fraction >= _INCIPIENT_FROM:
+        return NO_SLIP
+    return GROSS if fraction >= _GROSS_FROM else INCIPIENT

@@ -1,0 +1,135 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""convert_recording: a recording of a camera sensor (sensor.json, frames, truth.npz), of a PSD finger or a taxel array
+(meta.json, input.npz, truth.npz) as a bag with ground truth, and the parameter file beside it.
+"""
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+from tactile_driver.command import tells_errors
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+
+from ...bags.message_bag import write_messages
+from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
+from .camera import Recording
+from ...common.progress import Progress
+from ...nodes.messages.conversions import camera_info_message
+from .psd import PsdRecording
+from .taxel import TaxelRecording
+
+
+def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
+    """The recording in a folder or file, of whichever sensor. Raises BadRecording."""
+    meta = path / 'meta.json'
+    if path.suffix == '.npz' or meta.exists() and TAXEL_ARRAY in meta.read_text(errors='replace'):
+        return TaxelRecording(path)
+    return (PsdRecording if meta.exists() else Recording)(path)
+
+
+def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, namespace: str) -> int:
+    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples. Raises
+    TactileError."""
+    messages = _messages(recording, namespace) if isinstance(recording, Recording) else recording.messages(namespace)
+    write_messages(target, namespace, Progress(messages, 'messages'))
+    return len(recording)
+
+
+def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """(stamp, topic, message) in order; ground truth comes after its image, as from a simulated sensor."""
+    numbers = TouchNumbers()
+    # A stamp of zero means «no time» to much of ROS.
+    shift = 1.0 if recording.stamps[0] < 1.0 else 0.0
+    for index, stamp in enumerate(recording.stamps):
+        stamp_ns = round((stamp + shift) * 1e9)
+        header, truth = header_of(stamp_ns, frame_id), recording.truth(index)
+        yield from _views(recording, index, shift, frame_id)
+        yield stamp_ns, 'ground_truth/contacts', contacts_message(truth.contacts, numbers.assign(truth.contacts), header)
+        yield stamp_ns, 'ground_truth/contact_region', region_message(truth, recording.interval, header)
+        yield stamp_ns, 'ground_truth/slip', slip_message(truth, header)
+        yield stamp_ns, 'ground_truth/wrench', wrench_message(truth, header)
+
+
+def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
+    """camera_info and image of each view of a frame, under the view's own stamp."""
+    for number, view in enumerate(recording.views):
+        stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
+        header = header_of(stamp_ns, frame_id)
+        yield stamp_ns, prefix + 'camera_info', camera_info_message(view.camera, header)
+        yield stamp_ns, prefix + 'image_raw', image_to_message(Frame(recording.image(index, number), stamp_ns, 'bgr8'), '', header)
+
+
+def sensor_parameters(sensor: dict) -> dict[str, object]:
+    """Name -> value of the sensor's parameters that sensor.json tells."""
+    camera = sensor['cameras'][0]
+    rows, columns = (int(n) + 1 for n in np.ptp(sensor['dots']['row_col'], axis=0))
+    rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
+    pose = {'camera.rotation': rotation.tolist(), 'camera.translation': [float(x) for x in camera['t_cam_from_sensor']]}
+    describe = _touchpad if sensor['sensor'] == 'touchpad' else _markers
+    return {'sensor_type': sensor['sensor'], 'rows': rows, 'columns': columns, **describe(sensor), **pose}
+
+
+def _touchpad(sensor: dict) -> dict[str, object]:
+    info = sensor['info']
+    return {
+        'cap.curvature_radius': float(info['curvature_radius']),
+        'cap.height': float(info['cap_height']),
+        'membrane.shear_stiffness': float(info['shear_modulus_times_thickness']),
+        'membrane.rest_pressure': float(info['rest_gauge_pressure']),
+    }
+
+
+def _markers(sensor: dict) -> dict[str, object]:
+    """A sheet or a dome: bright markers, as the camera inside sees them."""
+    info, sheet = sensor['info'], 'size' in sensor['info']
+    size = [float(x) for x in info['size']] if sheet else [0.0, 0.0]
+    return {
+        'pitch': _pitch(sensor['dots']),
+        'sheet_size': size,
+        'dome.rim_radius': 0.0 if sheet else float(info['base_radius']),
+        'dome.height': 0.0 if sheet else float(info['dome_height']),
+        'surface': 'sheet' if sheet else 'none',
+        'polarity': 'bright',
+        'detection': 'blobs',
+    }
+
+
+def _pitch(dots: dict) -> list[float]:
+    """m, from dot to dot along rows and along columns, as nominally printed."""
+    places = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
+    pitch = []
+    for step in ((0, 1), (1, 0)):
+        nexts = ((place, places.get((rc[0] + step[0], rc[1] + step[1]))) for rc, place in places.items())
+        pitch.append(round(float(np.median([np.linalg.norm(after - place) for place, after in nexts if after is not None])), 7))
+    return pitch
+
+
+@tells_errors('convert_recording')
+def main(args: list[str] | None = None) -> int:
+    """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
+    parser.add_argument('input', type=Path, help='folder with sensor.json, frames/, truth.npz, or with meta.json, input.npz, truth.npz; '
+                        '.npz with imprints of weights')
+    parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
+    parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
+    given = parser.parse_args(args)
+    recording = open_recording(given.input)
+    frames = convert(recording, given.output, given.namespace)
+    parameters = sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
+    params = given.output.with_name(given.output.name + '.yaml')
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}, sort_keys=False))
+    unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'
+    print(f'{given.output}: {frames} {unit}; parameters of the sensor: {params}')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

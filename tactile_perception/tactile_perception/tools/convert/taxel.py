@@ -1,0 +1,138 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A taxel array's recording: a folder (meta.json, input.npz with t and frames, truth.npz), or an .npz of imprints under known weights."""
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import cv2
+import numpy as np
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_driver.nodes.messages.ground_truth import TouchNumbers, contacts_message, region_message, slip_message, wrench_message
+from tactile_driver.simulation.truth import Touch, TruthFrame
+
+from ...errors import BadRecording
+
+_FIRST_S = 1.0  # a stamp of zero means «no time» to much of ROS
+_GRAVITY = 9.81
+_GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
+_PITCH_M = 3.4e-3
+_FINE = 16  # parts of a taxel in which true outlines are drawn
+_PAUSE_S = 1.0  # between imprints
+_LOADED = 0.8  # of an imprint's largest sum: the weight stands
+_SETTLED = 0.5  # part of that time after which it has settled
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One frame: values (rows, columns), stamp s, truth, None where nothing is known."""
+
+    values: np.ndarray
+    stamp: float
+    truth: TruthFrame | None
+
+
+class TaxelRecording:
+    """Of a folder or file. Raises BadRecording where something is missing or broken."""
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+        try:
+            self._rows = _imprints(_arrays(self.path)) if self.path.suffix == '.npz' else self._folder()
+        except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
+            raise BadRecording(f'recording {self.path}: {error!r}') from error
+        if not self._rows:
+            raise BadRecording(f'recording {self.path}: no frame in it')
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
+        """(stamp, ns, topic, message) in order, the ground truth of a frame after it."""
+        numbers, last = TouchNumbers(), None
+        shift = _FIRST_S if self._rows[0].stamp < _FIRST_S else 0.0
+        for row in self._rows:
+            stamp_ns = round((row.stamp + shift) * 1e9)
+            header = header_of(stamp_ns, frame_id)
+            encoding = 'mono8' if row.values.dtype == np.uint8 else 'mono16'
+            yield stamp_ns, 'image_raw', image_to_message(Frame(row.values, stamp_ns, encoding), '', header)
+            if row.truth is not None:
+                yield stamp_ns, 'ground_truth/contacts', contacts_message(row.truth.contacts, numbers.assign(row.truth.contacts), header)
+                yield stamp_ns, 'ground_truth/contact_region', region_message(row.truth, row.stamp - (last or row.stamp), header)
+                yield stamp_ns, 'ground_truth/slip', slip_message(row.truth, header)
+                yield stamp_ns, 'ground_truth/wrench', wrench_message(row.truth, header)
+            last = row.stamp
+
+    def parameters(self) -> dict[str, object]:
+        """Name -> value of the sensor's parameters that the recording tells."""
+        rows, columns = (int(n) for n in self._rows[0].values.shape)
+        largest = max(int(row.values.max()) for row in self._rows)
+        found = {'sensor_type': 'taxel_array', 'rows': rows, 'columns': columns, 'pitch': _PITCH_M,
+                 'bits': 8 if self._rows[0].values.dtype == np.uint8 else max(12, largest.bit_length())}
+        if self.path.suffix == '.npz':
+            return found
+        names = {'pitch': 'pitch_m', 'bits': 'bits', 'pad.thickness': 'pad_thickness_m', 'pad.stiffness': 'pad_E_Pa',
+                 'pad.shear_modulus': 'pad_G_Pa', 'pad.friction': 'mu_nominal'}
+        return found | {name: self.meta[key] for name, key in names.items() if key in self.meta}
+
+    def _folder(self) -> list[_Row]:
+        self.meta = json.loads((self.path / 'meta.json').read_text())
+        found, truth = (_arrays(self.path / name) for name in ('input.npz', 'truth.npz'))
+        return [_Row(np.ascontiguousarray(values), float(stamp), _truth({name: v[k] for name, v in truth.items()}, self.meta['pitch_m']))
+                for k, (values, stamp) in enumerate(zip(found['frames'], found['t']))]
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def _truth(of: dict, pitch: float) -> TruthFrame:
+    """The truth of a frame, pitch (m) from taxel to taxel, in the form in which a simulated sensor gives it; unknown is NaN."""
+    touched = bool(of['contact'])
+    centroid = np.array([*(1e-3 * np.asarray(of['centroid_mm'], float)), 0.0])
+    normal = float(of['Fn_N'])
+    x, y = 1e-3 * np.nan_to_num(np.asarray(of['cop_mm'], float))
+    along = np.asarray(of['Ft_N'], float)
+    wrench = np.array([*along, -normal, -y * normal, x * normal, x * along[1] - y * along[0] + 1e-3 * float(of['Mz_cop_Nmm'])])
+    frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), area=float(of['area_m2']),
+                       slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']), wrench=wrench)
+    if touched:
+        frame.outlines, frame.holes = _loops(np.asarray(of['contact_fraction'], np.float32), pitch)
+        depth = 1e-3 * float(of['depth_mm']) or np.nan  # a weight's depth is not known
+        frame.centroid, frame.normal = centroid, np.array([0.0, 0.0, 1.0])
+        frame.contacts = [Touch(centroid + [0, 0, -np.nan_to_num(depth)], frame.normal, depth, normal)]
+    return frame
+
+
+def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
+    """Outlines and holes, (M, 3) m each, of what is touched; fraction: (rows, columns) float32, how much of each taxel is."""
+    padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
+    fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
+    loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
+    places = [pitch * ((loop.reshape(-1, 2) + 0.5) / _FINE - 0.5 * np.array(padded.shape[::-1])) for loop in loops]
+    whole = [(np.column_stack([xy, np.zeros(len(xy))]), family[3] >= 0) for xy, family in zip(places, families[0])] if places else []
+    return [loop for loop, hole in whole if not hole], [loop for loop, hole in whole if hole]
+
+
+def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:
+    """Frames of all imprints one after the other, with the truth where the weight has settled."""
+    rows, clock = [], 0.0
+    for name in sorted(key for key in arrays if key[0] in _GRAMS and key[1:].isdigit()):
+        values, times = arrays[name], 1e-3 * (arrays[f'{name}_t_ms'] - arrays[f'{name}_t_ms'][0])
+        total = values.sum(axis=(1, 2), dtype=float)
+        standing = np.flatnonzero(total > _LOADED * np.percentile(total, 90))
+        settled = set(standing[int(_SETTLED * len(standing)):].tolist())
+        force = 1e-3 * _GRAMS[name[0]] * _GRAVITY
+        known = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), area=1.1025e-4,
+                           contacts=[Touch(np.full(3, np.nan), np.array([0.0, 0.0, 1.0]), np.nan, force)],
+                           wrench=np.array([np.nan, np.nan, -force, np.nan, np.nan, np.nan]), slip_state=0, slipping_fraction=0.0)
+        rows += [_Row(np.ascontiguousarray(v), clock + float(t), known if k in settled else None)
+                 for k, (v, t) in enumerate(zip(values, times))]
+        clock = rows[-1].stamp + _PAUSE_S
+    return rows

@@ -1,0 +1,155 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""process_bag: every estimate that the live nodes would publish, for each raw message of a recording, as fast as it can be computed."""
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tactile_driver.recordings.left_out import LeftOut
+
+from ..bags.definitions import known_as
+from ..bags.rosbag import BagWriter, RawMessage
+from ..bags.stream import KEPT, Head, Skipped, Task, stream
+from ..common.progress import ProgressLine
+from ..errors import BadArgument, TactileError
+from ..nodes.messages.serialization import MessageCodec
+
+FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
+_CODES = f"""exit code: 0 all was done; {FAILED} nothing could be done, a line says why; 2 the command line is wrong; {INCOMPLETE} done,
+but something was left out, which is listed; {SIGNALLED} + number of the signal that ended it, what is written can be read"""
+
+
+@dataclass
+class Summary:
+    """What was done: raw messages read, results written by topic, what was left out, s that it took, whether it was ended before."""
+
+    frames: int = 0
+    written: Counter = field(default_factory=Counter)
+    left_out: LeftOut = field(default_factory=LeftOut)
+    seconds: float = 0.0
+    ended: bool = False
+
+
+def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: False) -> Summary:
+    """Write the estimates for the task's bag to target, a new bag; stamps are the recording's. What is written when it ends is a whole bag.
+
+    stopped: asked after each frame whether to end. Raises TactileError for a bag that cannot be used, OSError where target cannot be
+    written.
+    """
+    if target.exists():
+        raise BadArgument(f'bag {target}: exists already; choose another name or remove it')
+    items = stream(task)
+    head = next(items)
+    summary, begin, progress = Summary(), time.monotonic(), ProgressLine('frames', head.frames)
+    with _Output(target, head, summary) as output:
+        for item in items:
+            if isinstance(item, RawMessage):
+                output.write(item)
+            elif isinstance(item, Skipped):
+                summary.left_out.add(item.topic, item.reason, item.stamp_ns)
+            elif isinstance(item, LeftOut):
+                summary.left_out.merge(item)
+            else:
+                summary.frames += 1
+                progress.step()
+                if stopped():
+                    summary.ended = True
+                    break
+    progress.end()
+    summary.seconds = time.monotonic() - begin
+    return summary
+
+
+class _Output:
+    """The bag that is written, and what is told of it."""
+
+    def __init__(self, target: Path, head: Head, summary: Summary):
+        self._prefix, self._summary = head.prefix, summary
+        store, self._unknown = MessageCodec().store, {}
+        for kind, text in head.definitions.items():  # our own, and the recording's for what we have none for
+            reason = known_as(store, kind, text)
+            if reason:
+                self._unknown[kind] = reason
+        self._writer = BagWriter(target, store, compressed=True)  # an array's points are sixty times its images, and nearly all alike
+
+    def __enter__(self) -> _Output:
+        self._writer.__enter__()
+        return self
+
+    def __exit__(self, *exc) -> None:
+        self._writer.__exit__(*exc)
+
+    def write(self, message: RawMessage) -> None:
+        """Write and count a message, or leave it out."""
+        topic = message.topic.removeprefix(self._prefix)
+        if message.type_name in self._unknown:
+            self._summary.left_out.add(topic, self._unknown[message.type_name], message.stamp_ns)
+            return
+        self._writer.write(*message[:4])
+        self._summary.written[topic] += 1
+
+
+def report(summary: Summary, target: Path) -> str:
+    """The summary in words."""
+    results = ', '.join(f'{n} {topic}' for topic, n in sorted(summary.written.items()))
+    lines = [f'{target}: {summary.frames} frames, {summary.seconds:.1f} s; {results or "nothing"} written']
+    lines += [f'  left out: {line}' for line in summary.left_out.lines()]
+    return '\n'.join(lines)
+
+
+class _Signals:
+    """While this lasts, SIGINT and SIGTERM are noted in number, for the work to end after the present frame; the same again ends it at
+    once."""
+
+    def __init__(self):
+        self.number = 0
+        self._before: dict = {}
+
+    def __enter__(self) -> _Signals:
+        self._before = {number: signal.signal(number, self._on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_exc) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _on_signal(self, number: int, _frame: object) -> None:
+        self.number = number
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+
+
+def main(args: list[str] | None = None) -> int:
+    """The command process_bag; its exit codes are told by --help."""
+    parser = argparse.ArgumentParser(prog='process_bag', description=__doc__, epilog=_CODES)
+    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); damaged ones as far as they go')
+    parser.add_argument('output', type=Path, help='new rosbag2 folder (MCAP) for the estimates')
+    parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
+    parser.add_argument('--calibration', type=Path, help='calibration file; without it the one named in the parameters')
+    parser.add_argument('--namespace', default='', help='of the sensor, where the recording holds several')
+    given = parser.parse_args(args)
+    task = Task(given.input, given.params, given.calibration, given.namespace)
+    try:
+        with _Signals() as signals:
+            summary = process_bag(task, given.output, lambda: signals.number != 0)
+    except (TactileError, OSError) as error:
+        print(f'process_bag: {error}', file=sys.stderr)
+        return FAILED
+    print(report(summary, given.output))
+    if summary.ended:
+        print(f'process_bag: interrupted; {given.output} can be read', file=sys.stderr)
+        return SIGNALLED + signals.number
+    if not any(count for topic, count in summary.written.items() if topic not in KEPT):
+        print('process_bag: nothing could be estimated', file=sys.stderr)
+        return FAILED
+    return INCOMPLETE if summary.left_out.total else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,191 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the object's foremost part stands and how deep it is pressed, from the dots that lie on it."""
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ...common.region_moments import Moments
+from ...common.spherical_cap import Cap
+from .region import ContactDots, Region
+
+_SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from that of a plane
+_BENT = 0.1  # turn of the surface (rad) from the middle of a region to its border, under which it is a face
+_ROUND = 2.5  # largest ratio of the principal curvatures of what is taken for a fingertip
+_REACH = 2.6  # pitches around the deepest dot within which depth is smoothed by a quadratic
+_BETWEEN = 0.6  # pitches from the next dot within which a place lies between dots
+_QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
+_FEWEST = 5  # dots needed for the four of one that curves the same all round
+_ROUND_ONLY = np.eye(6)[:, :4] + np.outer(np.eye(6)[5], np.eye(4)[3])  # from those four numbers to the six
+_RIDGE = 1e-10 * np.eye(6)
+_FINGERTIP = 8e-3  # m, radius of a usual fingertip
+
+
+def quadratic_terms(offset: np.ndarray) -> np.ndarray:
+    """(N, 6) terms 1, x, y, x^2/2, xy, y^2/2 at offset (N, 2)."""
+    x, y = offset.T
+    terms = np.empty((6, len(x)))
+    terms[0], terms[1], terms[2], terms[3], terms[4], terms[5] = 1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y
+    return terms.T
+
+
+def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position (3,), m, of a contact on the present surface, its covariance (3, 3), m^2, and the unit normal (3,) of the surface there.
+
+    The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where
+    the object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not
+    curve (a face, an edge), it is the area centroid of the region. Too few dots leave the shape open, and the covariance says so.
+    """
+    centroid, covariance = _centroid(dots, region)
+    points = dots.xyz[region.members] - centroid
+    if len(points) < _FEWEST:
+        return centroid, covariance + _unknown_shape(region.moments.normal), region.moments.normal
+    offset, told, doubt = _round_tip(points, region.moments, dots.sigma)
+    if not told.any() or not offset @ offset < 2 * region.moments.area:
+        return centroid, covariance, region.moments.normal
+    untold = np.eye(3)
+    untold[:2, :2] -= told
+    place, slope = region.surface.place_and_normal(centroid[:2] + offset)
+    return place, untold @ covariance @ untold + doubt, slope
+
+
+def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of the lowest place of the object under points (N, 3) from their centroid, m: x and y, told (2, 2), covariance (3, 3) of it.
+
+    told projects on the directions along which the object is round; across them x and y are 0.
+    """
+    normal = moments.normal
+    frame = _tangent_frame(normal)
+    bend = _principal_bend(points @ frame.T, sigma)
+    along = points @ (frame[:2].T @ bend.directions)
+    along -= along.sum(axis=0) / len(along)
+    reach = 2 * np.sqrt(np.einsum('ij,ij->j', along, along) / len(along))
+    curved = (bend.curvature > _SIGNIFICANT * bend.curvature_sd) & (bend.curvature * reach > _BENT)
+    if curved.all() and bend.curvature[1] < _ROUND * bend.curvature[0]:
+        return _sphere_tip(points, sigma)
+    offset, told, covariance = np.zeros(2), np.zeros((2, 2)), np.zeros((3, 3))
+    for k in np.flatnonzero(curved):
+        direction = bend.directions[:, k] @ frame[:2]
+        steep = direction[2] / normal[2] + bend.slope[k]
+        length = -steep / np.hypot(1, steep) / bend.curvature[k]
+        offset += length * direction[:2]
+        both = np.outer(direction[:2], direction[:2])
+        told += both / np.trace(both)
+        covariance[:2, :2] += both * ((length * bend.curvature_sd[k])**2 + bend.slope_sd[k]**2) / bend.curvature[k]**2
+    return offset, told, covariance
+
+
+def _unknown_shape(normal: np.ndarray) -> np.ndarray:
+    """(3, 3) m^2: were it a fingertip, its tip would stand off the middle of its region as far as the surface is tilted."""
+    away = np.array([normal[0], normal[1], 0.0]) * _FINGERTIP
+    return np.outer(away, away)
+
+
+def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray]:
+    centroid = region.moments.centroid
+    sds = region.boundary_sd([loop - centroid for loop in region.outline.loops]) / region.moments.area
+    count = max(int(region.members.sum()), 1)
+    return centroid, np.diag(np.square(sds)) + np.diag([0, 0, dots.sigma**2 / count])
+
+
+def _tangent_frame(normal: np.ndarray) -> np.ndarray:
+    """(3, 3): rows are two directions in the plane across normal (3,), then normal."""
+    x, y, z = normal.tolist()
+    length = math.hypot(x, z)
+    first = z / length, 0.0, -x / length
+    return np.array([first, (y * first[2], z * first[0] - x * first[2], -y * first[0]), (x, y, z)])
+
+
+@dataclass(frozen=True)
+class _Bend:
+    """How a patch curves: along each of two directions (2, 2), columns in the tangent plane, curvature (2,), 1/m, positive where the object
+    bulges into the sensor, smaller first, and slope (2,), with their standard deviations."""
+
+    directions: np.ndarray
+    curvature: np.ndarray
+    curvature_sd: np.ndarray
+    slope: np.ndarray
+    slope_sd: np.ndarray
+
+
+def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
+    """Bend of the quadratic through local (N, 3), m: along two tangents and the normal; few dots tell one that is the same all round."""
+    terms = quadratic_terms(local[:, :2])
+    kind = np.eye(6) if len(local) >= _QUADRATIC else _ROUND_ONLY
+    design = terms @ kind
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
+    design = design / scale
+    square = design.T @ design
+    spread = kind @ (lapack.dposv(square + _RIDGE[:len(square), :len(square)], np.eye(len(square)))[1] / scale[:, None])
+    found = spread @ (design.T @ local[:, 2])
+    residual = local[:, 2] - terms @ found
+    noise = max(sigma, math.sqrt(residual @ residual / (len(local) - kind.shape[1])))
+    covariance = spread @ square @ spread.T * noise**2
+    curvature, along = _principal(*found[3:].tolist())
+    weights = np.array([along[0]**2, 2 * along[0] * along[1], along[1]**2])
+    curvature_sd = np.sqrt((weights * (covariance[3:, 3:] @ weights)).sum(axis=0))
+    slope_sd = np.sqrt((along * (covariance[1:3, 1:3] @ along)).sum(axis=0))
+    return _Bend(along, curvature, curvature_sd, found[1:3] @ along, slope_sd)
+
+
+def _principal(xx: float, xy: float, yy: float) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (2,), smaller first, and eigenvectors (2, 2), columns, of [[xx, xy], [xy, yy]]."""
+    middle, radius, angle = (xx + yy) / 2, math.hypot((xx - yy) / 2, xy), math.atan2(xy, (xx - yy) / 2) / 2
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([middle - radius, middle + radius]), np.array([[-sine, cosine], [cosine, sine]])
+
+
+def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
+    """(C, N) of design (N, C) with columns of about 1; what the dots do not tell stays 0."""
+    return lapack.dposv(design.T @ design + _RIDGE[:design.shape[1], :design.shape[1]], design.T)[1]
+
+
+def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """_round_tip by the sphere through points (N, 3), m; x and y are NaN where there is none."""
+    design = np.column_stack([2 * points, np.ones(len(points))])
+    scale = np.abs(design).max(axis=0)
+    inverse = _pseudo_inverse(design / scale)
+    found = inverse @ np.sum(points**2, axis=1) / scale
+    square = found[3] + found[:3] @ found[:3]
+    covariance = np.zeros((3, 3))
+    covariance[:2, :2] = ((inverse @ inverse.T) / np.outer(scale, scale))[:2, :2] * 4 * square * sigma**2
+    return (found[:2] if square > 0 else np.full(2, np.nan)), np.eye(2), covariance
+
+
+def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
+    """Depth, m: how far along z the object would have to go back to just touch the surface at rest.
+
+    It is the largest height of the rest shape over the present surface in the region; a quadratic through the dots
+    around the deepest one takes the noise out and finds the place between them.
+    """
+    points = dots.xyz[region.members]
+    if not len(points):
+        points = region.outline.points
+    gap = cap.heights(points[:, :2]) - points[:, 2]
+    known = np.isfinite(gap)
+    if not known.any():
+        return np.nan
+    middle = int(np.nanargmax(gap))
+    offset = (points[:, :2] - points[middle, :2]) / region.pitch
+    near = (np.einsum('ij,ij->i', offset, offset) < _REACH**2) & known
+    if np.count_nonzero(near) < _QUADRATIC:
+        return float(gap[middle])
+    return float(_smoothed_peak(offset[near], gap[near]))
+
+
+def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
+    """Largest value of the quadratic through gap (N,) at offset (N, 2), pitches: at the dots or at its top between them, no farther out."""
+    design = quadratic_terms(offset)
+    found = lapack.dposv(design.T @ design + 10 * _RIDGE, design.T @ gap)[1]
+    best = (design @ found).max()
+    across = found[3] * found[5] - found[4]**2
+    if found[3] >= 0 or across <= 0:  # no top: not bent down in both directions
+        return best
+    top = np.array([found[4] * found[2] - found[5] * found[1], found[4] * found[1] - found[3] * found[2]]) / across
+    away = offset - top
+    between = np.einsum('ij,ij->i', away, away).min() < _BETWEEN**2
+    return max(best, found[0] + 0.5 * found[1:3] @ top) if between else best

@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What touches, by the membrane's balance of forces: a score for each dot whose half level is the border of the contact. Dots beside an
+object's edge that carry part of its line load and yet do not touch stand off the object's face, which tells them."""
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from scipy.linalg import lapack
+
+from .loads import DotLoads
+from ..membrane.solver import Membrane
+
+_SMALLEST_PATCH = 8
+_ROUNDS = 4
+_FINEST = 1e-5
+_RIDGE = 1e-6 * np.eye(6)
+
+
+def heights_over_face(loaded: np.ndarray, xyz: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Heights (rows, columns), m, of loaded dots (rows, columns) bool over the face through the loaded dots around them, outward positive.
+
+    xyz, normal: (rows, columns, 3). NaN for dots that are not loaded and in patches too small to tell a face (less than eight dots).
+    """
+    heights = np.full(loaded.size, np.nan)
+    mask = loaded.view(np.uint8)
+    count, patches = cv2.connectedComponents(mask)
+    patches, points, normals = patches.ravel(), xyz.reshape(-1, 3), normal.reshape(-1, 3)
+    crowd = cv2.boxFilter(mask, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
+    for patch in range(1, count):
+        member = np.flatnonzero(patches == patch)
+        if len(member) >= _SMALLEST_PATCH:
+            heights[member] = _patch_heights(points.take(member, axis=0), normals.take(member, axis=0), crowd.take(member) - 1.0)
+    return heights.reshape(loaded.shape)
+
+
+def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -> np.ndarray:
+    """Heights (N,) of points (N, 3) over a paraboloid that those inside the patch (many neighbours, crowd (N,)) and the lower ones
+    determine."""
+    up = normals.sum(0)
+    x, y, z = (up / math.sqrt(up @ up)).tolist()
+    flat = math.hypot(x, z)
+    along = z / flat, 0.0, -x / flat
+    frame = np.array([along, (y * along[2], z * along[0] - x * along[2], -y * along[0]), (x, y, z)])
+    terms = np.empty((6, len(points)))
+    terms[1:4] = frame @ (points - points.sum(0) / len(points)).T
+    height = terms[3].copy()
+    terms[0] = 1.0
+    terms[1:3] /= np.abs(terms[1:3]).max()
+    np.multiply(terms[1], terms[1:3], out=terms[3:5])
+    np.multiply(terms[2], terms[2], out=terms[5])
+    middle = len(points) // 2
+    weight = np.minimum(np.maximum((crowd - 3) / 5, .05), 1)**2
+    for _ in range(_ROUNDS):
+        weighted = terms * weight
+        residual = height - lapack.dposv(weighted @ terms.T + _RIDGE, weighted @ height)[1] @ terms
+        scale = max(1.4826 * float(np.partition(np.abs(residual), middle)[middle]), _FINEST)
+        # dots that stand out may be beyond the edge and count little; dots below are only noisy
+        square = residual * (1 / scale)
+        square *= square
+        weight = np.where(residual > 0, 1 / (1 + square)**2, 1 / (1 + square / 4))
+    return residual
+
+
+_HALF = 0.5
+# An object's rounded edge lifts a dot that touches it by up to about this share of a pitch.
+_EDGE_HEIGHT = 0.1
+
+
+def contact_score(membrane: Membrane, state: DotLoads) -> np.ndarray:
+    """Score (K,) of each dot, 0 free to 1 well inside: the object's pressure over that further inside, less where the dot stands off the
+    object's face.
+
+    Above 0.5 the dot is in contact; the half level between dots is the border. The outermost dots of the grid have no balance and score 0.
+    """
+    mesh = membrane.mesh
+    shape = (mesh.rows, mesh.columns)
+    share = load_share(state.load.reshape(shape))
+    loaded = share > _HALF
+    if not loaded.any():
+        return share.ravel()
+    heights = heights_over_face(loaded, state.xyz.reshape(*shape, 3), state.normal.reshape(*shape, 3))
+    face = 1 - np.nan_to_num(heights) / (2 * _EDGE_HEIGHT * membrane.pitch)
+    return _without_single_dots(np.minimum(share, np.clip(face, 0, 1))).ravel()
+
+
+def _without_single_dots(score: np.ndarray) -> np.ndarray:
+    """score (rows, columns) with dots that alone are over half brought down to it: an error of one range looks like that, an object never
+    for long."""
+    over = score > _HALF
+    return np.where(over & (around(over.astype(np.uint8)) == 0), _HALF, score)
+
+
+def load_share(load: np.ndarray) -> np.ndarray:
+    """load (rows, columns), over the fluid's pressure, as a share of what full contact carries there, 0 to 1.
+
+    That is 1 under a flat face and 2 to 4 under a ball or an edge: on the border of a patch the mean load of the loaded dots around, each
+    counted by its load, since beside a ridge most of them carry only what the mesh has spread over them; inside of it every dot is in full
+    contact.
+    """
+    loaded = load > _HALF
+    if not loaded.any():
+        return np.clip(load, 0, 1)
+    carried = np.where(loaded, load, 0.0)
+    mean = around(carried * carried) / np.maximum(around(carried), 1e-9)
+    return np.clip(load / np.where(around(loaded.astype(np.uint8)) == 8, 1.0, np.maximum(mean, 1.0)), 0, 1)
+
+
+def around(values: np.ndarray) -> np.ndarray:
+    """Sum (rows, columns) of values (rows, columns) over the eight neighbours of each dot; nothing outside the grid counts as 0."""
+    return cv2.boxFilter(values, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - values

@@ -1,0 +1,132 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the object touches in one frame: regions, and the figures that describe them, from scores and places of dots."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ...common.contour import Outline, region_outlines
+from ...common.dot_grid import to_grid
+from ...common.dot_surface import DotSurface
+from ...common.estimates import ContactRegionEstimate
+from ...common.region_moments import MomentField, Moments, axes, boundary_sd
+from ...common.rigid_motion import RigidFit
+from ...errors import BadArgument
+
+_MASK_SCALE = 8  # pixels a pitch, of the raster that tells which dots lie in which region
+
+
+@dataclass
+class ContactDots:
+    """What is known of the dots of one frame; entry k of each array belongs to the same dot.
+
+    rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
+    above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
+    deviation of a coordinate of xyz, m; whole: places (K, 3), m, and scores (K,), and what follows them, of all dots of the grid, of those
+    not seen as the membrane has them, where that is known. Raises BadArgument for shapes that differ or numbers that are not finite.
+    """
+
+    rows: int
+    columns: int
+    ids: np.ndarray
+    xyz: np.ndarray
+    rest_xyz: np.ndarray
+    score: np.ndarray
+    state: np.ndarray
+    force: np.ndarray | None = None
+    sigma: float = 30e-6
+    whole: Sequence[np.ndarray] | None = None
+
+    def __post_init__(self):
+        count = len(self.ids)
+        shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'state': (count,), 'force': (count, 3)}
+        for name, shape in shapes.items():
+            values = getattr(self, name)
+            if values is not None and (np.shape(values) != shape or not np.isfinite(values).all()):
+                raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave dots out that are not known')
+        if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
+            raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
+
+    def grids(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places (rows, columns, 3), m, and scores (rows, columns) of all dots; NaN where a dot was not seen and nothing is known of it."""
+        if self.whole is None:
+            return to_grid(self.ids, self.xyz, self.rows, self.columns), to_grid(self.ids, self.score, self.rows, self.columns)
+        return self.whole[0].reshape(self.rows, self.columns, 3), self.whole[1].reshape(self.rows, self.columns)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One separate region.
+
+    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: the present one.
+    """
+
+    outline: Outline
+    moments: Moments
+    members: np.ndarray
+    pitch: float
+    surface: DotSurface
+
+    def boundary_sd(self, values: list[np.ndarray]) -> np.ndarray:
+        """Standard deviations (C,) of integrals over the region whose integrands on outline and holes are values [(M, C), ...]."""
+        return boundary_sd(self.outline.loops, values, self.pitch)
+
+
+def find_regions(dots: ContactDots) -> list[Region]:
+    """The separate regions of one frame, largest first."""
+    if not len(dots.ids) or not (dots.score > 0.5).any():
+        return []
+    xyz, score = dots.grids()
+    surface = DotSurface(xyz)
+    outlines = region_outlines(score, surface)
+    if not outlines:
+        return []
+    moments = MomentField(surface, outlines)
+    members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
+    regions = [Region(outline, moments.of(outline), inside, moments.pitch, surface) for outline, inside in zip(outlines, members)]
+    # Two dots that nearly touch may make the smooth score between them one that does: no dot in it, no contact.
+    return [region for region in regions if region.moments.area > 0 and region.members.any()]
+
+
+def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
+    """(N,) bool: the dots that touch, in the outline and in none of its holes."""
+    mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
+    loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
+    cv2.fillPoly(mask, loops, 1)
+    place = np.stack(np.divmod(np.asarray(dots.ids), dots.columns)) * _MASK_SCALE + _MASK_SCALE // 2
+    return (mask[place[0], place[1]] > 0) & (dots.score > 0.5)
+
+
+def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None = None, interval: float = np.nan) -> ContactRegionEstimate:
+    """All fields of ContactRegion for one frame; motion: of the object over interval s, None when unknown."""
+    estimate = ContactRegionEstimate(np.asarray(dots.ids), np.asarray(dots.state))
+    if motion is not None and np.isfinite(interval):
+        estimate.motion_translation = motion.translation
+        estimate.motion_rotation = quaternion(motion.rotation)
+        estimate.motion_interval = float(interval)
+    if not regions:
+        return estimate
+    total = sum((region.moments for region in regions[1:]), regions[0].moments)
+    estimate.outlines = [region.outline.points for region in regions]
+    estimate.holes = [hole for region in regions for hole in region.outline.holes]
+    estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
+    estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, estimate.outlines + estimate.holes, regions[0].pitch)
+    return estimate
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """(4,) unit quaternion x, y, z, w, w >= 0, of a rotation matrix (3, 3)."""
+    x, y, z = np.diag(rotation)
+    squares = 0.25 * np.maximum([1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z], 0)
+    largest = int(np.argmax(squares))
+    sums = np.array([[0, rotation[0, 1] + rotation[1, 0], rotation[0, 2] + rotation[2, 0], rotation[2, 1] - rotation[1, 2]],
+                     [0, 0, rotation[1, 2] + rotation[2, 1], rotation[0, 2] - rotation[2, 0]],
+                     [0, 0, 0, rotation[1, 0] - rotation[0, 1]], [0, 0, 0, 0]])
+    sums = sums + sums.T
+    answer = sums[largest] / (4 * np.sqrt(squares[largest]))
+    answer[largest] = np.sqrt(squares[largest])
+    return answer if answer[3] >= 0 else -answer

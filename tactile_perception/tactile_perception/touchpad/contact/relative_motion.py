@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The object's motion from the dots that move with it, and the slip of the others over it."""
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...common.rigid_motion import RigidFit, fit_rigid_robust
+from ...errors import BadArgument, BadFrame, DegenerateFit
+from .region import ContactDots
+
+_FEWEST = 6  # dots that must share a motion before it is taken for the object's
+
+
+@dataclass(frozen=True)
+class MotionEstimate:
+    """The object's motion over interval s, None and NaN when unknown; slip: (N, 3) m, of each touched dot over the object in that time.
+
+    slip is NaN for dots that do not touch, were not seen before, or where the motion is unknown.
+    """
+
+    motion: RigidFit | None
+    interval: float
+    slip: np.ndarray
+
+
+class ObjectMotion:
+    """The object's motion since interval_s ago, frame by frame, on a rows x columns grid.
+
+    The motion is what most of the dots share that stuck all the time in between; the fit is robust, so that wrong states do not bend it. A
+    gross slip, where no dot sticks, leaves it unknown: the dots then do not see the object move.
+    """
+
+    def __init__(self, rows: int, columns: int, interval_s: float = 0.1):
+        if not 0 < interval_s < np.inf:
+            raise BadArgument(f'object motion: interval_s must be positive, got {interval_s}')
+        self.rows, self.columns, self.interval_s = rows, columns, interval_s
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all frames."""
+        self._past: deque[tuple[float, np.ndarray, np.ndarray]] = deque()
+
+    def process(self, dots: ContactDots, stamp_s: float) -> MotionEstimate:
+        """Motion until this frame. Raises BadFrame for a stamp that is not later than the last."""
+        if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
+            raise BadFrame(f'object motion: stamp {stamp_s} s is not later than the last; frame skipped')
+        states = np.zeros(self.rows * self.columns, np.uint8)
+        states[dots.ids] = dots.state
+        places = np.full((self.rows * self.columns, 3), np.nan)
+        places[dots.ids] = dots.xyz
+        self._past.append((stamp_s, places, states))
+        while len(self._past) > 2 and self._past[1][0] <= stamp_s - self.interval_s * (1 - 1e-6):
+            self._past.popleft()
+        return self._estimate(dots, stamp_s)
+
+    def _estimate(self, dots: ContactDots, stamp_s: float) -> MotionEstimate:
+        unknown = MotionEstimate(None, np.nan, np.full((len(dots.ids), 3), np.nan))
+        since, before, first = self._past[0]
+        if len(self._past) < 2 or not first.any():
+            return unknown
+        stuck = first > 0
+        for _, _, states in itertools.islice(self._past, 1, None):
+            stuck = stuck & (states == 1)
+        known = np.isfinite(before[dots.ids, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
+        chosen = known & stuck[dots.ids]
+        motion = _shared_motion(before[dots.ids[chosen]], dots.xyz[chosen], dots.sigma)
+        if motion is None:
+            return unknown
+        slip = np.where(known[:, None], dots.xyz - motion.apply(before[dots.ids]), np.nan)
+        return MotionEstimate(motion, stamp_s - since, slip)
+
+
+def _shared_motion(before: np.ndarray, now: np.ndarray, sigma: float) -> RigidFit | None:
+    """The motion that at least half of the dots share, None where there is none such or they leave it open."""
+    if len(before) < _FEWEST:
+        return None
+    try:
+        motion = fit_rigid_robust(before, now, np.sqrt(2) * sigma)
+    except DegenerateFit:
+        return None
+    return motion if np.count_nonzero(motion.weights) >= max(_FEWEST, len(before) / 2) else None

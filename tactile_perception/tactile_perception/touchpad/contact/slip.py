@@ -1,0 +1,118 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Slip of the object over the sensor, from the states and movements of the dots."""
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
+from ...common.slip import next_state, planar_twist
+from ...errors import BadArgument, BadFrame
+from .region import ContactDots
+from .relative_motion import MotionEstimate
+
+_FEWEST = 6  # dots from which a twist or a centre is told
+_TOLD = 2.0  # a contact's movement is told where it is this many times its own doubt
+_WINDOW_S = 0.15  # time over which the contact's own movement is measured
+
+
+class SlipEstimator:
+    """Slip frame by frame.
+
+    While some dots stick, they carry the object's motion and the others' slip is measured against it. Once all slip, the object is only
+    seen by where it touches: its contact moves on while the dots stay. That tells a translation (too slow a one where a face is larger
+    than its contact, whose border then lags behind); a turn in place stays unknown, but friction tells its centre.
+    """
+
+    def __init__(self):
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all frames."""
+        self._state = NONE
+        self._past: deque[tuple[float, dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]] = deque()
+
+    def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float) -> SlipEstimate:
+        """Slip in one frame. Raises BadFrame for a stamp that is not later than the last, BadArgument where motion is of another frame."""
+        if len(motion.slip) != len(dots.ids):
+            raise BadArgument(f'slip: motion has {len(motion.slip)} dots, the frame {len(dots.ids)}')
+        if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
+            raise BadFrame(f'slip: stamp {stamp_s} s is not later than the last; frame skipped')
+        self._remember(dots, contacts, stamp_s)
+        state = np.asarray(dots.state)
+        if not (state > 0).any():
+            self._state = NONE
+            return SlipEstimate()
+        slipping = np.flatnonzero(state == 2)
+        fraction = len(slipping) / np.count_nonzero(state)
+        self._state = next_state(self._state, fraction)
+        place = dots.xyz[slipping]
+        estimate = SlipEstimate(self._state, fraction, x=place[:, 0], y=place[:, 1])
+        centre = None if dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
+        turns = self._state == GROSS and (centre is None or np.isfinite(centre).all())
+        velocity = (self._gross(dots, contacts, turns) if self._state == GROSS else _measured(motion))[slipping]
+        estimate.vx, estimate.vy = velocity.T
+        self._whole(estimate, place, velocity, centre)
+        return estimate
+
+    def _remember(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
+        places = {contact.id: (contact.position[:2], dots.ids[contact.members], dots.xyz[contact.members, :2]) for contact in contacts}
+        self._past.append((stamp_s, places))
+        while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6) or (self._state != GROSS and len(self._past) > 1):
+            self._past.popleft()
+
+    def _gross(self, dots: ContactDots, contacts: list[ContactEstimate], turns: bool) -> np.ndarray:
+        """(N, 2) m/s of the object over the surface at the dots of each contact, from its drift; NaN where it turns or may turn."""
+        velocity = np.full((len(dots.ids), 2), np.nan)
+        for contact in () if turns else contacts:
+            drift = self._drift(contact.id)
+            doubt = np.sqrt(2 * np.trace(contact.position_covariance[:2, :2])) / _WINDOW_S
+            if np.linalg.norm(drift) > _TOLD * doubt:
+                velocity[contact.members] = drift
+        return velocity
+
+    def _drift(self, number: int) -> np.ndarray:
+        """(2,) m/s: how fast a contact moves over the dots it holds; NaN before it has lasted half the window."""
+        seen = [(stamp, *places[number]) for stamp, places in self._past if number in places]
+        if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
+            return np.full(2, np.nan)
+        stamps, places = np.array([stamp for stamp, *_ in seen]), np.array([place for _, place, *_ in seen])
+        first, last = np.triu_indices(len(seen), 1)
+        # The median over pairs of frames (Theil, Sen) does not mind that the position jumps once when the object's shape becomes known.
+        speed = np.median((places[last] - places[first]) / (stamps[last] - stamps[first])[:, None], axis=0)
+        (_, _, before_id, before), (_, _, now_id, now) = seen[0], seen[-1]
+        _, at, then = np.intersect1d(now_id, before_id, assume_unique=True, return_indices=True)
+        if not len(at):
+            return speed
+        return speed - np.mean(now[at] - before[then], axis=0) / (stamps[-1] - stamps[0])
+
+    def _whole(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, centre: np.ndarray | None) -> None:
+        """The twist that the slipping dots at place (S, 3) share, in the x-y plane, and its centre: from velocities, else from friction."""
+        if self._state == NONE:
+            estimate.linear, estimate.angular = np.zeros(3), np.zeros(3)
+            return
+        known = np.isfinite(velocity).all(axis=1)
+        if known.sum() >= _FEWEST:
+            linear, turn, centre = planar_twist(place[known, :2], velocity[known])
+            if self._state == GROSS:  # known at all only where friction told a translation
+                linear, turn, centre = np.mean(velocity[known], axis=0), 0.0, np.full(2, np.nan)
+            estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
+        if centre is not None and np.isfinite(centre).all():
+            estimate.rotation_center = np.array([*centre, place[:, 2].mean()])
+
+
+def _measured(motion: MotionEstimate) -> np.ndarray:
+    """(N, 2) m/s of the object over the surface at each dot, measured against the dots that stick."""
+    return np.full((len(motion.slip), 2), np.nan) if motion.motion is None else -motion.slip[:, :2] / motion.interval
+
+
+def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
+    """(2,) m: point about which friction force (S, 2) at place (S, 2) turns, NaN for a translation; None where there is none.
+
+    Friction on the surface points the way the object slides over it, so that its field has the centre of the field of velocities.
+    """
+    if len(place) < _FEWEST or not force.any() or (place == place[0]).all():
+        return None
+    return planar_twist(place, force)[2]

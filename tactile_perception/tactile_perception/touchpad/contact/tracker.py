@@ -1,0 +1,129 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Separate touches: one Contact for each region, under a number that it keeps while the touch lasts."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
+from ...common.spherical_cap import Cap
+from .contact_point import deepest, foremost_point
+from ...errors import BadArgument
+from .region import ContactDots, Region
+
+_NOTCH = 1.3  # pitches that the outline of one touch may stand back from its convex hull: two that have run together do by more
+_DOUBTED = 15  # frames for which what has merged counts as several touches
+_LASTING = 5  # frames from which on a touch is one of its own, not a part of one that is just beginning
+
+
+class ContactTracker:
+    """Contacts frame by frame.
+
+    A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
+    not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
+    number; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only if its outline shows a notch. Of parts
+    that a region splits into, the one with most dots in common keeps the number.
+    calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
+    """
+
+    def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
+        for name, value in (('calibrated_depth', calibrated_depth), ('calibrated_radius', calibrated_radius)):
+            if value is not None and not 0 < value < np.inf:
+                raise BadArgument(f'contact tracker: {name} must be positive, m, got {value}')
+        self._cap, self._depth, self._radius = cap, calibrated_depth, calibrated_radius
+        self._next = 1
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the present touches; numbers are not used again."""
+        self._last: dict[int, _Track] = {}
+
+    def process(self, dots: ContactDots, regions: list[Region]) -> list[ContactEstimate]:
+        """One contact for each region of this frame, in their order."""
+        held = [set(np.asarray(dots.ids)[region.members].tolist()) for region in regions]
+        chosen = _match(held, regions, self._last)
+        contacts, tracks = [], {}
+        for k, region in enumerate(regions):
+            number = chosen.get(k)
+            if number is None:
+                number, self._next = self._next, self._next + 1
+            merged = self._merged_for(number, k, held, chosen)
+            age = self._last[number].age + 1 if number in self._last else 1
+            tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
+            contacts.append(self._contact(number, dots, region, merged > 0))
+        self._last = tracks
+        return contacts
+
+    def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
+        """Frames for which region k still counts as merged: it swallows a contact that ends now, or did before and has not split since."""
+        ended = [track for other, track in self._last.items() if other not in chosen.values() and track.age >= _LASTING]
+        if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
+            return _DOUBTED
+        before = self._last.get(number)
+        whole = before is not None and sum(bool(some & before.held) for some in held) == 1
+        return max(before.merged - 1, 0) if whole else 0
+
+    def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
+        position, covariance, normal = foremost_point(dots, region)
+        depth = np.maximum(deepest(dots, region, self._cap), 0.0)
+        force = np.nan if dots.force is None else max(float(-region.moments.normal @ _force(dots, region)), 0.0)
+        flags = self._flags(dots, region, position, depth, merged)
+        return ContactEstimate(number, position, normal, float(depth), force, covariance, flags, region.members)
+
+    def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
+        place = region.outline.grid_points
+        flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
+        if merged or _deepest_notch(place) > _NOTCH:
+            flags |= AMBIGUOUS
+        beyond = self._depth is not None and depth > self._depth
+        outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
+        return flags | (OUT_OF_RANGE if beyond or outside else 0)
+
+
+@dataclass(frozen=True)
+class _Track:
+    held: set
+    centroid: np.ndarray
+    area: float
+    merged: int
+    age: int
+
+
+def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:
+    """Number for each region that goes on: pairs by most dots in common, then by the least gap."""
+    pairs = []
+    for k, region in enumerate(regions):
+        for number, track in last.items():
+            radii = np.sqrt(region.moments.area / np.pi) + np.sqrt(track.area / np.pi)
+            gap = np.linalg.norm(region.moments.centroid - track.centroid) - radii
+            common = len(held[k] & track.held)
+            if common or gap < 1.5 * region.pitch:
+                pairs.append((-common, gap, number, k))
+    chosen: dict[int, int] = {}
+    for _, _, number, k in sorted(pairs):
+        if k not in chosen and number not in chosen.values():
+            chosen[k] = number
+    return chosen
+
+
+def _force(dots: ContactDots, region: Region) -> np.ndarray:
+    """(3,) N: forces of the dots in the region and of their neighbours, where a border between dots leaves a part."""
+    inside = np.zeros(dots.rows * dots.columns, np.uint8)
+    inside[dots.ids[region.members]] = 1
+    near = cv2.boxFilter(inside.reshape(dots.rows, -1), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
+    return (near[dots.ids] > 0).astype(float) @ dots.force
+
+
+def _deepest_notch(loop: np.ndarray) -> float:
+    """How far loop (M, 2) of (row, column) stands back from its convex hull at most, pitches."""
+    scale = 64  # OpenCV measures defects of whole numbers, in 1/256
+    points = np.rint(loop * scale).astype(np.int32)
+    points = points[(points != np.concatenate([points[-1:], points[:-1]])).any(axis=1)].reshape(-1, 1, 2)
+    if len(points) < 4:
+        return 0.0
+    hull = np.sort(cv2.convexHull(points, returnPoints=False), axis=0)
+    defects = cv2.convexityDefects(points, hull) if len(hull) > 3 else None
+    return 0.0 if defects is None else float(defects[..., 3].max()) / 256 / scale

@@ -1,0 +1,154 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The colour of the light ground around each dot, as logarithms of channel ratios."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ...errors import BadFrame
+
+POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
+RING_PIXELS = 9 * POINTS
+INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ring's upper quartile is ink or a specular spot (white light
+# raises blue, the weakest channel in red water, first); shading across a dent's flank stays between them
+GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
+SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
+RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
+WIDE = 0.55  # the same where colour has been stored more coarsely than brightness (4:2:0, 4:2:2, JPEG) and dots have bled into the ground
+BLED = 2e-3  # by which log blue/red of the two rings may differ; the dented pad's own slopes make a quarter of that
+HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
+_ONES = np.ones((1, POINTS), np.float32)
+NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
+
+
+def check_image(image: np.ndarray) -> np.ndarray:
+    """The image itself when it is (H, W, 3) uint8; BadFrame, saying what is wrong, otherwise."""
+    if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+        shape = getattr(image, 'shape', None)
+        raise BadFrame(f'surface: need a colour image (H, W, 3) uint8 in BGR order, got {shape}; set the camera to bgr8')
+    return image
+
+
+def pitch_px(uv: np.ndarray) -> float:
+    """Median distance, px, from each of the dots at uv (N, 2) to the nearest other one. Raises BadFrame for less than 9 dots."""
+    if len(uv) < 9:
+        raise BadFrame(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
+    points = uv - uv.mean(0)
+    length = np.square(points).sum(1)
+    square = length[:, None] + length - 2 * points @ points.T
+    np.fill_diagonal(square, np.inf)
+    return float(np.sqrt(np.median(square.min(1))))
+
+
+def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
+    """Radius, over the pitch, of the ring to sample around dots at uv (N, 2) px: WIDE where colour bleeds, else RING.
+
+    image: (H, W, 3) uint8 BGR, untouched. Bled colour shows as a ground that is another one near its dots.
+    """
+    pitch = pitch_px(uv)
+    near, far = (log_ratios(image, uv, share * pitch).ratios[:, 0] for share in (RING, WIDE))
+    gap = (near - far)[np.isfinite(near - far)]
+    if len(gap) == 0:
+        return RING
+    middle = np.median(gap)
+    doubt = 1.4826 * np.median(np.abs(gap - middle)) / np.sqrt(len(gap))
+    return WIDE if abs(middle) > BLED + 4 * doubt else RING
+
+
+_ANGLE = np.arange(POINTS)[:, None] * (2 * np.pi / POINTS)
+_CIRCLE = np.float32(np.cos(_ANGLE)), np.float32(np.sin(_ANGLE))
+_BLOCK = (np.repeat([-1, 0, 1], 3) * 2**16 + np.tile([-1, 0, 1], 3)).astype(np.int32)[:, None, None]  # 3x3 pixels as rows and columns
+_FAR = 2.0**14  # px: places are brought inside of this, where half a word holds them; no image is that large
+
+
+def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
+    """Sums of 3x3 pixels (POINTS, N, 3), uint16, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
+    u, v = np.clip(uv.T, -_FAR, _FAR).astype(np.float32)
+    column = np.rint(u + np.float32(radius) * _CIRCLE[0]).astype(np.int32)
+    row = np.rint(v + np.float32(radius) * _CIRCLE[1]).astype(np.int32)
+    row *= 2**16  # column and row as the two half words that remap reads, the lower first
+    row += column
+    places = (_BLOCK + row).view(np.int16).reshape(9 * POINTS, -1, 2)
+    pixels = cv2.remap(image, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+    return np.add.reduce(pixels.reshape(9, -1), 0, np.uint16).reshape(POINTS, -1, 3)
+
+
+@dataclass
+class RingColours:
+    """Colour around dots.
+
+    ratios: (N, 2) logarithms of blue/red and green/red; count: (N,) ring points that they stand on; patchiness: (N,) relative variance of
+    blue/red around the ring, beyond an even slope: noise, and glare or a sharp edge.
+    """
+
+    ratios: np.ndarray
+    count: np.ndarray
+    patchiness: np.ndarray
+
+
+def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
+    """Colour of the ground around dots.
+
+    image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on a specular spot or outside of the image do not
+    count; ratios are NaN where fewer than a quarter of the points do, or where a channel is dark. Raises BadFrame for a wrong image.
+    """
+    if len(uv) == 0:
+        return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
+    sums = np.ascontiguousarray(ring_sums(check_image(image), uv, radius).transpose(2, 0, 1), np.float32)
+    blue, _, red = sums
+    level = np.sort(np.ascontiguousarray(blue.T), axis=1)[:, 3 * POINTS // 4]
+    keep = blue > np.float32(INK) * level
+    keep &= blue < np.float32(GLARE) * level
+    keep &= red < np.float32(SATURATED)
+    keep = keep.astype(np.float32)
+    count = _around(keep)
+    most = np.maximum(count, 1)
+    mean = _around(sums * keep) / most
+    good = (count >= POINTS // 4) & (mean.min(0) > NOISE_FLOOR * 9)
+    logs = np.log(np.where(good, mean, np.nan).astype(float))
+    return RingColours((logs[:2] - logs[2]).T, count.astype(int), _patchiness(blue / np.maximum(red, 1), keep, most))
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Sums (..., N) over the rings' points of values (..., POINTS, N): whole numbers stay exact, and products are quicker than sums."""
+    return (_ONES @ values)[..., 0, :]
+
+
+def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Relative variance (N,) of blue/red (POINTS, N) around the ring without mean and first harmonic; points not kept count as even."""
+    uneven = ratio * keep
+    uneven /= np.maximum(_around(uneven) / count, np.float32(1e-6))
+    uneven -= keep
+    first = HARMONIC @ uneven
+    return np.einsum('pn,pn->n', uneven, uneven) / POINTS - np.einsum('pn,pn->n', first, first) * (2 / POINTS**2)
+
+
+def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Colour of the ground between the dots over the whole image, at rest: places uv (M, 2) px, log ratios (M, 2), pixels used (M,).
+
+    image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px. Cells of step x step pixels; a pixel counts
+    where it is nearly as bright as the brightest around it.
+    """
+    values = np.ascontiguousarray(image, np.float32)
+    smooth = cv2.blur(values.sum(2), (3, 3))
+    size = 2 * int(np.ceil(radius)) + 1
+    ground = smooth > GROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
+    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (values.max(2) < 254)
+    ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
+    return _cells(values, ground, step)
+
+
+def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means over cells of step x step pixels of those in ground: places (M, 2), log ratios (M, 2), pixels used (M,)."""
+    rows, columns = (side // step for side in ground.shape)
+    mask = ground[:rows * step, :columns * step]
+    v, u = np.mgrid[0:rows * step, 0:columns * step].astype(np.float32)
+    means = [cv2.resize(part * mask, (columns, rows), interpolation=cv2.INTER_AREA).ravel()
+             for part in (*cv2.split(values[:rows * step, :columns * step]), u, v, np.float32(1))]
+    sums = np.stack(means, axis=1).astype(float) * step**2
+    sums = sums[(sums[:, 5] > step * step // 4 - 0.5) & (sums[:, :3].min(1) > NOISE_FLOOR * sums[:, 5])]
+    logs = np.log(sums[:, :3])
+    return sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], sums[:, 5]

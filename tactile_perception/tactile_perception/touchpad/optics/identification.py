@@ -1,0 +1,233 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the untouched pad tells about its water: its rest shape is known, so each background pixel is a place with a known path."""
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from .absorption import WaterModel
+from .colour import POINTS, RING, RING_PIXELS, background_ratios, check_image, log_ratios, pitch_px, ring_share
+from ...common.camera import CameraModel
+from ...common.spherical_cap import Cap
+from ...errors import BadArgument, BadFrame
+from .light_path import LightPath
+
+MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
+CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
+_STEP = 1e-4  # of the prior's standard deviations, for slopes
+_ENOUGH = 1e-6  # of the sum of squares: a step that lowers it by less ends the fit
+RIM_MARGIN = 0.04   # of the cap's height: nearer to the rim the picture is blurred into what lies outside
+
+
+@dataclass(frozen=True)
+class OpticsPrior:
+    """What is known of the design before any image: (mean, standard deviation) each; lengths in m.
+
+    The defaults are a camera with a ring of lamps around its lens and a window somewhere between it and the rim, in units of the
+    camera's distance from the rim plane (as_lengths). They matter where an untouched pad alone must do: it cannot tell the window's
+    place from the lamps' well.
+    """
+
+    window: tuple[float, float] = (-0.20, 0.20)
+    lamp_height: tuple[float, float] = (0.0, 0.075)
+    lamp_radius: tuple[float, float] = (0.375, 0.15)
+    ambient: tuple[float, float] = (0.25, 0.15)
+
+    def as_lengths(self, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
+        """Means (4,) and standard deviations (4,) of window_z, lamp_z, lamp_radius (m) and ambient for this camera."""
+        unit = abs(camera.centre[2])
+        mean = np.array([self.window[0] * unit, camera.centre[2] + self.lamp_height[0] * unit, self.lamp_radius[0] * unit, self.ambient[0]])
+        return mean, np.array([self.window[1] * unit, self.lamp_height[1] * unit, self.lamp_radius[1] * unit, self.ambient[1]])
+
+
+@dataclass
+class Colours:
+    """Measured colours at known places: log ratios (M, 2) with covariances (M, 2, 2) at places (M, 3) m with normals (M, 3)."""
+
+    ratios: np.ndarray
+    covariances: np.ndarray
+    places: np.ndarray
+    normals: np.ndarray
+
+    def select(self, keep: np.ndarray) -> 'Colours':
+        """Those where keep (M,) bool."""
+        return Colours(self.ratios[keep], self.covariances[keep], self.places[keep], self.normals[keep])
+
+    def joined(self, others: list['Colours']) -> 'Colours':
+        """These and others together."""
+        parts = [self, *others]
+        return Colours(np.concatenate([p.ratios for p in parts]), np.concatenate([p.covariances for p in parts]),
+                       np.concatenate([p.places for p in parts]), np.concatenate([p.normals for p in parts]))
+
+
+def ring_covariances(noise: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2) that of a whole ring."""
+    return noise * (POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_FLOOR**2
+
+
+def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Log ratios (M, 2) for parameters q (8,): two constants, two absorptions (1/m), window_z, lamp_z, lamp_radius (m), ambient."""
+    path = LightPath(*q[4:8], tuple(centre))
+    return q[:2] - path.lengths(places, normals)[0][:, None] * q[2:4]
+
+
+class _Misfit:
+    """What parameters q (8,), as predict takes them, leave over of colours: whitened, softened, with the prior's own at the end."""
+
+    def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
+        self._colours, self._centre = colours, tuple(camera.centre)
+        self.mean, self.sd = prior.as_lengths(camera)
+        self._root = np.linalg.inv(np.linalg.cholesky(colours.covariances))
+
+    def lengths(self, light: np.ndarray) -> np.ndarray:
+        """Lengths (M,), m, of the paths to all colours' places; light: (4,) window_z, lamp_z, lamp_radius, ambient."""
+        return LightPath(*light, self._centre).lengths(self._colours.places, self._colours.normals)[0]
+
+    def _whitened(self, q: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+        gap, root = q[:2] - lengths[:, None] * q[2:4] - self._colours.ratios, self._root
+        return np.stack([root[:, 0, 0] * gap[:, 0], root[:, 1, 0] * gap[:, 0] + root[:, 1, 1] * gap[:, 1]], axis=1)
+
+    def residuals(self, q: np.ndarray) -> np.ndarray:
+        """(2 M + 4,)."""
+        plain = self._whitened(q, self.lengths(q[4:]))
+        return np.concatenate([(np.sign(plain) * _soften(np.abs(plain))).ravel(), (q[4:] - self.mean) / self.sd])
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """(2 M + 4, 8) slopes of the residuals: those of constants and absorptions by hand, of the light's path by small steps."""
+        lengths, root = self.lengths(q[4:]), self._root
+        columns = [root[:, :, 0], root[:, :, 1], -lengths[:, None] * root[:, :, 0], -lengths[:, None] * root[:, :, 1]]
+        for step in np.diag(_STEP * self.sd):
+            change = (self.lengths(q[4:] + step) - lengths) / step.sum()
+            columns.append(-change[:, None] * (root @ q[2:4]))
+        size = np.abs(self._whitened(q, lengths))
+        slopes = np.stack(columns, axis=2) * np.where(size <= 3, 1.0, 3 / _soften(size))[:, :, None]
+        return np.concatenate([slopes.reshape(-1, 8), np.hstack([np.zeros((4, 4)), np.diag(1 / self.sd)])])
+
+
+def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.ndarray, np.ndarray, float]:
+    """Most likely parameters q (8,), their covariance (8, 8) and the root mean square of the whitened residuals."""
+    misfit = _Misfit(colours, camera, prior)
+    start = _start(colours, misfit)
+    scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, misfit.sd])
+    result = least_squares(misfit.residuals, start, misfit.jacobian, x_scale=scale, max_nfev=60, ftol=_ENOUGH)
+    noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
+    return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
+
+
+def _soften(size: np.ndarray) -> np.ndarray:
+    """Residuals up to 3 as they are, larger ones with the square root of Huber's loss: a few glaring cells must not bend the fit."""
+    return np.where(size <= 3, size, np.sqrt(np.maximum(6 * size - 9, 0)))
+
+
+def _start(colours: Colours, misfit: _Misfit) -> np.ndarray:
+    """Parameters (8,) to start from: prior geometry, constants and absorptions by linear regression."""
+    line = np.polyfit(misfit.lengths(misfit.mean), colours.ratios, 1)
+    return np.concatenate([line[1], np.maximum(-line[0], 1.0), misfit.mean])
+
+
+def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
+    """Colours of the untouched pad's ground between its dots; noise: (2, 2) covariance of one pixel's log ratios. Raises BadFrame."""
+    uv, ratios, pixels = background_ratios(image, radius)
+    rays = camera.rays(uv)
+    places = cap.meet(camera.centre, rays)
+    on_cap = places[:, 2] > RIM_MARGIN * cap.height
+    if on_cap.sum() < 100:
+        raise BadFrame(f'surface: only {on_cap.sum()} cells of the untouched pad show its ground; check light, exposure and camera pose')
+    places = places[on_cap]
+    covariances = noise / pixels[on_cap][:, None, None] + np.eye(2) * MODEL_FLOOR**2
+    return Colours(ratios[on_cap], covariances, places, (places - [0, 0, cap.centre_z]) / cap.curvature_radius)
+
+
+def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
+    """The water of a pad from its untouched image alone.
+
+    image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
+    BadArgument where the water leaves no colour.
+    """
+    share = ring_share(check_image(image), uv)
+    radius = share * pitch_px(uv)
+    noise = _ring_noise(log_ratios(image, uv, radius).ratios, cap.meet(camera.centre, camera.rays(uv)))
+    q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
+    model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
+    return follow_constants(model, image, uv, camera) if share > RING else model
+
+
+def as_rings(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
+    """Colours of the ground as the rings of a model read it, which sample nearer to dots: another colour where theirs has bled."""
+    if model.ring_share <= RING:
+        return ground
+    q = np.array([*model.constants, *model.absorptions, model.path.window_z, model.path.lamp_z, model.path.lamp_radius, model.path.ambient])
+    shift = np.median(predict(q, ground.places, ground.normals, centre) - ground.ratios, axis=0)
+    return replace(ground, ratios=ground.ratios + shift)
+
+
+def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Covariance (2, 2) of log ratios (N, 2) over rings, from what a smooth surface over places (N, 3) does not explain."""
+    x, y, _ = places.T / np.nanmax(np.abs(places))
+    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+    if known.sum() < 30:
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
+    terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
+    gap = ratios[known] - terms @ np.linalg.lstsq(terms, ratios[known], rcond=None)[0]
+    near = (np.abs(gap) < 4 * 1.4826 * np.median(np.abs(gap), axis=0)).all(1)
+    return np.cov(gap[near].T) + np.eye(2) * 1e-10
+
+
+def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius: float, camera: CameraModel, cap: Cap) -> WaterModel:
+    """The model for parameters q (8,) with covariance (8, 8): absorptions must be positive, else BadArgument says so."""
+    if (q[2:4] <= 0).any():
+        raise BadArgument(f'surface: the water leaves no colour (absorptions {q[2:4]} 1/m); check channel order and light, fill red water')
+    path = LightPath(*(float(v) for v in q[4:8]), tuple(float(v) for v in camera.centre))
+    return WaterModel(path, q[:2], q[2:4], noise, radius, cap, ring_offset(radius, camera, cap), scale_sigma(q, covariance, camera, cap))
+
+
+def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
+    """By how much, m, a mean over a ring of radius px exceeds the range in its centre on the cap at rest (small: one value serves)."""
+    side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
+    x, y = (part.ravel() for part in np.meshgrid(side, side))
+    uv = camera.project(np.column_stack([x, y, np.full(x.size, 0.7 * cap.height)]))
+    ring = np.array([[1, 0], [-1, 0], [0, 1], [0, -1.0]]) * radius
+    around = cap.ranges(camera.centre, camera.rays((uv[:, None] + ring).reshape(-1, 2))).reshape(-1, 4).mean(1)
+    return float(np.nanmedian(around - cap.ranges(camera.centre, camera.rays(uv))))
+
+
+def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
+    """Relative standard deviation of a dent's depth (dents of `dent` m all over the cap) that the parameters' covariance (8, 8) leaves."""
+    side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
+    x, y = (part.ravel() for part in np.meshgrid(side, side))
+    z = cap.centre_z + np.sqrt(cap.curvature_radius**2 - x**2 - y**2)
+    rest = np.column_stack([x, y, z])
+    normals = (rest - [0, 0, cap.centre_z]) / cap.curvature_radius
+    rays = (rest - camera.centre) / np.linalg.norm(rest - camera.centre, axis=1, keepdims=True)
+    places = rest - dent * rays
+    step = 1e-4 * np.maximum(np.abs(q), np.sqrt(np.diag(covariance)) + 1e-9)
+    base = predict(q, places, normals, camera.centre)
+    jacobian = np.stack([(predict(q + e, places, normals, camera.centre) - base) @ q[2:4] for e in np.diag(step)], 1) / step
+    slope = (predict(q, places + 1e-5 * rays, normals, camera.centre) - base) @ q[2:4] / 1e-5
+    gain = jacobian / slope[:, None]
+    return float(np.sqrt(np.mean(np.einsum('ni,ij,nj->n', gain, covariance, gain)))) / dent
+
+
+def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
+    """A calibrated model after its lamps' colour, the white balance, the camera's noise or the way that colour is stored have changed.
+
+    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants, the noise and the ring follow; the absorptions
+    and the light's path stay. Raises BadFrame where too little of the image can be read.
+    """
+    share, pitch = ring_share(check_image(image), uv), pitch_px(uv)
+    if share > model.ring / pitch + 0.02:
+        model = replace(model, ring=share * pitch, ring_offset=ring_offset(share * pitch, camera, model.cap))
+    model = replace(model, ring_share=model.ring / pitch)
+    ratios = log_ratios(image, uv, model.ring).ratios
+    places = model.cap.meet(camera.centre, camera.rays(uv))
+    known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
+    if known.sum() < 30:
+        raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
+    normals = (places[known] - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius
+    length, slope = model.path.lengths(places[known], normals)
+    length = length + model.ring_offset * slope
+    constants = np.median(ratios[known] + length[:, None] * model.absorptions, axis=0)
+    return replace(model, constants=constants, noise=_ring_noise(ratios, places))

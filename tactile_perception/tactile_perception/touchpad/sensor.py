@@ -1,0 +1,52 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The touchpad as its parameters describe it."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from ..common.camera import CameraModel
+from ..common.spherical_cap import Cap
+from ..errors import BadArgument
+from .membrane.forces import MembraneMaterial
+
+
+@dataclass(frozen=True)
+class Touchpad:
+    """rows, columns: of the printed grid, 0 for none; cap: rest shape, None where dots are not placed in 3D; material: of the membrane;
+    rotation (3, 3), translation (3,) m: x_camera = rotation @ x_sensor + translation."""
+
+    rows: int
+    columns: int
+    cap: Cap | None
+    material: MembraneMaterial
+    rotation: np.ndarray
+    translation: np.ndarray
+
+    @classmethod
+    def from_parameters(cls, values: Mapping) -> Touchpad:
+        """The sensor of SENSOR_PARAMETERS' values. Raises BadArgument for what does not fit together."""
+        rotation, translation = camera_pose(values)
+        cap = Cap(values['cap.curvature_radius'], values['cap.height']) if values['surface'] == 'cap' else None
+        if cap is not None and min(values['rows'], values['columns']) < 3:
+            raise BadArgument(
+                f'parameters rows and columns must be at least 3 with surface cap, not {values["rows"]} and {values["columns"]}'
+            )
+        material = MembraneMaterial(values['membrane.shear_stiffness'], values['membrane.rest_pressure'], values['cap.curvature_radius'])
+        return cls(values['rows'], values['columns'], cap, material, rotation, translation)
+
+    def camera(self, matrix: np.ndarray, distortion: np.ndarray) -> CameraModel:
+        """The camera with K (3, 3) and distortion (5,) in its place in the sensor."""
+        return CameraModel(matrix, distortion, self.rotation, self.translation)
+
+
+def camera_pose(values: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation (3, 3) and translation (3,) m of the camera, x_camera = rotation @ x_sensor + translation. Raises BadArgument."""
+    rotation, translation = (np.asarray(values[f'camera.{name}'], float) for name in ('rotation', 'translation'))
+    if rotation.shape != (3,) or translation.shape != (3,):
+        raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
+    return cv2.Rodrigues(rotation)[0], translation

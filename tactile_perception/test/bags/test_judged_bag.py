@@ -1,0 +1,111 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Estimates and truth come together by their stamps, with latencies of what was live and times of what is computed here."""
+import numpy as np
+import pytest
+from std_msgs.msg import Header
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_msgs.msg import Contact, Contacts, Slip
+from tactile_perception.bags.judged_bag import JudgedBag
+from tactile_perception.bags.rosbag import BagWriter
+from tactile_perception.errors import BadArgument, BadRecording
+from tactile_perception.nodes.messages.serialization import MessageCodec
+
+MS = 10**6
+
+
+def write(path, messages):
+    """A bag of (stamp ns, received ns, topic, message)."""
+    codec = MessageCodec()
+    with BagWriter(path, codec.store) as writer:
+        for stamp, received, topic, message in messages:
+            message.header = header_of(stamp, 'pad')
+            type_name, data = codec.encode(message)
+            writer.write(topic, type_name, received, data)
+    return path
+
+
+def contacts(depth):
+    return Contacts(header=Header(), contacts=[Contact(depth=depth)])
+
+
+def image(stamp):
+    return image_to_message(Frame(np.zeros((2, 2), np.uint8), stamp, 'mono8'), 'pad', Header())
+
+
+def live(path):
+    rows = []
+    for k in range(1, 6):
+        stamp = k * 33 * MS
+        rows += [(stamp, stamp + MS, '/pad/image_raw', image(stamp)), (stamp, stamp + 2 * MS, '/pad/ground_truth/contacts', contacts(1.0))]
+        if k != 3:
+            rows.append((stamp, stamp + (20 + k) * MS, '/pad/contacts', contacts(1.0 + k)))
+    return write(path, [*rows, (7, 300 * MS, '/pad/contacts', contacts(0.0))])
+
+
+def test_each_instant_has_both(tmp_path):
+    bag = JudgedBag(live(tmp_path / 'live'))
+    found = [(stamp, told.contacts[0].depth - 1, true.contacts[0].depth) for stamp, told, true in bag.instants()]
+    assert found == [(pytest.approx(k * 0.033), k, 1.0) for k in (1, 2, 4, 5)]
+    assert bag.unmatched == {'without an estimate': 1, 'without truth': 1}
+    assert bag.times.summary()['latency_ms']['contacts']['median'] == pytest.approx(24)
+
+
+def test_latencies_are_only_those_of_a_live_recording(tmp_path):
+    rows = [(k * MS, k * MS + 5 * MS, topic, contacts(1.0)) for k in range(3) for topic in ('/pad/contacts', '/pad/ground_truth/contacts')]
+    offline = JudgedBag(write(tmp_path / 'offline', rows))
+    assert len(list(offline.instants())) == 3 and offline.times.summary()['latency_ms'] == {}
+    old = [(stamp, received + 10**13, topic, message) for stamp, received, topic, message in rows]
+    played = JudgedBag(write(tmp_path / 'played', [*old, (1, 10**13, '/pad/image_raw', image(1))]))
+    assert len(list(played.instants())) == 3 and played.times.summary()['latency_ms'] == {}, 'the stamps are of another clock'
+
+
+def test_a_message_that_cannot_be_meant_is_counted(tmp_path):
+    rows = [(k, k, '/pad/slip', Slip(state=4 * (k == 1))) for k in range(3)] + [(k, k, '/pad/ground_truth/slip', Slip()) for k in range(3)]
+    bag = JudgedBag(write(tmp_path / 'bag', rows))
+    assert [told.slip is None for _, told, _ in bag.instants()] == [False, True, False]
+    assert bag.times.summary()['refused'] == {'slip: state 4 is none of 0 to 2': 1}
+
+
+def test_a_damaged_message_is_counted_and_the_rest_judged(tmp_path):
+    codec = MessageCodec()
+    with BagWriter(tmp_path / 'bag', codec.store) as writer:
+        for k in range(3):
+            for topic in ('/pad/contacts', '/pad/ground_truth/contacts'):
+                message = contacts(1.0)
+                message.header = header_of(k, 'pad')
+                type_name, data = codec.encode(message)
+                writer.write(topic, type_name, k, data[:9] if (k, topic) == (1, '/pad/contacts') else data)
+    bag = JudgedBag(tmp_path / 'bag')
+    assert len(list(bag.instants())) == 2 and bag.unmatched == {'without an estimate': 1}
+    (reason, count), = bag.times.summary()['refused'].items()
+    assert '/pad/contacts: 9 bytes' in reason and count == 1
+
+
+def test_computed_anew_each_stage_is_timed(pressed_bag):
+    bag = JudgedBag(pressed_bag, params=pressed_bag.with_name('disc.yaml'))
+    found = list(bag.instants())
+    assert len(found) == 14 and not bag.unmatched and all(told.contacts is not None for _, told, _ in found)
+    times = bag.times.summary()
+    assert set(times['stages_ms']) == {'decoding', 'dots', 'contact', 'all'} and times['latency_ms'] == {}
+    stages = {name: stage['median'] for name, stage in times['stages_ms'].items()}
+    assert 0 < stages['decoding'] < stages['dots'] and 0 < stages['contact'] < stages['all'] < 1000
+    assert times['stages_ms']['all']['count'] == 14 and 50 < times['memory_mb'] < 4000
+
+
+@pytest.mark.parametrize('topics, namespace, message', [
+    (['/pad/contacts'], '', 'nothing says what is true'),
+    (['/pad/ground_truth/contacts', '/pad/image_raw'], '', 'process_bag'),
+    (['/a/contacts', '/a/ground_truth/contacts', '/b/ground_truth/contacts'], '', 'several sensors.*/a/, /b/'),
+    (['/a/contacts', '/a/ground_truth/contacts'], 'c', 'no such sensor.*/a/')])
+def test_what_cannot_be_judged_is_said(tmp_path, topics, namespace, message):
+    made = {topic: image(0) if topic.endswith('raw') else contacts(0.0) for topic in topics}
+    path = write(tmp_path / 'bag', [(1, 1, topic, m) for topic, m in made.items()])
+    with pytest.raises(BadRecording, match=message):
+        JudgedBag(path, namespace)
+
+
+def test_a_parameter_file_that_is_not_there_is_said(pressed_bag, tmp_path):
+    with pytest.raises(BadArgument, match='none.yaml'):
+        JudgedBag(pressed_bag, params=tmp_path / 'none.yaml')

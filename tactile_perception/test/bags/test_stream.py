@@ -1,0 +1,52 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The stream tells all that comes of a bag in order."""
+import math
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from geometry_msgs.msg import TransformStamped
+from taxel_bags import write_taxels
+from tactile_perception.bags.rosbag import BagReader, BagWriter, RawMessage
+from tactile_perception.bags.stream import FrameDone, Head, Skipped, Task, stream
+from tactile_perception.nodes.messages.serialization import MessageCodec
+from tf2_msgs.msg import TFMessage
+
+
+def test_items_come_frame_by_frame(tmp_path):
+    task = Task(write_taxels(tmp_path / 'bag', 5, change=lambda k, m, codec: codec.encode(m)[1] if k != 2 else b'x'), tmp_path / 'bag.yaml')
+    head, *items, last = stream(task)
+    assert head == Head('/pad/', 5, {})
+    assert last.total == 0
+    kinds = [item.topic.removeprefix('/pad/') if isinstance(item, (RawMessage, Skipped)) else type(item).__name__ for item in items]
+    each = ['contact_region', 'contacts', 'slip', 'wrench', 'points', 'FrameDone']
+    assert kinds == each * 2 + ['image_raw', 'FrameDone'] + each * 2
+    assert Counter(type(item) for item in items) == {RawMessage: 20, Skipped: 1, FrameDone: 5}
+    assert [i.stamp_ns for i in items if isinstance(i, Skipped)] == [1_040_000_000]
+
+
+def test_transforms_tell_of_the_grasped_object_and_those_that_stay_are_written_again(tmp_path):
+    link = TransformStamped(child_frame_id='pad')
+    link.header.frame_id = 'world'
+    link.transform.rotation.z, link.transform.rotation.w = math.sqrt(0.5), math.sqrt(0.5)
+    object_known = {'object.weight': 2.0, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world'}
+    bag = write_taxels(tmp_path / 'bag', 20, first=[('/tf_static', TFMessage(transforms=[link]))], **object_known)
+    _, *items, _ = stream(Task(bag, tmp_path / 'bag.yaml'))
+    assert {item.topic for item in items if isinstance(item, RawMessage)} == {
+        '/tf_static', *(f'/pad/{name}' for name in ('contact_region', 'contacts', 'slip', 'wrench', 'points'))}
+    force = [item.message for item in items if isinstance(item, RawMessage) and item.topic == '/pad/wrench'][-1].wrench.force
+    assert [force.x, force.y] == pytest.approx([-1.0, 0.0], abs=1e-12)
+
+
+def test_images_before_the_first_camera_info_are_done_too(tmp_path, pressed_bag):
+    codec, task = MessageCodec(), Task(tmp_path / 'bag', Path(f'{pressed_bag}.yaml'))
+    with BagReader(pressed_bag) as reader, BagWriter(tmp_path / 'bag', codec.store) as writer:
+        images = [m for m in reader.messages({'/touchpad/image_raw'})][:2]
+        info = next(reader.messages({'/touchpad/camera_info'}))
+        for message in images:
+            writer.write(message.topic, message.type_name, message.stamp_ns, message.data)
+        writer.write(info.topic, info.type_name, images[1].stamp_ns + 1, info.data)
+    items = list(stream(task))
+    assert not any(isinstance(item, Skipped) for item in items)
+    assert sum(isinstance(item, RawMessage) and item.topic == '/touchpad/contacts' for item in items) == 2

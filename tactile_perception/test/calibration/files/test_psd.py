@@ -1,0 +1,50 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+import yaml
+
+from tactile_perception.calibration.files.psd import read_psd, write_psd
+from tactile_perception.errors import BadCalibration
+from tactile_perception.psd.maps import fit_smooth_map
+from tactile_perception.psd.model import FingerModel
+from tactile_perception.psd.model_fit import FingerFit
+from tactile_perception.psd.offset_map import PaperMap
+
+PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
+
+
+def written(path, **numbers):
+    model = FingerModel(PaperMap(np.array([0.1, -0.2]), 1.6), **numbers)
+    write_psd(path, FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'],
+                              np.array([[0, 0, 1.0]]), np.array(['x at 1.0 s'])), ['one'])
+    return model
+
+
+def test_a_full_model_there_and_back(tmp_path):
+    smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
+    model = written(tmp_path / 'a.yaml', smooth=smooth, level=np.array([0.3, -0.1, 0.0]), level_limits=(0.1, 0.3, 0.7),
+                    force=np.arange(8.0), cross=np.arange(6.0), shot=1e-5)
+    found = read_psd(tmp_path / 'a.yaml')
+    assert found.normals(PLACE) == pytest.approx(model.normals(PLACE), abs=1e-7)
+    assert found.levels(PLACE) == pytest.approx(model.levels(PLACE))
+    assert found.depth is None and found.shot == 1e-5 and found.force.tolist() == list(range(8))
+    assert yaml.safe_load((tmp_path / 'a.yaml').read_text())['left_out'] == ['few', 'one']
+
+
+def test_the_papers_alone(tmp_path):
+    written(tmp_path / 'a.yaml')
+    found = read_psd(tmp_path / 'a.yaml')
+    assert found.smooth is None and found.level is None and found.paper.beta == 1.6
+
+
+@pytest.mark.parametrize('spoil', [lambda f: f.pop('paper'), lambda f: f['map'].pop('place'), lambda f: f['map'].update(noise=[1.0]),
+                                   lambda f: f.update(force=[1.0]), lambda f: f.update(shot='much')])
+def test_what_is_missing_or_wrong_is_told(tmp_path, spoil):
+    smooth, _ = fit_smooth_map(PLACE, 1.6 * PLACE, np.full(30, 1e-3))
+    written(tmp_path / 'a.yaml', smooth=smooth)
+    page = yaml.safe_load((tmp_path / 'a.yaml').read_text())
+    spoil(page['fitted'])
+    (tmp_path / 'a.yaml').write_text(yaml.safe_dump(page))
+    with pytest.raises(BadCalibration, match='a.yaml'):
+        read_psd(tmp_path / 'a.yaml')

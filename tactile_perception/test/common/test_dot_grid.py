@@ -1,0 +1,62 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.common.dot_grid import cross, fill_unseen, grid_normals, grid_slopes, to_grid
+from tactile_perception.errors import BadArgument
+
+
+def test_lays_out_and_marks_unseen():
+    grid = to_grid(np.array([0, 5]), np.array([1.0, 2.0]), 2, 3)
+    np.testing.assert_array_equal(grid, [[1, np.nan, np.nan], [np.nan, np.nan, 2]])
+
+
+@pytest.mark.parametrize('ids', [[0, 6], [-1, 2], [1, 1]])
+def test_refuses_ids_off_the_grid(ids):
+    with pytest.raises(BadArgument):
+        to_grid(np.array(ids), np.zeros(2), 2, 3)
+
+
+def test_slopes_are_central_and_one_sided_at_gaps():
+    grid = np.array([[0.0, 1, 4, np.nan, 16]])
+    by_column, by_row = grid_slopes(grid)
+    np.testing.assert_array_equal(by_column, [[1, 2, 3, np.nan, np.nan]])
+    assert np.isnan(by_row).all()
+
+
+def test_normals_of_a_sphere(pad):
+    normals = grid_normals(pad.rest.reshape(23, 23, 3)).reshape(-1, 3)
+    true = (pad.rest - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius
+    inner = np.hypot(*pad.rest[:, :2].T) < 10e-3
+    assert np.degrees(np.arccos(np.sum(normals * true, axis=1)))[inner].max() < 1.0
+
+
+def test_normals_are_nan_where_alone():
+    xyz = np.full((3, 3, 3), np.nan)
+    xyz[1, 1] = 0
+    assert np.isnan(grid_normals(xyz)).all()
+
+
+def test_fills_a_plane_exactly():
+    row, column = np.mgrid[:6, :7]
+    plane = 2.0 * row - 3 * column
+    holed = plane.copy()
+    holed[2:4, 3] = holed[0, 0] = holed[5, 6] = np.nan
+    np.testing.assert_allclose(fill_unseen(holed), plane)
+
+
+def test_fill_ends_where_nothing_is_known():
+    assert np.isnan(fill_unseen(np.full((4, 4), np.nan))).all()
+    np.testing.assert_array_equal(fill_unseen(np.where(np.eye(3) > 0, 1.0, np.nan)), 1)
+
+
+def test_cross_is_numpys():
+    a, b = np.random.default_rng(0).normal(size=(2, 4, 5, 3))
+    np.testing.assert_allclose(cross(a, b), np.cross(a, b))
+
+
+def test_fill_from_few_dots_stays_near_them():
+    grid = np.full((23, 23), np.nan)
+    grid[10, 10:12] = [0.0, 1e-3]
+    grid[11, 11] = 3e-3
+    assert np.abs(fill_unseen(grid)).max() < 10e-3

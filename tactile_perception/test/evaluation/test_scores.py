@@ -1,0 +1,86 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Scores of labels, by hand.
+Overlaps of squares, by hand.
+Errors of vectors, by hand and by drawing from known covariances."""
+import numpy as np
+import pytest
+from tactile_perception.evaluation.scores import (
+    counts, f1, honest_range, label_f1, macro_f1, normalised_square, region_iou, relative_errors)
+
+
+def test_f1():
+    assert f1(8, 2, 2) == pytest.approx(0.8)
+    assert np.isnan(f1(0, 0, 0))
+
+
+def test_counts_of_judged_entries():
+    found, there = np.array([True, True, False, False, True]), np.array([True, False, True, False, False])
+    assert counts(found, there).tolist() == [1, 2, 1]
+    assert counts(found, there, np.array([True, True, True, True, False])).tolist() == [1, 1, 1]
+
+
+def test_label_f1_takes_the_last_column_for_what_was_not_found():
+    confusion = np.array([[6, 2, 0, 2], [0, 3, 0, 0], [0, 0, 0, 0]])
+    found = label_f1(confusion)
+    assert found[:2] == pytest.approx([12 / 16, 6 / 8]) and np.isnan(found[2])
+
+
+def test_macro_f1_leaves_out_states_that_do_not_occur():
+    assert macro_f1(np.array([[8, 2, 0], [0, 0, 0], [0, 0, 5]])) == pytest.approx((16 / 18 + 1) / 2)
+    assert np.isnan(macro_f1(np.zeros((3, 3), int)))
+
+
+def square(side, centre=(0.0, 0.0)):
+    return np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * side / 2 + [*centre, 0]
+
+
+def test_holes_are_taken_off():
+    whole, hole = square(10e-3), square(5e-3)
+    assert region_iou([whole], [whole]) == 1
+    assert region_iou([whole, hole], [whole]) == pytest.approx(0.75, abs=0.01)
+    assert region_iou([whole], [square(10e-3, (5e-3, 0))]) == pytest.approx(1 / 3, abs=0.01)
+
+
+def test_nothing_overlaps_with_nothing_unknown():
+    assert region_iou([], [square(10e-3)]) == 0
+    assert np.isnan(region_iou([], [])) and np.isnan(region_iou([square(1e-3)[:2]], []))
+
+
+@pytest.mark.parametrize('side', [0.3, 0.01, 1e-3])
+@pytest.mark.parametrize('centre', [(0.0, 0.0), (-0.06, 0.25)])
+def test_neither_place_nor_size_matters(side, centre):
+    shifted = np.array(centre) + [0.25 * side, 0]
+    assert region_iou([square(side, centre)], [square(side, shifted)]) == pytest.approx(0.6, abs=0.03)
+
+
+NAN = np.nan
+
+
+def test_relative_errors_are_of_the_axes_that_are_told():
+    told = np.array([[1.1, 0, 0], [NAN, 3.0, 4.0], [NAN, NAN, NAN]])
+    true = np.array([[1.0, 0, 0], [9.0, 3.0, 3.0], [1.0, 1.0, 1.0]])
+    assert relative_errors(told, true) == pytest.approx([0.1, 1 / np.hypot(3, 3), np.inf])
+
+
+def test_a_drawn_error_has_a_normalised_square_of_its_directions():
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(3, 3)) * 1e-4
+    squares = [normalised_square(root @ rng.normal(size=3), root @ root.T) for _ in range(4000)]
+    assert {directions for _, directions in squares} == {3}
+    values = np.array([square for square, _ in squares]) / 3
+    low, high = honest_range(3)
+    assert values.mean() == pytest.approx(1, abs=0.05) and np.mean((values > low) & (values < high)) == pytest.approx(0.95, abs=0.02)
+
+
+def test_flat_directions_are_left_out():
+    covariance = np.diag([4e-8, 1e-8, 0.0])
+    assert normalised_square(np.array([2e-4, 1e-4, 5.0]), covariance) == (pytest.approx(2.0), 2)
+
+
+@pytest.mark.parametrize('error, covariance', [
+    (np.full(3, NAN), np.eye(3)), (np.zeros(3), np.full((3, 3), NAN)), (np.zeros(3), np.zeros((3, 3))),
+    (np.zeros(3), np.diag([1.0, 1, -1]))])
+def test_what_says_nothing_is_not_judged(error, covariance):
+    square, directions = normalised_square(error, covariance)
+    assert np.isnan(square) and directions == 0

@@ -1,0 +1,42 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Bags of a small sheet that two cameras see, drawn, for the tests of this folder."""
+
+from tactile_driver.frame import Frame
+from tactile_driver.nodes.messages.conversions import header_of, image_to_message
+from tactile_msgs.msg import Contact, Contacts
+from tactile_perception.bags.rosbag import BagWriter
+from tactile_perception.nodes.messages.conversions import camera_info_message
+from tactile_perception.nodes.messages.serialization import MessageCodec
+
+from sheet_pair import DISTORTION, MATRIX, SENSOR, SIZE, picture, printed
+
+PERIOD, LATE = 100_000_000, 4_000_000
+PARAMETERS = {'sensor_type': 'areal_dual', 'rows': SENSOR.rows, 'columns': SENSOR.columns, 'pitch': list(SENSOR.pitch),
+              'sheet_size': list(SENSOR.size), 'surface': 'sheet', 'polarity': 'bright', 'detection': 'blobs'}
+
+
+def pair():
+    """Left and right picture of the untouched sheet."""
+    return picture('left', printed()), picture('right', printed(), brightness=190.0, seed=1)
+
+
+def write_pairs(path, pairs, touched=(), truth=True, known=True):
+    """A bag under /pad of pairs, ten a second from 1 s on, an image of None left out; touched: numbers of those at which something
+    touches; truth: whether that is recorded; known: whether the cameras are calibrated."""
+    codec = MessageCodec()
+    info = {'width': SIZE[0], 'height': SIZE[1], 'K': MATRIX if known else [[0.0] * 3] * 3, 'dist_k1_k2_p1_p2_k3': DISTORTION}
+    with BagWriter(path, codec.store) as writer:
+        def write(topic, stamp, message):
+            type_name, data = codec.encode(message)
+            writer.write(f'/pad/{topic}', type_name, stamp, data)
+        for k, images in enumerate(pairs):
+            for name, image, late in zip(('left', 'right'), images, (0, LATE)):
+                stamp = 10**9 + k * PERIOD + late
+                if image is not None:
+                    write(f'{name}/camera_info', stamp, camera_info_message(info, header_of(stamp, 'pad')))
+                    write(f'{name}/image_raw', stamp, image_to_message(Frame(image, stamp, 'bgr8'), '', header_of(stamp, 'pad')))
+            if truth:
+                header = header_of(10**9 + k * PERIOD, 'pad')
+                write('ground_truth/contacts', 10**9 + k * PERIOD, Contacts(header=header, contacts=[Contact()] if k in touched else []))
+    return path

@@ -1,0 +1,57 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from sheet_scenes import field_of, pressed
+from tactile_perception.errors import BadCalibration
+from tactile_perception.markers.mechanics.identification import EyeShifts, chosen_places, fit_numbers, marker_radius
+from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial
+from tactile_perception.markers.mechanics.reduced_model import LibraryPlan
+from tactile_perception.markers.touches.presses import Presses
+from tactile_perception.markers.view.marker_field import MarkerField
+
+
+def test_each_marker_gets_the_shift_of_its_own_eye():
+    eye = np.array([[-0.03, 0, -0.05], [-0.0301, 0, -0.05], [0.03, 0, -0.05], [np.nan] * 3])
+    nothing = np.zeros((4, 2))
+    field = MarkerField(nothing, nothing, np.zeros(4), eye, np.zeros(4), nothing, nothing, np.zeros(4))
+    eyes = EyeShifts.of(field)
+    assert len(eyes.eyes) == 2
+    shifted = EyeShifts(eyes.eyes, np.array([[1e-4, 0], [0, 2e-4]])).shifted(field)
+    assert shifted.eye[:3] - eye[:3] == pytest.approx(np.array([[1e-4, 0, 0], [1e-4, 0, 0], [0, 2e-4, 0]]))
+    assert np.isnan(shifted.eye[3]).all()
+
+
+PLAN = LibraryPlan((0.030, 0.0225), 7.5e-3, 7e-3, n=5, levels=5, substeps=2)
+PLACES = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
+
+
+def presses(radius=6e-3, material=SheetMaterial(1.045, 3e-7, 0.4), depths=(6e-3, 3e-3), places=PLACES):
+    at = [(*place, depth) for place in places for depth in depths]
+    fields = tuple(field_of(pressed(*where, radius, material), 1e-6, 1e-3, seed) for seed, where in enumerate(at))
+    count, at = len(at), np.array(at)
+    return Presses(fields, at * [1, 1, -1], at[:, 2], np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
+
+
+def test_the_numbers_of_another_sheet_and_tip_are_found():
+    numbers = fit_numbers(presses(places=PLACES[:2]), PLAN)
+    assert numbers.radius == pytest.approx(6e-3, rel=0.05)
+    assert numbers.material.prestretch - 1 == pytest.approx(0.045, rel=0.12)
+    assert numbers.material.friction == pytest.approx(0.4, rel=0.2)
+    assert np.abs(numbers.eyes.shifts).max() < 1e-4
+
+
+def test_places_are_far_apart_on_the_folded_sheet_and_depths_rise():
+    groups = chosen_places(presses(), PLAN)
+    assert [tuple(group.position[0, :2]) for group in groups[:2]] == [(0.0, 0.0), (0.014, 0.009)]
+    assert len(groups) == 3  # the mirror image of the second adds nothing
+    assert all((np.diff(group.depth) > 0).all() for group in groups)
+
+
+def test_the_markers_size_is_measured():
+    assert marker_radius(presses()) == pytest.approx(1.2e-3, rel=1e-3)
+
+
+def test_presses_at_the_clamp_alone_are_refused():
+    with pytest.raises(BadCalibration, match='farther from the clamp'):
+        chosen_places(presses(places=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))

@@ -1,0 +1,106 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Messages and arrays hold the same; what a message cannot mean is refused by name."""
+from array import array
+
+import numpy as np
+import pytest
+
+pytest.importorskip('tactile_msgs.msg')
+from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from std_msgs.msg import Header  # noqa: E402
+from tactile_perception.common.dots import DotTracks  # noqa: E402
+from tactile_perception.common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate  # noqa: E402
+from tactile_perception.errors import BadFrame  # noqa: E402
+from tactile_perception.nodes.messages import conversions as convert  # noqa: E402
+
+HEADER = Header(frame_id='pad')
+HEADER.stamp.sec, HEADER.stamp.nanosec = 12, 500_000_000
+
+
+def image(encoding, array_):
+    height, width = array_.shape[:2]
+    return Image(header=HEADER, height=height, width=width, encoding=encoding, step=array_.strides[0], data=array('B', array_.tobytes()))
+
+
+def test_colour_comes_as_bgr_and_grey_as_it_is():
+    colour = np.random.default_rng(0).integers(0, 255, (4, 6, 3), dtype=np.uint8)
+    assert (convert.image_to_array(image('bgr8', colour)) == colour).all()
+    assert (convert.image_to_array(image('rgb8', np.ascontiguousarray(colour[..., ::-1]))) == colour).all()
+    grey = convert.image_to_array(image('mono8', np.ascontiguousarray(colour[..., 0])))
+    assert grey.shape == (4, 6) and (grey == colour[..., 0]).all()
+
+
+@pytest.mark.parametrize(
+    'change, message',
+    [
+        ({'encoding': 'bayer_rggb8'}, 'bayer_rggb8'),
+        ({'height': 5}, '5 rows of 18 bytes'),
+        ({'width': 0}, 'do not make'),
+        ({'data': array('B')}, '0 bytes'),
+    ],
+)
+def test_images_that_cannot_be_meant_are_refused(change, message):
+    bad = image('bgr8', np.zeros((4, 6, 3), np.uint8))
+    for name, value in change.items():
+        setattr(bad, name, value)
+    with pytest.raises(BadFrame, match=message):
+        convert.image_to_array(bad)
+
+
+def some_tracks(xyz=True):
+    uv = np.array([[10.5, 20.25], [30.0, 40.0]])
+    return DotTracks(2, 3, np.array([1, 5]), uv, np.array([80.0, np.nan]), np.array([0.02, 0.03]), np.array([[1.0, 2.0], [np.nan, np.nan]]),
+                     np.array([[0.001, 0.002, 0.01], [np.nan] * 3]) if xyz else None)
+
+
+def test_tracks_go_through_a_message_and_back():
+    there = convert.tracks_to_message(some_tracks(), HEADER)
+    back = convert.tracks_from_message(there)
+    assert there.header.frame_id == 'pad' and (back.rows, back.columns) == (2, 3)
+    for name in ('id', 'uv', 'area', 'duv', 'xyz'):
+        assert getattr(back, name) == pytest.approx(getattr(some_tracks(), name), rel=1e-7, nan_ok=True)
+    assert np.isnan(back.sigma).all()
+    assert convert.tracks_from_message(convert.tracks_to_message(some_tracks(xyz=False), HEADER)).xyz is None
+
+
+@pytest.mark.parametrize('name', ['u', 'area', 'dv', 'z'])
+def test_dots_whose_arrays_differ_in_length_are_refused(name):
+    message = convert.tracks_to_message(some_tracks(), HEADER)
+    setattr(message, name, array('f', [1.0]))
+    with pytest.raises(BadFrame, match='entries'):
+        convert.tracks_from_message(message)
+
+
+def test_nothing_touching_is_nan_and_empty_not_zero():
+    region = convert.region_to_message(ContactRegionEstimate(np.array([3]), np.array([0], np.uint8)), HEADER)
+    assert region.area == 0 and not region.outlines and list(region.dot_id) == [3]
+    unknown = [region.centroid.x, region.normal.z, region.orientation, region.major_axis, region.motion.rotation.w, region.motion_interval]
+    assert np.isnan(unknown).all()
+    slip = convert.slip_to_message(SlipEstimate(), HEADER)
+    assert slip.state == slip.NONE and np.isnan([slip.slipping_fraction, slip.velocity.linear.x, slip.rotation_center.y]).all()
+    assert convert.contacts_to_message([], HEADER).contacts == []
+
+
+def test_a_contact_and_a_wrench_keep_their_numbers():
+    estimate = ContactEstimate(
+        7, np.array([1.0, 2, 3]), np.array([0, 0, 1.0]), 0.002, 0.5, np.arange(9.0).reshape(3, 3), 2, np.array([True])
+    )
+    contact = convert.contacts_to_message([estimate], HEADER).contacts[0]
+    assert (contact.id, contact.position.y, contact.normal.z, contact.depth, contact.force, contact.flags) == (7, 2.0, 1.0, 0.002, 0.5, 2)
+    assert list(contact.position_covariance) == list(range(9))
+    wrench = convert.wrench_to_message(np.arange(6.0), HEADER).wrench
+    assert (wrench.force.z, wrench.torque.x, wrench.torque.z) == (2.0, 3.0, 5.0)
+
+
+def test_a_camera_of_zeros_is_uncalibrated_and_another_model_is_refused():
+    info = CameraInfo(k=[700.0, 0, 320, 0, 710, 240, 0, 0, 1], d=[0.1, 0.2, 0.0, 0.0], distortion_model='plumb_bob')
+    matrix, distortion = convert.camera_matrices(info)
+    assert matrix[1, 1] == 710 and list(distortion) == [0.1, 0.2, 0, 0, 0]
+    assert convert.camera_matrices(CameraInfo()) is None
+    info.distortion_model = 'equidistant'
+    with pytest.raises(BadFrame, match='equidistant'):
+        convert.camera_matrices(info)
+    info.distortion_model, info.d = 'plumb_bob', [0.0] * 8
+    with pytest.raises(BadFrame, match='8 distortion'):
+        convert.camera_matrices(info)

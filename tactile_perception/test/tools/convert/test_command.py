@@ -1,0 +1,107 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording folder becomes a bag with ground truth under its stamps, and the parameters of its sensor."""
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tactile_perception.bags.rosbag import BagReader
+from tactile_perception.nodes.messages.conversions import image_to_array
+from tactile_perception.nodes.messages.serialization import MessageCodec
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.tools.convert import command as module
+from tactile_perception.tools.convert.camera import Recording
+
+pytestmark = pytest.mark.ros
+TOPICS = {'camera_info', 'image_raw', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench'}
+
+
+@pytest.fixture
+def converted(recording_folder, tmp_path):
+    return convert(recording_folder, tmp_path / 'bag')
+
+
+def convert(folder, bag):
+    """Topic -> [(stamp, message)] of the folder as a bag."""
+    assert module.main([str(folder), str(bag), '--namespace', 'pad']) == 0
+    codec, found = MessageCodec(), {}
+    with BagReader(bag) as reader:
+        for message in reader.messages():
+            decoded = codec.decode(message.data, message.type_name)
+            found.setdefault(message.topic.removeprefix('/pad/'), []).append((message.stamp_ns, decoded))
+    return found
+
+
+def test_every_frame_is_there_with_its_truth(converted):
+    assert set(converted) == TOPICS
+    for messages in converted.values():
+        assert [stamp for stamp, _ in messages] == [1_000_000_000, 1_100_000_000, 1_200_000_000], 'no stamp of zero'
+        assert all(m.header.frame_id == 'pad' and m.header.stamp.sec * 10**9 + m.header.stamp.nanosec == stamp for stamp, m in messages)
+
+
+def test_images_and_numbers_are_as_recorded(recording_folder, converted):
+    recording = Recording(recording_folder)
+    for k, (_, message) in enumerate(converted['image_raw']):
+        assert (image_to_array(message) == recording.image(k)).all()
+    assert converted['camera_info'][0][1].k.reshape(3, 3)[0, 0] == 70.0
+    contacts = [m.contacts for _, m in converted['ground_truth/contacts']]
+    assert [len(c) for c in contacts] == [0, 1, 1] and contacts[1][0].id == contacts[2][0].id
+    assert contacts[1][0].depth == pytest.approx(1e-3) and converted['ground_truth/wrench'][1][1].wrench.force.z == pytest.approx(-2)
+    assert len(converted['ground_truth/contact_region'][1][1].holes) == 1
+    assert [m.state for _, m in converted['ground_truth/slip']] == [0, 0, 2]
+
+
+def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
+    values = read_parameters(tmp_path / 'bag.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    assert (values['rows'], values['columns']) == (3, 4) and values['cap.height'] == 0.013
+    assert values['membrane.shear_stiffness'] == 90.0 and values['camera.translation'] == [0.0, 0.0, 0.04]
+
+
+def test_what_cannot_be_converted_is_said_in_one_line(recording_folder, tmp_path, capsys):
+    (tmp_path / 'there').mkdir()
+    for arguments in ([str(tmp_path / 'none'), str(tmp_path / 'a')], [str(recording_folder), str(tmp_path / 'there')]):
+        assert module.main(arguments) == 1
+        lines = capsys.readouterr().err.strip().splitlines()
+        assert len(lines) == 1 and lines[0].startswith('convert_recording: ')
+
+
+def test_two_cameras_become_two_topics_under_their_own_stamps(dual_folder, tmp_path):
+    found = convert(dual_folder, tmp_path / 'bag')
+    views = {f'{side}/{name}' for side in ('left', 'right') for name in ('camera_info', 'image_raw')}
+    assert set(found) == views | {name for name in TOPICS if name.startswith('ground_truth')}
+    for name, late in (('left/image_raw', 0), ('right/image_raw', 4_000_000), ('right/camera_info', 4_000_000), ('ground_truth/wrench', 0)):
+        assert [stamp for stamp, _ in found[name]] == [1_000_000_000 + late, 1_100_000_000 + late, 1_200_000_000 + late]
+    assert [int(image_to_array(m)[0, 0, 0]) for _, m in found['right/image_raw']] == [110, 120, 130]
+    assert found['right/camera_info'][0][1].k[0] == 1.0 and found['left/camera_info'][0][1].k[0] == 70.0
+    values = read_parameters(tmp_path / 'bag.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS)
+    sensor = marker_sensor(values)
+    assert (sensor.type, sensor.rows, sensor.columns, sensor.size) == ('areal_dual', 3, 4, (0.133, 0.091))
+    assert sensor.pitch == pytest.approx((9.4e-3, 8.2e-3))
+    dots = read_parameters(tmp_path / 'bag.yaml', 'dot_tracker_node', DOT_PARAMETERS)
+    assert (dots['surface'], dots['polarity'], dots['detection'], dots['sensor_type']) == ('sheet', 'bright', 'blobs', 'areal_dual')
+
+
+@pytest.mark.skipif('TACTILE_RECORDINGS' not in os.environ, reason='TACTILE_RECORDINGS is not set: no recordings')
+@pytest.mark.parametrize(('name', 'sensor_type', 'rows', 'columns', 'pitch', 'size'), [
+    ('as_test', 'areal_single', 9, 13, (4.5e-3, 4.5e-3), (0.060, 0.045)),
+    ('ad_test', 'areal_dual', 11, 14, (9.4e-3, 8.2e-3), (0.133, 0.091)),
+    ('ac_test', 'air_cushion', 17, 17, (15.4e-3, 15.4e-3), (0, 0))])
+def test_recorded_sheets_and_domes(name, sensor_type, rows, columns, pitch, size, tmp_path):
+    folder = Path(os.environ['TACTILE_RECORDINGS']) / 'simulated' / name
+    sensor = json.loads((folder / 'sensor.json').read_text())
+    (tmp_path / 'a.yaml').write_text(module.yaml.safe_dump({'/**': {'ros__parameters': module.sensor_parameters(sensor)}}))
+    found = marker_sensor(read_parameters(tmp_path / 'a.yaml', 'contact_point_node', MARKER_SENSOR_PARAMETERS))
+    assert (found.type, found.rows, found.columns, found.size) == (sensor_type, rows, columns, size)
+    assert found.pitch == pytest.approx(pitch, rel=0.01) and found.is_sheet == (sensor_type != 'air_cushion')
+    recording, truth = Recording(folder), np.load(folder / 'truth.npz')
+    for k, depth in enumerate(truth['depth']):
+        frame = recording.truth(k)
+        assert len(frame.contacts) == (depth > 0)
+        np.testing.assert_allclose(frame.wrench, np.r_[truth['force'][k], truth['moment_sensor'][k]])
+        for contact in frame.contacts:
+            np.testing.assert_allclose(contact.position, truth['obj_p'][k], rtol=1e-6)
+            assert contact.depth == pytest.approx(depth, rel=1e-6) and contact.force == pytest.approx(-truth['force'][k, 2], rel=1e-6)

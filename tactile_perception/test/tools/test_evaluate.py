@@ -1,0 +1,46 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command evaluate: a table, JSON and pictures of a recording, or one line that says why not."""
+import json
+
+import pytest
+from tactile_perception.tools import evaluate as module, process_bag
+
+
+@pytest.fixture(scope='module')
+def processed(pressed_bag, tmp_path_factory):
+    target = tmp_path_factory.mktemp('estimates') / 'out'
+    assert process_bag.main([str(pressed_bag), str(target), '--params', f'{pressed_bag}.yaml']) == 0
+    return target
+
+
+def test_a_processed_bag_is_judged_by_the_truth_it_carries(processed, tmp_path, capsys):
+    assert module.main([str(processed), '--report', str(tmp_path / 'report')]) == 0
+    out = capsys.readouterr().out
+    assert '14 instants judged' in out and 'place of the touch' in out and 'covariance.png' in out
+    report = json.loads((tmp_path / 'report/report.json').read_text())
+    assert report['frames']['false'] == 0 and report['touches']['there'] == 1
+    assert report['errors']['place']['median'] < 0.4 and report['errors']['depth']['median'] < 0.3
+    assert report['errors']['region_overlap']['median'] > 0.45 and report['dot_states']['f1']['untouched'] > 0.97
+    assert sum(map(sum, report['dot_states']['counts'])) == 14 * 529
+    assert report['times']['stages_ms'] == report['times']['latency_ms'] == {}
+    assert {path.name for path in (tmp_path / 'report').iterdir()} == {
+        'report.json', 'report.txt', 'errors_over_time.png', 'errors_over_surface.png', 'states.png', 'covariance.png'}
+
+
+def test_computed_here_the_errors_are_the_same(processed, pressed_bag, tmp_path, capsys):
+    assert module.main([str(pressed_bag), '--params', f'{pressed_bag}.yaml', '--report', str(tmp_path / 'anew')]) == 0
+    assert module.main([str(processed), '--report', str(tmp_path / 'recorded')]) == 0
+    anew, recorded = (json.loads((tmp_path / name / 'report.json').read_text()) for name in ('anew', 'recorded'))
+    assert anew.pop('times')['stages_ms']['all']['median'] > 0
+    recorded.pop('times')
+    assert anew == recorded and (tmp_path / 'anew/times.png').exists()
+
+
+@pytest.mark.parametrize('arguments, message', [
+    (['none'], 'no such file'), (['disc'], 'no estimates'), (['disc', '--namespace', 'elsewhere'], 'no such sensor'),
+    (['disc', '--calibration', 'x.yaml'], 'name --params too')])
+def test_what_cannot_be_evaluated_is_said_in_one_line(pressed_bag, capsys, arguments, message):
+    assert module.main([str(pressed_bag.parent / arguments[0]), *arguments[1:]]) == 1
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith('evaluate: ') and message in lines[0]

@@ -1,0 +1,185 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""process_bag writes every estimate under the stamps that came in, the same bytes each time, interrupted or not, and says what it left."""
+import os
+import signal
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from taxel_bags import write_taxels
+from tactile_perception.bags.rosbag import BagReader
+from tactile_perception.bags.stream import Task
+from tactile_perception.errors import BadArgument
+from tactile_perception.nodes.messages.serialization import MessageCodec
+from tactile_perception.tools import process_bag as module
+
+RESULTS = ('dots', 'contact_region', 'contacts', 'slip', 'wrench', 'points')
+
+
+def run(source, target, *more):
+    return module.main([str(source), str(target), '--params', f'{source}.yaml', *more])
+
+
+def decoded(bag):
+    codec, found = MessageCodec(), {}
+    with BagReader(bag) as reader:
+        for message in reader.messages():
+            found.setdefault(message.topic.removeprefix('/touchpad/'), []).append(
+                (message.stamp_ns, codec.decode(message.data, message.type_name))
+            )
+    return found
+
+
+@pytest.fixture(scope='module')
+def processed(pressed_bag, tmp_path_factory):
+    target = tmp_path_factory.mktemp('out') / 'out'
+    assert run(pressed_bag, target) == 0
+    return target
+
+
+def test_every_image_has_every_estimate_under_its_own_stamp(pressed_bag, processed):
+    raw, found = decoded(pressed_bag), decoded(processed)
+    stamps = [stamp for stamp, _ in raw['image_raw']]
+    for topic in RESULTS:
+        assert [stamp for stamp, _ in found[topic]] == stamps
+        assert all(m.header == image.header for (_, m), (_, image) in zip(found[topic], raw['image_raw']))
+    assert 'image_raw' not in found and len(found['ground_truth/contacts']) == len(stamps)
+
+
+def test_the_press_is_found_where_it_is(processed):
+    found = decoded(processed)
+    pairs = [(truth, estimate) for (_, truth), (_, estimate) in zip(found['ground_truth/contacts'], found['contacts'])]
+    assert not any(estimate.contacts for truth, estimate in pairs if not truth.contacts)
+    deep = [(t.contacts[0], e.contacts[0]) for t, e in pairs if t.contacts and t.contacts[0].depth > 1e-3]
+    assert len(deep) >= 4
+    off = [np.hypot(t.position.x - e.position.x, t.position.y - e.position.y) for t, e in deep]
+    assert np.median(off) < 0.4e-3
+    assert np.median([abs(t.depth - e.depth) for t, e in deep]) < 0.3e-3
+
+
+def files(bag):
+    """Name -> bytes of all files of a bag."""
+    return {file.name: file.read_bytes() for file in bag.rglob('*') if file.is_file()}
+
+
+def test_two_runs_write_the_same_bytes(pressed_bag, processed, tmp_path):
+    assert run(pressed_bag, tmp_path / 'out') == 0
+    assert files(tmp_path / 'out') == files(processed)
+    assert sorted(files(processed)) == ['metadata.yaml', 'out.mcap']
+
+
+def cut(k, image, codec):
+    if k == 5:
+        image.data = image.data[:100]
+    return codec.encode(image)[1]
+
+
+def damaged(k, image, codec):
+    return codec.encode(image)[1][:40 if k in (5, 6) else None]
+
+
+def smaller(k, image, codec):
+    if k == 5:
+        image.width, image.height, image.step, image.data = 12, 14, 12, bytes(12 * 14)
+    return codec.encode(image)[1]
+
+
+def back(k, image, codec):
+    if k == 15:
+        image.header.stamp.nanosec = 2000
+    return codec.encode(image)[1]
+
+
+@pytest.mark.parametrize('change, count, told', [
+    (cut, 1, '1 of image_raw: taxel image: 16 rows'), (damaged, 2, '2 of image_raw: 40 bytes are no sensor_msgs/msg/Image'),
+    (smaller, 1, '1 of image_raw: taxel image'), (back, 1, '1 of image_raw: stamps go back by 0.3 s')])
+def test_bad_frames_are_named_and_counted_and_the_next_good_one_is_done(tmp_path, capsys, change, count, told):
+    assert run(write_taxels(tmp_path / 'bad', change=change), tmp_path / 'out') == module.INCOMPLETE
+    out = capsys.readouterr().out
+    assert told in out and out.count('left out') == 1, out
+    assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 30 - count
+
+
+def test_without_one_usable_frame_there_is_nothing(tmp_path, capsys):
+    assert run(write_taxels(tmp_path / 'bad', change=lambda *_: b'none'), tmp_path / 'out') == module.FAILED
+    said = capsys.readouterr()
+    assert '30 of image_raw: 4 bytes are no' in said.out and said.err == 'process_bag: nothing could be estimated\n'
+
+
+def test_a_bag_that_is_cut_off_is_done_as_far_as_it_goes(tmp_path, capsys):
+    source = write_taxels(tmp_path / 'bag', frames=48, shape=(256, 256))
+    data = (source / 'bag.mcap').read_bytes()
+    (source / 'bag.mcap').write_bytes(data[:len(data) * 6 // 10])
+    (source / 'metadata.yaml').unlink()
+    assert run(source, tmp_path / 'out') == module.INCOMPLETE
+    out = capsys.readouterr().out
+    assert 'there is no metadata.yaml: the recording was cut off' in out and 'the file is cut off at byte' in out
+    assert len(decoded(tmp_path / 'out')['/pad/contacts']) == 28
+
+
+def test_what_is_kept_is_written_by_the_definition_in_the_bag_or_left_out(tmp_path, capsys):
+    plain, source = write_taxels(tmp_path / 'plain', 3), tmp_path / 'bag'
+    writer = Writer(source, version=9, storage_plugin=StoragePlugin.MCAP)
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg('float64 newtons', 'other_msgs/msg/Force'))
+    with BagReader(plain) as reader, writer:
+        image = writer.add_connection('/pad/image_raw', 'sensor_msgs/msg/Image', typestore=MessageCodec().store)
+        own = writer.add_connection('/pad/ground_truth/wrench', 'other_msgs/msg/Force', typestore=store)
+        none = writer.add_connection('/pad/ground_truth/slip', 'no_msgs/msg/None', msgdef='', rihs01='RIHS01_0')
+        for message in reader.messages():
+            writer.write(image, message.stamp_ns, message.data)
+        for connection in (own, none):
+            writer.write(connection, 2_200_000_000, bytes(12))
+    (tmp_path / 'bag.yaml').write_text((tmp_path / 'plain.yaml').read_text())
+    assert run(source, tmp_path / 'out') == module.INCOMPLETE
+    assert '1 of ground_truth/slip: type no_msgs/msg/None is not known, nor defined in the recording' in capsys.readouterr().out
+    with BagReader(tmp_path / 'out') as reader:
+        assert reader.topics['/pad/ground_truth/wrench'] == 'other_msgs/msg/Force'
+        assert 'float64 newtons' in reader.definitions['other_msgs/msg/Force']
+        assert '/pad/ground_truth/slip' not in reader.topics
+
+
+def test_what_was_interrupted_can_be_read_and_is_not_overwritten(tmp_path):
+    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1, 1000))
+    first = module.process_bag(task, target, stopped=lambda: next(asked) >= 12)
+    assert first.ended and first.frames == 12 and len(decoded(target)['/pad/contacts']) == 12
+    with pytest.raises(BadArgument, match='exists already'):
+        module.process_bag(task, target)
+
+
+def test_what_failed_amid_the_work_can_be_read(tmp_path):
+    task, target, asked = Task(write_taxels(tmp_path / 'bag'), tmp_path / 'bag.yaml'), tmp_path / 'out', iter(range(1000))
+
+    def fail():
+        raise MemoryError
+    with pytest.raises(MemoryError):
+        module.process_bag(task, target, stopped=lambda: next(asked) >= 20 and fail())
+    assert len(decoded(target)['/pad/contacts']) == 21
+
+
+def test_signals_end_it_with_their_number(tmp_path, capsys, monkeypatch):
+    source, write = write_taxels(tmp_path / 'bag'), module._Output.write
+
+    def interrupting(self, message):
+        write(self, message)
+        if self._summary.frames == 3:
+            os.kill(os.getpid(), signal.SIGTERM)
+    monkeypatch.setattr(module._Output, 'write', interrupting)
+    before = signal.getsignal(signal.SIGTERM)
+    # The second one would end the process at once.
+    monkeypatch.setattr(module._Signals, '_on_signal', lambda self, number, _frame: setattr(self, 'number', number))
+    assert run(source, tmp_path / 'out') == 128 + signal.SIGTERM
+    assert signal.getsignal(signal.SIGTERM) is before
+    assert 'interrupted' in capsys.readouterr().err and len(decoded(tmp_path / 'out')['/pad/contacts']) == 4
+
+
+@pytest.mark.parametrize('source, more, message', [
+    ('none', (), 'no such file'), ('disc', ('--namespace', 'elsewhere'), 'no /elsewhere/image_raw'),
+    ('disc', ('--calibration', 'none.yaml'), 'none.yaml')])
+def test_what_cannot_be_processed_is_said_in_one_line(pressed_bag, tmp_path, capsys, source, more, message):
+    given = [str(pressed_bag.parent / source), str(tmp_path / 'out'), '--params', f'{pressed_bag}.yaml', *more]
+    assert module.main(given) == 1
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith('process_bag: ') and message in lines[0]

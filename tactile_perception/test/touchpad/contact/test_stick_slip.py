@@ -1,0 +1,116 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.touchpad.contact.contact_score import contact_score
+from tactile_perception.touchpad.contact.loads import DotLoads, MembraneBalance
+from tactile_perception.touchpad.contact.stick_slip import SLIPPING, STICKING, DotStates
+from tactile_perception.touchpad.membrane.forces import MembraneMaterial
+
+ORIGIN = np.array([0.0, 0.0, -0.04])
+SIDE = 13
+
+
+class Face:
+    """A flat face on a square patch of dots, with given motion and friction ratio frame by frame."""
+
+    def __init__(self, friction=0.5, seed=0):
+        self.rng, self.friction = np.random.default_rng(seed), friction
+        row, column = np.divmod(np.arange(SIDE**2), SIDE)
+        self.xyz = np.column_stack([(column - 6) * 1.4e-3, (row - 6) * 1.4e-3, np.full(SIDE**2, 0.0105)])
+        self.inside = (np.abs(row - 6) <= 3) & (np.abs(column - 6) <= 3)
+        self.score = self.inside.astype(float)
+
+    def state(self, step, ratio):
+        """The next frame: the dots move by step (3,) or (K, 3), m, and carry ratio times the normal load along x."""
+        self.xyz = self.xyz + np.where(self.inside[:, None], step, 0)
+        rays = self.xyz - ORIGIN
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        seen = self.xyz + self.rng.normal(size=self.xyz.shape) * 1e-6 + rays * self.rng.normal(size=(SIDE**2, 1)) * 10e-6
+        force = np.outer(self.inside, [0, 0, -6e-3]) + np.outer(self.inside * 6e-3 * ratio, [1, 0, 0])
+        force = force + self.rng.normal(size=force.shape) * [1e-3, 1e-3, 0]
+        count = SIDE**2
+        return DotLoads(seen, np.ones(count, bool), np.tile([0, 0, 1.0], (count, 1)), force, self.score)
+
+
+def test_nothing_touched_has_no_state():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    for _ in range(3):
+        assert not states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2)).any()
+
+
+def test_the_noise_is_learnt_while_nothing_touches():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN, noise=10e-6)
+    for _ in range(40):
+        states.rest(face.state([0, 0, 0], 0.0).xyz, np.ones(SIDE**2, bool))
+    assert states.noise == pytest.approx(np.sqrt(2) * 1e-6, rel=0.3)
+
+
+def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    for frame in range(8):
+        found = states.update(face.state([120e-6, 0, -200e-6], 0.1 * frame), face.score)
+        np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+def _drag_until_it_slips(face, states, friction):
+    """Stick, then slip from one side inwards, then all together; returns the fraction found slipping in each frame."""
+    fractions, column = [], np.arange(SIDE**2) % SIDE
+    for frame in range(14):
+        slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
+        ratio = np.where(slipping, friction, min(0.08 * frame, friction))
+        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 6e-6, 150e-6), [1, 0, 0])
+        found = states.update(face.state(step, ratio), face.score)
+        fractions.append(((found == SLIPPING) & face.inside).sum() / face.inside.sum())
+    return fractions
+
+
+def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    fractions = _drag_until_it_slips(face, states, 0.6)
+    assert max(fractions[:5]) < 0.05
+    assert 0.3 < fractions[7] < 0.8
+    assert min(fractions[10:]) > 0.95
+    assert states.friction == pytest.approx(0.6, abs=0.1)
+
+
+def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(20):
+        found = states.update(face.state([0, 0, 0], 0.6), face.score)
+    np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(3):
+        found = states.update(face.state([0, 0, 0], 0.2), face.score)
+    np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+def test_an_object_that_stops_before_it_slips_still_sticks():
+    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    for frame in range(6):
+        states.update(face.state([150e-6, 0, 0], 0.1 * frame), face.score)
+    for _ in range(4):
+        found = states.update(face.state([0, 0, 0], 0.5), face.score)
+        np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+@pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.92), ('tp_disc_twist', 0.92)])
+def test_states_of_a_recording_seen_without_error(recording, name, least):
+    truth = recording(name)
+    balance, states = MembraneBalance(23, 23, MembraneMaterial(), ORIGIN), DotStates(23, 23, ORIGIN)
+    balance.renew(truth['dot_rest_xyz'])
+    counts = np.zeros((3, 3))
+    for frame in range(len(truth['pressure'])):
+        loads = balance.loads(*balance.moves(np.arange(529), truth['dot_xyz'][frame]))
+        found = states.update(loads, contact_score(balance.membrane, loads))
+        slip = np.linalg.norm(truth['dot_slip'][frame], axis=1)
+        real = truth['dot_state'][frame]
+        judged = ((real > 0) & ((slip < 5e-6) | (slip > 30e-6))) | ((real == 0) & (truth['dot_gap'][frame] > 50e-6))
+        np.add.at(counts, (real[judged], found[judged]), 1)
+    f1 = 2 * np.diag(counts) / (counts.sum(0) + counts.sum(1))
+    assert f1[1] > least and f1[2] > least

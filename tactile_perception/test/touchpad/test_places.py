@@ -1,0 +1,135 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rest places lie on the cap under their untouched images, and are renewed only when the reference has moved.
+Places of dots from colour and membrane: from the rest shape alone, not from grey images, from few dots, with a new reference."""
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+from tactile_perception.common.camera import CameraModel
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.common.spherical_cap import Cap
+from tactile_perception.errors import BadFrame
+from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.touchpad.places import DotPlaces, RestPlaces
+
+CAMERA = CameraModel([[700, 0, 320], [0, 700, 240], [0, 0, 1]], translation=[0, 0, 0.04])
+
+
+def tracks(uv, duv):
+    n = len(uv)
+    return DotTracks(3, 3, np.arange(n), uv + duv, np.full(n, 90.0), np.full(n, 0.02), np.broadcast_to(duv, (n, 2)).astype(float))
+
+
+@pytest.fixture
+def rest():
+    return RestPlaces(Cap(), CAMERA, 3, 3)
+
+
+def test_places_are_on_the_sphere_and_project_to_the_untouched_image(rest):
+    uv = np.array([[300.0, 220.0], [320.0, 240.0], [420.0, 300.0]])
+    assert rest.update(tracks(uv, np.array([4.0, -2.0])))
+    assert np.linalg.norm(rest.xyz[:3] - [0, 0, -0.007], axis=1) == pytest.approx(0.02, abs=1e-12)
+    assert CAMERA.project(rest.xyz[:3]) == pytest.approx(uv, abs=1e-9)
+    assert np.isnan(rest.xyz[3:]).all()
+
+
+def test_only_a_moved_reference_or_a_new_dot_counts(rest):
+    uv = np.array([[300.0, 220.0], [320.0, 240.0]])
+    assert rest.update(tracks(uv, np.zeros(2)))
+    assert not rest.update(tracks(uv + 0.01, np.array([9.0, 9.0])))
+    assert rest.update(tracks(uv + 0.05, np.zeros(2)))
+    assert rest.update(tracks(np.vstack([uv, [[350.0, 260.0]]]), np.zeros(2)))
+    missing = tracks(uv, np.zeros(2))
+    missing.duv[0] = np.nan
+    rest.update(missing)
+    assert np.isfinite(rest.xyz[:3]).all()
+
+
+@pytest.fixture(scope='module')
+def seen(ball):
+    """Tracks of an untouched and of the pressed image."""
+    tracker = make_tracker(ball.sensor, ball.values)
+    rest = tracker.process(ball.rest[0], 1.0)
+    return rest, tracker.process(ball.pressed, 1.1)
+
+
+def part(tracks, keep):
+    """The tracks where keep (N,) bool."""
+    return dataclasses.replace(tracks, **{n: getattr(tracks, n)[keep] for n in ('id', 'uv', 'area', 'sigma', 'duv')})
+
+
+def errors(xyz, truth, tracks):
+    return np.linalg.norm(xyz - truth.dot_xyz[tracks.id], axis=1)
+
+
+@pytest.mark.parametrize('pace', ['full', 'fast'])
+def test_places_of_a_press_from_the_rest_shape_alone(ball, seen, pace):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera, pace)
+    assert np.sqrt(np.mean(errors(places.locate(ball.rest[0], rest), ball.untouched, rest)**2)) < 0.08e-3
+    for _ in range(3):
+        off = errors(places.locate(ball.pressed, pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.1e-3 and np.isnan(off).mean() < 0.02
+
+
+def test_each_place_lies_on_its_ray(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    places.locate(ball.rest[0], rest)
+    xyz = places.locate(ball.pressed, pressed)
+    known = np.isfinite(xyz).all(axis=1)
+    assert np.abs(ball.camera.project(xyz[known]) - pressed.uv[known]).max() < 0.05
+
+
+def test_a_grey_image_tells_no_places(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    assert np.isnan(places.locate(cv2.cvtColor(ball.rest[0], cv2.COLOR_BGR2GRAY), rest)).all()
+    places.locate(ball.rest[0], rest)
+    assert np.isfinite(places.locate(ball.pressed, pressed)).mean() > 0.97
+
+
+def test_a_dot_without_a_rest_place_has_none_now(ball, seen):
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    hidden = rest.id % 50 == 7
+    places.locate(ball.rest[0], part(rest, ~hidden))
+    unknown = dataclasses.replace(pressed, duv=np.where((pressed.id % 50 == 7)[:, None], np.nan, pressed.duv))
+    xyz = places.locate(ball.pressed, unknown)
+    assert np.isnan(xyz[pressed.id % 50 == 7]).all() and np.isfinite(xyz[pressed.id % 50 != 7]).mean() > 0.97
+
+
+def test_too_few_dots_at_rest_are_no_surface(ball, seen):
+    rest, _ = seen
+    with pytest.raises(BadFrame, match='cannot be placed'):
+        DotPlaces(ball.sensor, ball.camera).locate(ball.rest[0], part(rest, rest.id % 4 == 0))
+
+
+def test_after_a_new_reference_the_colour_is_learnt_anew(ball, seen):
+    """Half of the light, another white balance: after renew() places are as good as before."""
+    rest, pressed = seen
+    places = DotPlaces(ball.sensor, ball.camera)
+    places.locate(ball.rest[0], rest)
+
+    def other_light(image):
+        return np.clip(image * [0.5, 0.6, 0.55], 0, 255).astype(np.uint8)
+
+    places.renew()
+    places.locate(other_light(ball.rest[0]), rest)
+    for _ in range(3):
+        off = errors(places.locate(other_light(ball.pressed), pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.15e-3
+
+
+@pytest.mark.parametrize('kind', ['stored_420', 'stored_jpeg'])
+def test_places_where_colour_is_stored_more_coarsely_than_brightness(ball, seen, kind, request):
+    rest, pressed = seen
+    places, stored = DotPlaces(ball.sensor, ball.camera), request.getfixturevalue(kind)
+    for image in ball.rest[:3]:
+        off = errors(places.locate(stored(image), rest), ball.untouched, rest)
+    assert np.sqrt(np.mean(off**2)) < 0.05e-3
+    for _ in range(3):
+        off = errors(places.locate(stored(ball.pressed), pressed), ball.truth, pressed)
+    assert np.sqrt(np.nanmean(off**2)) < 0.12e-3
