@@ -15,7 +15,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.conversions import image_to_array, stamp_seconds
 from tactile_perception.nodes.stages.touchpad import RESULTS

@@ -9,14 +9,14 @@ from collections.abc import Callable, Sequence
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
 from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
@@ -55,7 +55,7 @@ class DrawingNode(Node):
     def demanded(self, kind: type, topic: str) -> Publisher:
         """A publisher whose subscribers' coming and going calls follow_demand."""
         matched = PublisherEventCallbacks(matched=lambda _info: self.follow_demand())
-        self._outputs.append(self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched))
+        self._outputs.append(self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched))
         return self._outputs[-1]
 
     def publish_drawn(self, output: Publisher, header: Header, draw: Callable[[], object]) -> None:

@@ -15,7 +15,7 @@ from tactile_driver.nodes.messages.conversions import image_to_message, stamp_ns
 from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array

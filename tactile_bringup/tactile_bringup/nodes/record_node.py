@@ -18,7 +18,7 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiag
 from tactile_driver.nodes.runtime.last_net import guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages, Slip
 from tactile_perception.bags.rosbag2_writer import recorded_qos
 from tactile_perception.nodes.messages.serialization import MessageCodec, type_name_of

@@ -26,7 +26,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import TactileError
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import Contacts
 from tactile_perception.nodes.messages.conversions import image_to_array
 from tactile_perception.nodes.stages.taxel import taxel_values

@@ -11,7 +11,7 @@ from sensor_msgs.msg import Image
 from tactile_driver.errors import TactileError
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
-from tactile_driver.nodes.runtime.timers import steady_timer
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_perception.nodes.stages.taxel import RESULTS
 
 from .drawing_node import DrawingNode

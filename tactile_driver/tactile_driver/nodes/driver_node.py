@@ -16,7 +16,7 @@ from .runtime.diagnostics import Health, NodeDiagnostics, SayOnce
 from .runtime.host import Host, SharedPublisher
 from .runtime.last_net import guard_services
 from .runtime.parameter_server import NodeParameters
-from .runtime.timers import steady_timer
+from .runtime.ros_defaults import steady_timer
 from ..sources.base.capture import Backoff
 from .streams.base import BaseStream
 from .streams.camera_health import unconfigured_health

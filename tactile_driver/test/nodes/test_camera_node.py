@@ -14,7 +14,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from tactile_msgs.msg import ContactRegion  # noqa: E402
@@ -69,6 +69,16 @@ def test_a_video_is_a_camera(watcher, camera, video):
     about = yaml.safe_load(descriptions[-1].data)
     assert (about['source'], about['width'], about['rate'], about['sensor_type']) == ('file', 64, 50.0, 'touchpad')
     assert ended(process) == (0, '')
+
+
+def test_publishers_are_reliable_and_only_slow_facts_are_latched(watcher, camera, video):
+    camera(source='file', path=video, loop='true')
+    topics = ('image_raw', 'camera_info', 'description', 'ground_truth/slip')
+    watcher.until(lambda: all(watcher.node.get_publishers_info_by_topic(topic) for topic in topics))
+    offered = {topic: watcher.node.get_publishers_info_by_topic(topic)[0].qos_profile for topic in topics}
+    assert {each.reliability for each in offered.values()} == {ReliabilityPolicy.RELIABLE}
+    assert [topic for topic in topics if offered[topic].durability == DurabilityPolicy.TRANSIENT_LOCAL] == ['camera_info', 'description']
+    assert offered['image_raw'].durability == offered['ground_truth/slip'].durability == DurabilityPolicy.VOLATILE
 
 
 def test_as_fast_as_consumed_every_frame_arrives(watcher, camera, video):

@@ -6,8 +6,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Collection
 
-from rclpy.qos import qos_profile_system_default
 from tactile_driver.nodes.runtime.host import Host
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import DotTracks
 
@@ -21,7 +21,7 @@ class ContactRegionNode(StageNode):
     """Tells which dots touch, stick and slip, and what follows from it."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, qos_profile_system_default), RESULTS | POINTS, host)
+        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
         self.stage = ContactMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:

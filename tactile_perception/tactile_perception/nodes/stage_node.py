@@ -8,13 +8,14 @@ from collections.abc import Callable, Collection, Sequence
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_system_default
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
 from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
+from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
 from tactile_driver.parameters.table import Parameter
 
 from ..errors import BadArgument, ClockSetBack, TactileError
@@ -55,7 +56,7 @@ class StageNode(Node):
         self.say, self.net = SayOnce(self), LastNet(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
-            self.create_publisher(kind, topic, qos_profile_system_default, event_callbacks=matched), self._follow_demand)
+            self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)
             for topic, kind in results.items()}
         self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)

@@ -17,7 +17,7 @@ rclpy = pytest.importorskip('rclpy')
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import QoSProfile  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tactile_driver.frame import Frame  # noqa: E402
@@ -92,6 +92,8 @@ def test_from_image_to_region_with_faults_in_between(bench):
     bench.listen('dots', DotTracks)
     listener = bench.listen('contact_region', ContactRegion)
     assert bench.until(lambda: bench.image_out.get_subscription_count() == 1 and bench.info_out.get_subscription_count() == 2)
+    offered = [each.qos_profile for topic in bench.seen for each in bench.bench.get_publishers_info_by_topic(topic)]
+    assert [(each.reliability, each.durability) for each in offered] == 2 * [(ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)]
     header = bench.show(1.0)
     assert bench.until(lambda: bench.seen['contact_region'], 30.0)
     assert bench.seen['dots'][0].header == header and bench.seen['contact_region'][0].header == header

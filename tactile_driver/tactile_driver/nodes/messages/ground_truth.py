@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from geometry_msgs.msg import Quaternion, Transform, Twist, WrenchStamped
 from rclpy.node import Node
-from rclpy.qos import qos_profile_system_default
 from std_msgs.msg import Header
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, Slip
 
 from .conversions import point, polygon, vector
+from ..runtime.ros_defaults import STREAM_QOS
 from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')
@@ -94,8 +94,7 @@ class GroundTruth:
     """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
 
     def __init__(self, node: Node, names: Sequence[str] = TRUTH):
-        self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', qos_profile_system_default)
-                            for name in names}
+        self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', STREAM_QOS) for name in names}
         self._numbers = TouchNumbers()
 
     @property

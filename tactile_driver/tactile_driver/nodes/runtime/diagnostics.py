@@ -12,7 +12,7 @@ import diagnostic_updater
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from .timers import steady_timer
+from .ros_defaults import steady_timer
 
 _CALM_S = 1.0
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE

@@ -10,17 +10,20 @@ import yaml
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.qos import HistoryPolicy, QoSProfile
 from std_msgs.msg import String
 
 from .camera_health import capture_health
 from ..messages.ground_truth import TRUTH, GroundTruth
 from ..runtime.diagnostics import Health, SayOnce
 from ..runtime.host import SharedPublisher
+from ..runtime.ros_defaults import LATCHED_QOS
 from ...sources.base.capture import Capture, CaptureStatus
 from ...sources.base.protocol import Source
 
 _TAKE_S = 0.2
+_MOST_REMARKS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
+_AND_MORE = 'there were more such problems; they are left out until the node is configured again'
 #: how long a recording that is played as fast as it is consumed waits for its subscribers
 ACKNOWLEDGE = Duration(seconds=1)
 
@@ -32,7 +35,7 @@ class RawPublishers:
     """
 
     def __init__(self, node: LifecycleNode, truth: Sequence[str] = TRUTH):
-        self.description = node.create_publisher(String, 'description', QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.description = node.create_publisher(String, 'description', LATCHED_QOS)
         self.truth = GroundTruth(node, truth)
 
     @property
@@ -152,6 +155,8 @@ class BaseStream:
         raise NotImplementedError
 
     def _remark(self, text: str) -> None:
+        if len(self._remarks) >= _MOST_REMARKS:
+            text = _AND_MORE
         if text and text not in self._remarks:
             self._remarks.append(text)
             self._say.warning(text, text)

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from rclpy.lifecycle import LifecycleNode
-from rclpy.qos import qos_profile_system_default
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from .base import ACKNOWLEDGE, BaseStream, RawPublishers
 from ...frame import CameraCalibration, Frame
 from ..messages.conversions import calibration_to_message, header_of, image_to_message
+from ..runtime.ros_defaults import LATCHED_QOS, STREAM_QOS
 from ...sources.base.protocol import Source
 
 
@@ -18,8 +18,8 @@ class ImageTopic:
     """image_raw and camera_info of one view, under prefix ('' or 'left/')."""
 
     def __init__(self, node: LifecycleNode, prefix: str = ''):
-        self.image = node.create_lifecycle_publisher(Image, prefix + 'image_raw', qos_profile_system_default)
-        self.info = node.create_lifecycle_publisher(CameraInfo, prefix + 'camera_info', qos_profile_system_default)
+        self.image = node.create_lifecycle_publisher(Image, prefix + 'image_raw', STREAM_QOS)
+        self.info = node.create_lifecycle_publisher(CameraInfo, prefix + 'camera_info', LATCHED_QOS)
 
     @property
     def wanted(self) -> bool:

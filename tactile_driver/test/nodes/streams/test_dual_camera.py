@@ -114,6 +114,14 @@ def test_views_of_another_size_are_remarked_and_not_stitched(node):
     assert set(info.k) == {0.0} and 'left: the camera calibration is for 96 x 80 px' in streamed.stream.remark
 
 
+def test_remarks_are_bounded(node):
+    stream = Streamed(node, TwoCameras()).stream
+    for width in range(1000):
+        stream._remark(f'images are {width} px wide')
+    stream.stop()
+    assert stream.remark.startswith('images are 0 px wide; ') and stream.remark.count('px wide') == 10 and 'there were more' in stream.remark
+
+
 def test_without_a_stitching_the_views_stand_side_by_side(node):
     streamed = Streamed(node, TwoCameras(), known=False, overlap=16)
     image, = streamed.received(('image_raw', Image))

@@ -10,7 +10,7 @@ from rclpy.clock import ClockType  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
-from tactile_driver.nodes.runtime.timers import steady_timer  # noqa: E402
+from tactile_driver.nodes.runtime.ros_defaults import steady_timer  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
