@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Random images to the whole dual driver, from both topics through pairing and stitching: no defect, and the next good pair is published."""
+"""Random images to the whole dual driver, through pairing and stitching: no defect, and the good pairs after them are published."""
 import random
 import time
 

@@ -12,7 +12,8 @@ from rclpy.timer import Timer
 
 #: QoS of image, result and marker publishers. Volatile is explicit: Fast DDS makes the system default transient local, so that a played bag
 #: would latch old results. The depth is Fast DDS's default: the newest message replaces one that a slow subscriber has not acknowledged.
-STREAM_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
+STREAM_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.RELIABLE,
+                        durability=DurabilityPolicy.VOLATILE)
 #: QoS of camera_info and description: a subscriber that joins later gets the last message.
 LATCHED_QOS = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.RELIABLE,
                          durability=DurabilityPolicy.TRANSIENT_LOCAL)
