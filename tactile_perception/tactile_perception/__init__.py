@@ -1,3 +1,46 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tactile perception: algorithms that see arrays and numbers, and thin ROS nodes over them."""
+"""Tactile perception: algorithms on arrays and numbers, and thin ROS nodes over them.
+
+`from tactile_perception import detect_dots` and the other names of __all__ need no ROS; docs/python.md shows how to use them. A name is
+imported when it is first used, so that a node imports only what it needs.
+"""
+from importlib import import_module
+
+#: public name -> module of this package : name there
+_PUBLIC = {
+    'detect_dots': 'api:detect_dots',
+    'index_dots': 'dots.index.grid:number_grid',
+    'DotTracker': 'dots.tracker:DotTracker',
+    'Touchpad': 'touchpad.sensor:Touchpad',
+    'TouchpadDots': 'pipeline.dot_stage:DotStage',
+    'TouchpadContact': 'pipeline.contact_stage:ContactStage',
+    'ContactDots': 'touchpad.contact.region:ContactDots',
+    'find_contact_regions': 'touchpad.contact.region:find_regions',
+    'SlipEstimator': 'touchpad.contact.slip:SlipEstimator',
+    'MarkerSensor': 'markers.view.sensor:MarkerSensor',
+    'load_marker_touch': 'api:load_marker_touch',
+    'PsdFinger': 'psd.finger:PsdFinger',
+    'FingerModel': 'psd.model:FingerModel',
+    'TaxelArray': 'taxel.array:TaxelArray',
+    'SoftPad': 'taxel.array:SoftPad',
+    'TaxelEstimator': 'taxel.estimator:TaxelEstimator',
+    'node_parameters': 'api:node_parameters',
+    'TactileError': 'errors:TactileError',
+    'BadArgument': 'errors:BadArgument',
+    'BadCalibration': 'errors:BadCalibration',
+    'BadFrame': 'errors:BadFrame',
+}
+__all__ = list(_PUBLIC)
+
+
+def __getattr__(name: str):
+    if name not in _PUBLIC:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    module, attribute = _PUBLIC[name].split(':')
+    globals()[name] = found = getattr(import_module(f'.{module}', __name__), attribute)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PUBLIC})

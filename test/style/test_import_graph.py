@@ -16,8 +16,8 @@ ROOMS = {
     'tactile_perception': ('errors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
         'markers.regression', 'markers.places', 'markers.wrench', 'markers', 'psd', 'taxel', 'calibration', 'calibration.files',
-        'parameters', 'pipeline', 'evaluation', 'nodes.messages', 'nodes.stages', 'nodes', 'bags', 'tools.convert', 'tools.calibrate',
-        'tools'),
+        'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages', 'nodes.stages', 'nodes', 'bags', 'tools.convert',
+        'tools.calibrate', 'tools'),
     'tactile_bringup': ('sensor_types', 'installed', 'grip', 'parameters', 'recording', 'visualization', 'visualization.rviz',
         'visualization.markers', 'hand', 'launch', 'simulate', 'nodes', 'demo'),
 }
