@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-# make demo, make test, make lint: each sets up what is missing first (setup.bash).
+# make demo, make test, make test-full, make lint: each sets up what is missing first (setup.bash).
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint setup clean
+.PHONY: help demo test test-full lint setup clean
 
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
@@ -13,11 +13,14 @@ demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH
 
 # make test TESTS="test/style tactile_driver" PYTEST="-k name -x"
 TESTS ?= $(wildcard tactile_*/test) test
+run_tests = mkdir -p out && source ./setup.bash && python3 -m pytest $(TESTS) --junit-xml=out/test-results.xml
 
 help:
 	@echo 'make demo   a simulated touchpad is pressed: dots, contact region, numbers, pictures in out/'
 	@echo '            make demo SOURCE=file PATH_TO=video.avi   the same on a recording'
-	@echo 'make test   all tests; the report goes to out/test-results.xml'
+	@echo 'make test   what needs no process, and each launch file once: within 5 minutes; the report goes to out/test-results.xml'
+	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
+	@echo 'make test-full   all tests: about 20 minutes'
 	@echo 'make lint   style and spelling alone'
 	@echo 'make clean  takes away what make and setup.bash built, the environment included'
 
@@ -28,8 +31,10 @@ demo:
 	@source ./setup.bash && ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
 
 test:
-	@mkdir -p out
-	@source ./setup.bash && python3 -m pytest $(TESTS) --junit-xml=out/test-results.xml $(PYTEST)
+	@$(run_tests) -m 'not hardware and not slow and not full' $(PYTEST)
+
+test-full:
+	@$(run_tests) $(PYTEST)
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)

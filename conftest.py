@@ -4,10 +4,20 @@
 
 The nodes' package comes first: it says, before NumPy is imported, with how many threads nodes and tools compute. With another number a
 sum may differ in its last bit from theirs.
+
+This process of pytest, and what it starts, has a ROS domain of its own, on this machine alone.
 """
+import os
+import pathlib
+
 import tactile_driver.nodes  # noqa: F401, I001
 import tactile_bringup  # noqa: F401
 import tactile_perception  # noqa: F401
+import pytest
+from ros_domain import claimed
+
+DOMAIN, _CLAIM = claimed()
+os.environ.update(ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
 
 try:
     from tactile_driver.nodes.runtime.last_net import LastNet
@@ -15,3 +25,14 @@ except ImportError:  # there is no ROS, and no node
     pass
 else:
     LastNet.strict = True
+
+TOP = pathlib.Path(__file__).resolve().parent / 'test'
+#: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.
+QUICK = TOP / 'style', TOP / 'launch' / 'test_smoke.py'
+
+
+def pytest_collection_modifyitems(items):
+    """Mark what is left out of `make test`."""
+    for item in items:
+        if TOP in item.path.parents and not any(quick in (item.path, *item.path.parents) for quick in QUICK):
+            item.add_marker(pytest.mark.full)

@@ -16,9 +16,9 @@ _LASTING = ('ros2 launch', 'python3 ')
 class Session:
     """A reader's terminals, all in one folder."""
 
-    def __init__(self, folder: Path, domain: int):
+    def __init__(self, folder: Path):
         self._folder = folder
-        self._environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'PYTHONUNBUFFERED': '1'}
+        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1'}
         self._running: list[tuple[str, subprocess.Popen, Path]] = []
         self._count = 0
 

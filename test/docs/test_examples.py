@@ -37,8 +37,7 @@ print(len(found), float(np.median(nearest)))
 @pytest.fixture
 def images():
     """(images received, a function that waits for the next) on the example's topic."""
-    domain = 100 + os.getpid() % 100
-    rclpy.init(domain_id=domain)
+    rclpy.init()
     node, executor, received = rclpy.create_node('reader'), SingleThreadedExecutor(), []
     node.create_subscription(Image, '/taxel_array/image_raw', received.append, qos_profile_sensor_data)
     executor.add_node(node)
@@ -52,9 +51,8 @@ def test_an_array_that_sends_datagrams_is_published(tmp_path, images):
     received, executor = images
     path = tmp_path / 'udp_array.py'
     path.write_text(files(PAGE)['udp_array.py'])
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
     process = subprocess.Popen([sys.executable, str(path), '--ros-args', '-r', '__ns:=/taxel_array', '-p', 'source:=udp', '-p',
-                                f'device:="{PORT}"'], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                                f'device:="{PORT}"'], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     values = np.arange(44 * 44).reshape(44, 44).astype(np.uint8)
     sender, end = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), time.monotonic() + 30
     while not received and time.monotonic() < end:

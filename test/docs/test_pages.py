@@ -1,8 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The pages of the documentation, run from top to bottom."""
-import os
-
 import pytest
 from pages import PAGES, blocks, files
 from session import Session
@@ -15,7 +13,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(1800)]
 def test_every_command_of_the_page_works(page, tmp_path):
     for name, text in files(page).items():
         (tmp_path / name).write_text(text)
-    session = Session(tmp_path, 100 + os.getpid() % 100)
+    session = Session(tmp_path)
     for block in blocks(page):
         if block.kind == 'sh':
             try:

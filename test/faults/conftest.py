@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The bench of the fault tests, the sensor that runs beside, and the report, which goes to out/faults.md."""
-import os
 import pathlib
 import sys
 
@@ -19,7 +18,7 @@ def bench(tmp_path_factory):
     from tactile_driver.emulators import port
     from tactile_driver.nodes.runtime.run import make_room_for_images
     make_room_for_images()  # whoever listens here is set up as the nodes are
-    made = Bench(100 + os.getpid() % 100, tmp_path_factory.mktemp('faults'))
+    made = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device goes on however busy this machine is
         yield made

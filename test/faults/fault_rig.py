@@ -70,9 +70,9 @@ class Runner:
 class Ear:
     """Listens, in a context of its own. health: node -> what it said of itself; said: what was logged, as (at, node, text)."""
 
-    def __init__(self, domain: int):
+    def __init__(self):
         self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain)
+        rclpy.init(context=self._context)
         self.node = Node('ear', context=self._context)
         self.health: dict[str, list[Health]] = defaultdict(list)
         self.said: list[tuple[float, str, str]] = []
@@ -97,12 +97,12 @@ class Ear:
 
 
 class Bench:
-    """What the tests of this folder share: domain, ear, zygote, and the rows of the report."""
+    """What the tests of this folder share: ear, zygote, and the rows of the report."""
 
-    def __init__(self, domain: int, folder: Path):
-        self.domain, self.rows, self._names = domain, [], itertools.count(1)
-        rclpy.init(domain_id=domain)
-        self.zygote, self.ear = Zygote(domain, folder), Ear(domain)
+    def __init__(self, folder: Path):
+        self.rows, self._names = [], itertools.count(1)
+        rclpy.init()
+        self.zygote, self.ear = Zygote(folder), Ear()
 
     def close(self) -> None:
         self.zygote.close()

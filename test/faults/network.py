@@ -37,8 +37,8 @@ def missing() -> str:
 class Machine(Zygote):
     """Starts nodes that are alone with each other until a cable is plugged in; it is gone when they are."""
 
-    def __init__(self, domain: int, folder: Path, modules: tuple[str, ...]):
-        super().__init__(domain, folder, modules, _ALONE, 'SUBNET')
+    def __init__(self, folder: Path, modules: tuple[str, ...]):
+        super().__init__(folder, modules, _ALONE, 'SUBNET')
         self.ask(ready=True)  # its network is there
 
     def run(self, *command: str) -> str:

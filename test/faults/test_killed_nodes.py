@@ -45,11 +45,11 @@ def test_perception_is_killed_and_started_again_beside_a_driver_that_goes_on(ben
 class Hand:
     """hand.launch.py with two fingers on ports, as a user starts it."""
 
-    def __init__(self, folder, ports, domain, *words):
+    def __init__(self, folder, ports, *words):
         page = {'sensors': [{'name': name, 'type': 'psd_finger', 'device': str(port)} for name, port in ports.items()]}
         (folder / 'hand.yaml').write_text(yaml.safe_dump(page))
         self._log = folder / 'hand.log'
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
+        environment = {**os.environ, 'OMP_NUM_THREADS': '1'}
         with open(self._log, 'w') as log:
             command = ['ros2', 'launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device', *words]
             self.process = subprocess.Popen(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT,
@@ -84,7 +84,7 @@ def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench,
     index, thumb = (bench.fresh(name).strip('/') for name in ('index', 'thumb'))
     fingers = {name: CountingFinger(tmp_path / name, mark=mark, rate=100.0, patient=True) for mark, name in enumerate((index, thumb))}
     heard = {name: bench.ear.hear(PsdVoltages, f'/{name}/voltages') for name in fingers}
-    hand = Hand(tmp_path, {name: tmp_path / name for name in fingers}, bench.domain, 'record:=rec', f'composed:={composed}')
+    hand = Hand(tmp_path, {name: tmp_path / name for name in fingers}, 'record:=rec', f'composed:={composed}')
     try:
         bench.until(lambda: all(len(each) > 20 for each in heard.values()), 60.0)
         bench.until(lambda: all(bench.recorded(f'/{name}') > 20 for name in fingers), 60.0)

@@ -32,7 +32,7 @@ class Rig:
     def __init__(self, bench, folder):
         self.bench, space = bench, bench.fresh('net')
         (folder / 'monitor').mkdir()
-        self._machines = Machine(bench.domain, folder, (*NODES, 'witness')), Machine(bench.domain, folder / 'monitor', ('witness',))
+        self._machines = Machine(folder, (*NODES, 'witness')), Machine(folder / 'monitor', ('witness',))
         self.cable, self._finger = Cable(*self._machines), CountingFinger(folder / 'port', patient=True)
         here, there = self._machines
         self._local, self._remote = here.start('witness', space), there.start('witness', space)

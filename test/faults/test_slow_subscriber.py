@@ -40,9 +40,9 @@ def video(tmp_path):
 class Slow:
     """Sleeps over each message; ages: s, of the messages when it gets to them."""
 
-    def __init__(self, domain, topic):
+    def __init__(self, topic):
         self._context, self.ages, self._busy = Context(), [], threading.Event()
-        rclpy.init(context=self._context, domain_id=domain)
+        rclpy.init(context=self._context)
         node = Node('slow', context=self._context)
         node.create_subscription(Image, topic, self._take, qos_profile_sensor_data)
         self._runner = Runner(node, self._context)
@@ -62,7 +62,7 @@ def test_no_queue_grows_and_the_newest_frames_win(bench, beside, video, tmp_path
     heard = bench.ear.hear(Image, f'{space}/image_raw', 20)
     camera = bench.zygote.start('tactile_driver.nodes.camera_node', space, source='file', path=video, loop='true')
     stopped = bench.zygote.start('tactile_bringup.nodes.record_node', space, bag=tmp_path / 'bag', patience=0.0)
-    slow = Slow(bench.domain, f'{space}/image_raw')
+    slow = Slow(f'{space}/image_raw')
     try:
         bench.until(lambda: len(heard) > 100 and len(slow.ages) > 4 and bench.recorded(space) > 50, STARTED)
         stopped.send(signal.SIGSTOP)

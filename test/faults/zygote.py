@@ -53,12 +53,12 @@ class Process:
 
 
 class Zygote:
-    """The process that forks; domain: ROS domain of its children; folder: for their logs; within: the command that becomes the process;
+    """The process that forks; folder: for their logs; within: the command that becomes the process;
     reach: how far its children look for others."""
 
-    def __init__(self, domain: int, folder: Path, modules: Sequence[str] = MODULES, within: Sequence[str] = (), reach: str = 'LOCALHOST'):
+    def __init__(self, folder: Path, modules: Sequence[str] = MODULES, within: Sequence[str] = (), reach: str = 'LOCALHOST'):
         self._folder, self._count = folder, 0
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, 'OMP_NUM_THREADS': '1'}
+        environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': reach, 'OMP_NUM_THREADS': '1'}
         self._process = subprocess.Popen([*within, sys.executable, __file__, *modules], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                          text=True, env=environment, cwd=folder, start_new_session=True)
 

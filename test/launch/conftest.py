@@ -10,17 +10,18 @@ import threading
 import time
 
 import pytest
+from ros_domain import claimed
 
-_NUMBERS = itertools.count(os.getpid() % 40)
+_NUMBERS = itertools.count()
 
 
 @pytest.fixture
 def domain(monkeypatch):
-    """A ROS domain that no other test uses, for processes started here too."""
-    number = 110 + next(_NUMBERS) % 90
+    """A ROS domain for one test and the processes that it starts: what another test leaves running is not heard."""
+    number, claim = claimed()
     monkeypatch.setenv('ROS_DOMAIN_ID', str(number))
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    return number
+    with claim:
+        yield number
 
 
 class Launched:
@@ -75,11 +76,11 @@ def ros2(tmp_path, domain):
 class Listener:
     """Subscribes to topics: topic -> type; `heard` holds their messages, as they come."""
 
-    def __init__(self, domain, topics):
+    def __init__(self, topics):
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         self._context = rclpy.Context()
-        rclpy.init(context=self._context, domain_id=domain)
+        rclpy.init(context=self._context)
         self.node = rclpy.create_node('listener', context=self._context)
         self.heard = {topic: [] for topic in topics}
         for topic, kind in topics.items():
@@ -123,7 +124,7 @@ def listen(domain):
     made = []
 
     def make(topics):
-        made.append(Listener(domain, topics))
+        made.append(Listener(topics))
         return made[-1]
 
     yield make

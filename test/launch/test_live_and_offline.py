@@ -48,10 +48,10 @@ def sensor(request, tmp_path_factory):
 class Bench:
     """A sensor's nodes and a helper that publishes to them and hears their results, in one process."""
 
-    def __init__(self, name, task, raw, domain):
+    def __init__(self, name, task, raw):
         words = ['--params-file', str(task.params), '-r', f'__ns:=/{name}']
         words += ['-p', f'calibration:={task.calibration}'] if task.calibration else []
-        rclpy.init(args=['--ros-args', *words], domain_id=domain)
+        rclpy.init(args=['--ros-args', *words])
         self.nodes = [kind() for kind in SENSORS[name][4]]
         self.helper = rclpy.create_node('helper', use_global_arguments=False, namespace=f'/{name}')
         self._executor = SingleThreadedExecutor()
@@ -93,14 +93,14 @@ def frames_of(items):
     return found
 
 
-def test_estimates_are_those_of_the_live_nodes(sensor, domain):
+def test_estimates_are_those_of_the_live_nodes(sensor):
     name, task = sensor
     replay, codec, count = task.replay(), MessageCodec(), SENSORS[name][3]
     offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
     with task.open(replay) as reader:
         raw = {f'/{name}/{replay.raw}', f'/{name}/camera_info'} & set(reader.topics)
-        bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw}, domain)
+        bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw})
         try:
             bench.listen(kinds)
             done, expected = 0, dict.fromkeys(kinds, 0)

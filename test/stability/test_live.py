@@ -34,9 +34,9 @@ NODES = ('dot_tracker_node', 'contact_region_node')
 class Rig:
     """Both processing nodes as processes, images published to them, results, log and diagnostics kept."""
 
-    def __init__(self, pad, folder, domain):
+    def __init__(self, pad, folder):
         self.pad, self.count, self.last = pad, 0, {}
-        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'OMP_NUM_THREADS': '1'}
+        environment = {**os.environ, 'OMP_NUM_THREADS': '1'}
         known = {p.name for p in (*DOT_PARAMETERS, *REGION_PARAMETERS)}
         values = {name: value for name, value in pad.values().items() if name in known and name != 'calibration'}
         (folder / 'params.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
@@ -45,7 +45,7 @@ class Rig:
             cwd=folder, env=environment, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for name in NODES]
         make_room_for_images()
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=domain)
+        rclpy.init(context=self.context)
         self.node = Node('rig', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -129,7 +129,7 @@ def another_encoding(message):
 
 
 def test_bad_frames_to_running_nodes(pad, tmp_path):
-    rig = Rig(pad, tmp_path, 120 + os.getpid() % 80)
+    rig = Rig(pad, tmp_path)
     try:
         rig.until(lambda: rig.images.get_subscription_count() == 1 and rig.infos.get_subscription_count() == 2)
         region, contacts = rig.good(pad.rest[0])

@@ -1,6 +1,5 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import os
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ def demo(tmp_path):
     """Makes a DemoNode in a domain of its own."""
     def make(**values):
         given = [f'{name}:={value}' for name, value in {'out': tmp_path / 'pictures', **values}.items()]
-        rclpy.init(args=['--ros-args', *(word for text in given for word in ('-p', text))], domain_id=100 + os.getpid() % 100)
+        rclpy.init(args=['--ros-args', *(word for text in given for word in ('-p', text))])
         return main.DemoNode()
     yield make
     rclpy.try_shutdown()

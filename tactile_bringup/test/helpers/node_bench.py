@@ -9,13 +9,13 @@ import pytest
 
 @pytest.fixture
 def bench():
-    """bench(make, domain) -> (other node, until(condition, seconds) -> whether it came true)."""
+    """bench(make) -> (other node, until(condition, seconds) -> whether it came true)."""
     rclpy = pytest.importorskip('rclpy')
     from rclpy.executors import SingleThreadedExecutor
     made = []
 
-    def begin(make, domain):
-        rclpy.init(domain_id=domain)
+    def begin(make):
+        rclpy.init()
         made.extend([SingleThreadedExecutor(), make(), rclpy.create_node('other')])
         executor = made[0]
         for node in made[1:]:
@@ -36,17 +36,16 @@ def bench():
 
 
 @pytest.fixture
-def beside(monkeypatch):
-    """beside(make, domain): the node make(context), spun in a thread beside the test; commands called in the test join its domain."""
+def beside():
+    """beside(make): the node make(context), spun in a thread beside the test."""
     rclpy = pytest.importorskip('rclpy')
     from rclpy.context import Context
     from rclpy.executors import SingleThreadedExecutor
     made = []
 
-    def begin(make, domain):
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+    def begin(make):
         context = Context()
-        rclpy.init(context=context, domain_id=domain)
+        rclpy.init(context=context)
         node, executor = make(context), SingleThreadedExecutor(context=context)
         executor.add_node(node)
         thread = threading.Thread(target=executor.spin, daemon=True)

@@ -25,7 +25,6 @@ from tactile_bringup.sensor_types import NODES  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DOMAIN = 100 + os.getpid() % 100
 
 
 def test_the_table_names_what_there_is():
@@ -56,7 +55,7 @@ def nodes(bag, tmp_path):
     own = {'source': 'bag', 'path': str(bag), 'topic': '/pad/image_raw', 'rate': 0.0, 'frame_id': 'pad'}
     (tmp_path / 'own.yaml').write_text(json.dumps({'/pad/camera_node': {'ros__parameters': own}}))
     words = ['--ros-args', '-r', '__ns:=/pad', '--params-file', PARAMS, '--params-file', str(tmp_path / 'own.yaml')]
-    rclpy.init(args=words, domain_id=DOMAIN)
+    rclpy.init(args=words)
     made_nodes = list(made(['camera_node', 'dot_tracker_node', 'contact_region_node']))
     yield made_nodes
     for node in made_nodes:
@@ -77,7 +76,7 @@ class Listener:
 
     def __init__(self, nodes):
         self._context, self._own = Context(), SingleThreadedExecutor()
-        rclpy.init(context=self._context, domain_id=DOMAIN)
+        rclpy.init(context=self._context)
         self.node, self._executor = rclpy.create_node('ear', context=self._context), SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         for node in nodes:
@@ -97,6 +96,7 @@ class Listener:
         rclpy.shutdown(context=self._context)
 
 
+@pytest.mark.full
 def test_each_frame_is_done_as_process_bag_does_it_without_an_image_in_the_middleware(nodes, bag, tmp_path):
     ear = Listener(nodes)
     try:

@@ -40,7 +40,7 @@ class Lookers(DrawingNode):
 
 def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
     made = []
-    other, until = bench(lambda: made.append(Lookers()) or made[0], 67)
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
     node = made[0]
     node.publish_place('tip', (0.0, 0.0, 0.016), (0.0, 0.6, 0.0, 0.8))
     places = []
@@ -57,7 +57,7 @@ def test_those_who_look_are_heard_of_and_a_place_is_latched(bench):
 
 def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_ends(bench):
     made = []
-    other, until = bench(lambda: made.append(Lookers()) or made[0], 67)
+    other, until = bench(lambda: made.append(Lookers()) or made[0])
     node, seen = made[0], []
     other.create_subscription(MarkerArray, 'markers', lambda message: seen.append((time.monotonic(), message.markers[0])), 10)
     assert until(lambda: node.looking[-1:] == [1])
@@ -75,7 +75,7 @@ def test_markers_go_when_nothing_new_has_come_for_two_seconds_and_when_the_node_
 
 
 def test_a_parameter_that_cannot_be_used_is_named():
-    rclpy.init(args=['--ros-args', '-p', 'rate:=-1.0'], domain_id=67)
+    rclpy.init(args=['--ros-args', '-p', 'rate:=-1.0'])
     try:
         with pytest.raises(BadArgument, match='bad_drawer.*rate'):
             DrawingNode('bad_drawer', (Parameter('rate', float, 10.0, 'Hz', 'pictures', lowest=0.1),))
@@ -84,7 +84,7 @@ def test_a_parameter_that_cannot_be_used_is_named():
 
 
 def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(monkeypatch):
-    rclpy.init(domain_id=67)
+    rclpy.init()
     node, done = Lookers(), []
     try:
         bad = Slip(state=9)

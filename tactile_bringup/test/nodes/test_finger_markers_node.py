@@ -15,7 +15,7 @@ pytestmark = pytest.mark.ros
 
 
 def test_markers_for_somebody_and_the_tip_for_all(bench):
-    other, until = bench(FingerMarkersNode, 65)
+    other, until = bench(FingerMarkersNode)
     contacts = other.create_publisher(Contacts, 'contacts', 10)
     places, drawn = [], []
     other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))

@@ -19,7 +19,7 @@ HAND = 'sensors:\n  - {name: left/thumb, type: touchpad, parent: palm, xyz: [0.1
 
 def test_mountings_are_latched_under_the_names_of_the_file(bench, tmp_path):
     (tmp_path / 'hand.yaml').write_text(HAND)
-    other, until = bench(lambda: HandFramesNode(Host(parameters={'hand': f'{tmp_path}/hand.yaml'})), 66)
+    other, until = bench(lambda: HandFramesNode(Host(parameters={'hand': f'{tmp_path}/hand.yaml'})))
     found, reports = [], []
     other.create_subscription(TFMessage, '/tf_static', found.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
     other.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
@@ -33,7 +33,7 @@ def test_mountings_are_latched_under_the_names_of_the_file(bench, tmp_path):
 
 
 def test_without_a_file_it_says_what_is_missing():
-    rclpy.init(domain_id=66)
+    rclpy.init()
     try:
         with pytest.raises(BadArgument, match='parameter hand is empty'):
             HandFramesNode()

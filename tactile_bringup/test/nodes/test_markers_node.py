@@ -19,7 +19,7 @@ def sent_dots(stamp):
 
 
 def test_nothing_is_subscribed_for_nobody_and_frames_are_drawn_for_somebody(bench):
-    other, until = bench(MarkersNode, 64)
+    other, until = bench(MarkersNode)
     dots = other.create_publisher(DotTracks, 'dots', 10)
     region = other.create_publisher(ContactRegion, 'contact_region', 10)
     until(lambda: False, 1.0)

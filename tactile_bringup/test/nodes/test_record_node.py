@@ -24,7 +24,7 @@ pytestmark = pytest.mark.ros
 
 def recorder(**values):
     arguments = [word for name, value in values.items() for word in ('-p', f'{name}:={value}')]
-    rclpy.init(args=['--ros-args', *arguments], domain_id=63)
+    rclpy.init(args=['--ros-args', *arguments])
     return RecordNode()
 
 

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The command snapshot, beside a node that publishes what three sensors would."""
-import os
 
 import cv2
 import numpy as np
@@ -22,7 +21,6 @@ from visualization_msgs.msg import Marker, MarkerArray  # noqa: E402
 from tactile_bringup.nodes.snapshot import Seen, SnapshotNode, main, touch_line  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DOMAIN = 100 + os.getpid() % 100
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BLUE = np.full((48, 64, 3), (250, 10, 10), np.uint8)
 
@@ -53,7 +51,7 @@ def image_of(array, encoding):
 
 @pytest.fixture
 def hand(beside):
-    return beside(Hand, DOMAIN)
+    return beside(Hand)
 
 
 def test_a_tile_for_each_sensor(hand, tmp_path, capsys):
@@ -71,8 +69,7 @@ def test_a_tile_for_each_sensor(hand, tmp_path, capsys):
     assert 'nothing came of index (description)' in capsys.readouterr().err
 
 
-def test_what_cannot_be_done_is_told(monkeypatch, capsys, tmp_path):
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+def test_what_cannot_be_done_is_told(capsys, tmp_path):
     assert main([str(tmp_path / 'hand.png'), '--patience', '0.3']) == 1
     assert 'no sensor was found' in capsys.readouterr().err and not (tmp_path / 'hand.png').exists()
     assert main(['x.png', '--hand', 'none.yaml']) == 1
@@ -99,7 +96,7 @@ def test_a_picture_goes_with_the_contacts_of_its_own_time():
 
 @pytest.mark.parametrize('text', ['- [', '2020-99-99', '!!python/object:os.system', '7', '[]', '\x01'])
 def test_a_description_that_is_none_is_let_go(text):
-    rclpy.init(domain_id=DOMAIN)
+    rclpy.init()
     node = SnapshotNode(['other'])
     try:
         node._take_description('other', String(data=text))

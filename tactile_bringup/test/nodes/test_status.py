@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The command status, beside a node that reports."""
-import os
 
 import pytest
 
@@ -13,7 +12,6 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiag
 from tactile_bringup.nodes.status import main  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DOMAIN = 100 + os.getpid() % 100
 
 
 @pytest.fixture
@@ -25,7 +23,7 @@ def reporter(beside):
         node = Node('camera_node', namespace='/thumb', context=context)
         node.diagnostics = NodeDiagnostics(node, 'camera', 'A1', lambda: health[0])
         return node
-    beside(camera, DOMAIN)
+    beside(camera)
     return health
 
 
@@ -40,8 +38,7 @@ def test_once_for_a_script(reporter, capsys, tmp_path):
     assert 'thumb/camera_node: no frame for 3 s; check the cable' in said and 'index' in said and 'has it been launched?' in said
 
 
-def test_where_nothing_is_heard_it_says_so(monkeypatch, capsys, tmp_path):
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+def test_where_nothing_is_heard_it_says_so(capsys, tmp_path):
     assert main(['--once', '--patience', '0.5']) == 1
     assert 'nothing is reported on /diagnostics' in capsys.readouterr().out
     assert main(['--hand', str(tmp_path / 'none.yaml')]) == 1

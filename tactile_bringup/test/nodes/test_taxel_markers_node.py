@@ -19,7 +19,7 @@ pytestmark = pytest.mark.ros
 
 
 def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
-    other, until = bench(TaxelMarkersNode, 66)
+    other, until = bench(TaxelMarkersNode)
     publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
     places, drawn = [], []
     other.create_subscription(TFMessage, '/tf_static', places.append, QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))

@@ -22,14 +22,19 @@ NODES = {'camera_node': CAMERA_PARAMETERS, 'dot_tracker_node': DOT_PARAMETERS, '
          'markers_node': MARKERS_PARAMETERS}
 
 
-def test_no_file_is_missing_or_too_many():
-    assert sorted(p.name for p in FOLDER.glob('*.yaml')) == sorted(parameter_files())
+@pytest.fixture(scope='module')
+def files():
+    return parameter_files()
 
 
-@pytest.mark.parametrize('name', sorted(parameter_files()))
-def test_files_are_what_the_tables_say(name):
+def test_no_file_is_missing_or_too_many(files):
+    assert sorted(p.name for p in FOLDER.glob('*.yaml')) == sorted(files)
+
+
+@pytest.mark.parametrize('name', sorted(p.name for p in FOLDER.glob('*.yaml')))
+def test_files_are_what_the_tables_say(files, name):
     # After a change of a table: python3 -m tactile_bringup.parameters.files tactile_bringup/params
-    assert (FOLDER / name).read_text() == parameter_files()[name]
+    assert (FOLDER / name).read_text() == files[name]
 
 
 @pytest.mark.parametrize('node', sorted(NODES))

@@ -33,6 +33,7 @@ def contacts_in(bag, sensor, topic):
 
 
 @pytest.mark.parametrize('sensor', SENSORS)
+@pytest.mark.full
 def test_the_calibration_that_ships_tells_where_a_press_is(sensor, tmp_path):
     write_scene(tmp_path / 'bag', f'{sensor}_press', 5.0, frames=16)
     params = share('params', f'{sensor}_sim.yaml')

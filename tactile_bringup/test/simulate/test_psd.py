@@ -21,6 +21,7 @@ def contacts_in(bag, topic):
         return {raw.stamp_ns: codec.decode(raw.data, raw.type_name).contacts for raw in reader.messages({f'/psd_finger/{topic}'})}
 
 
+@pytest.mark.full
 def test_the_calibration_that_ships_tells_where_a_touch_is(tmp_path):
     assert write_psd_scene(tmp_path / 'bag', 'grid', 1000.0) > 11_000
     words = ['--params', share('params', 'psd_finger_sim.yaml'), '--calibration', share('calibration', 'psd_finger_sim.yaml')]

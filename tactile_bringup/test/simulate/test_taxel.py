@@ -21,6 +21,7 @@ def told(bag, topic):
         return {raw.stamp_ns: codec.decode(raw.data, raw.type_name) for raw in reader.messages({f'/taxel_array/{topic}'})}
 
 
+@pytest.mark.full
 def test_the_calibration_that_ships_tells_region_force_and_slip(tmp_path):
     assert write_taxel_scene(tmp_path / 'bag', 'turn', 50.0) == 230
     words = ['--params', share('params', 'taxel_array_sim.yaml'), '--calibration', share('calibration', 'taxel_array_sim.yaml')]

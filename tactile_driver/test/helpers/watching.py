@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """A driver's node as a user runs it, a process of its own, watched over ROS: for the tests of this folder."""
-import os
 import signal
 import subprocess
 import sys
@@ -18,7 +17,6 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
-DOMAIN = str(100 + os.getpid() % 100)
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE, SHUTDOWN_ACTIVE = 1, 2, 3, 4, 7
 ERROR = b'\x02'
 
@@ -29,7 +27,7 @@ class Watcher:
     def __init__(self, name):
         self.name = name
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=int(DOMAIN))
+        rclpy.init(context=self.context)
         self.node = Node('watcher', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -80,7 +78,7 @@ def started(name, parameters):
     """The process of the node of this name with these parameters."""
     arguments = [x for key, value in parameters.items() for x in ('-p', f'{key}:={value}')]
     return subprocess.Popen([sys.executable, '-m', f'tactile_driver.nodes.{name}', '--ros-args', *arguments], text=True,
-                            stderr=subprocess.PIPE, env={**os.environ, 'ROS_DOMAIN_ID': DOMAIN}, start_new_session=True)
+                            stderr=subprocess.PIPE, start_new_session=True)
 
 
 def ended(process, which=signal.SIGINT):

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Fixtures for the tests of nodes, in this process and as processes of their own."""
-import os
 import signal
 
 import cv2
@@ -32,7 +31,7 @@ def node():
     from rclpy.context import Context
     from rclpy.lifecycle import LifecycleNode
     context = Context()
-    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    rclpy.init(context=context)
     made = LifecycleNode('tested', context=context)
     yield made
     made.destroy_node()

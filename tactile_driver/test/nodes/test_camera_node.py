@@ -23,7 +23,6 @@ from watching import (  # noqa: E402
     CLEANUP,
     CONFIGURE,
     DEACTIVATE,
-    DOMAIN,
     ERROR,
     SHUTDOWN_ACTIVE,
     Watcher,
@@ -37,7 +36,7 @@ from tactile_driver.nodes import camera_node, driver_node  # noqa: E402
 from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_driver.sources.base.capture import Backoff  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 
 
 @pytest.fixture
@@ -172,7 +171,7 @@ def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monk
     monkeypatch.setattr(driver_node, 'Backoff', lambda: Backoff(0.1, 0.2))
     images = watcher.collect(Image, 'image_raw')
     # Under a name of its own: rclpy lets the services of a lifecycle node live on after it, and they would take the next tests' requests.
-    rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'], domain_id=int(DOMAIN))
+    rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'])
     node = camera_node.CameraNode()
     try:
         end = time.monotonic() + 20

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The node that all cameras share, with a stream that is no camera's: what it refuses, retries and lets change."""
-import os
 
 import pytest
 
@@ -40,7 +39,7 @@ class Stream:
 @pytest.fixture
 def node():
     """Makes the node; error: what opening its stream raises."""
-    rclpy.init(domain_id=100 + os.getpid() % 100)
+    rclpy.init()
     made = []
 
     def make(error=None, autostart=False):

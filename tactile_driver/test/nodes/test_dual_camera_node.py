@@ -25,7 +25,7 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.nodes.runtime.run import WRONG  # noqa: E402
 from tactile_driver.stitching.methods import make_stitcher  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 WARN = b'\x01'
 
 

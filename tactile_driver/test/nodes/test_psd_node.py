@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 from watching import ERROR, Watcher, ended, stamps  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image  # noqa: E402
 from tactile_msgs.msg import Slip  # noqa: E402
 from watching import ERROR, Watcher, ended, stamps  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.full]
 
 
 @pytest.fixture

@@ -37,6 +37,7 @@ def recorded(pad):
     return presses
 
 
+@pytest.mark.full
 def test_presses_find_the_water_that_rest_alone_leaves_open(pad, recorded):
     result = fit_touchpad(recorded, pad.camera, RADIUS)
     true = pad.absorption[:2] - pad.absorption[2]

@@ -4,6 +4,7 @@
 
 import cv2
 import numpy as np
+import pytest
 from tactile_perception.evaluation.evaluation import Evaluation
 from tactile_perception.evaluation.frames import Instant
 from tactile_perception.evaluation.plots import draw
@@ -23,6 +24,7 @@ def evaluation():
     return found
 
 
+@pytest.mark.full
 def test_all_pictures(tmp_path):
     times = {'latency_ms': {'contacts': {'median': 12.0, 'within_95': 20.0}}, 'stages_ms': {'dots': {'median': 2.0, 'within_95': 3.0}}}
     paths = draw(evaluation(), times, 'a_bag', tmp_path)

@@ -36,7 +36,7 @@ def blocks():
 
 @pytest.fixture
 def bench():
-    rclpy.init(domain_id=100 + os.getpid() % 100)
+    rclpy.init()
     node, helper = PsdContactNode(), rclpy.create_node('helper')
     executor = SingleThreadedExecutor()
     executor.add_node(node), executor.add_node(helper)

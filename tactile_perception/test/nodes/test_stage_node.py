@@ -80,7 +80,7 @@ class Bench:
 
 @pytest.fixture
 def bench(monkeypatch):
-    rclpy.init(domain_id=61)
+    rclpy.init()
     bench = Bench()
     yield bench
     bench.close()
@@ -143,7 +143,7 @@ class SlowNode(StageNode):
 
 
 def test_a_node_that_is_too_slow_leaves_out_messages_says_so_and_stays_up_to_date():
-    rclpy.init(domain_id=61)
+    rclpy.init()
     node, sender, executor = SlowNode(), rclpy.create_node('sender'), SingleThreadedExecutor()
     voltages = sender.create_publisher(PsdVoltages, 'voltages', 200)
     heard = []
@@ -189,18 +189,18 @@ class PictureNode(StageNode):
 
 
 @pytest.mark.parametrize(('skip', 'lost', 'simulated'), [(0, 0, False), (10, 15, False), (10, 15, True)])
+@pytest.mark.full
 def test_images_of_another_process_without_our_profile_come_and_what_was_left_out_is_told(skip, lost, simulated, monkeypatch):
     for name in PROFILES:
         monkeypatch.delenv(name, raising=False)
-    rclpy.init(domain_id=61)
+    rclpy.init()
     node = PictureNode('-p', f'use_sim_time:={str(simulated).lower()}')
     listener, executor = rclpy.create_node('listener'), SingleThreadedExecutor()
     listener.create_subscription(Contacts, 'contacts', lambda _message: None, 200)
     reports = []
     listener.create_subscription(DiagnosticArray, '/diagnostics', reports.append, 10)
     executor.add_node(node), executor.add_node(listener)
-    camera = subprocess.Popen([sys.executable, str(CAMERA), 'reliable', 'image_raw', '150', str(skip)],
-                              env={**os.environ, 'ROS_DOMAIN_ID': '61'}, stdout=subprocess.PIPE, text=True)
+    camera = subprocess.Popen([sys.executable, str(CAMERA), 'reliable', 'image_raw', '150', str(skip)], stdout=subprocess.PIPE, text=True)
     end = time.monotonic() + 60
     while camera.poll() is None and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.1)
@@ -231,7 +231,7 @@ class BrokenNode(StageNode):
 
 
 def test_a_defect_is_counted_and_told_and_the_stage_begins_anew(monkeypatch):
-    rclpy.init(domain_id=61)
+    rclpy.init()
     node = BrokenNode()
     try:
         with pytest.raises(IndexError):

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.ros
 
 @pytest.fixture
 def make_bench():
-    rclpy.init(domain_id=100 + os.getpid() % 100)
+    rclpy.init()
     executor, nodes = SingleThreadedExecutor(), []
 
     def make(parameters=()):

@@ -14,6 +14,7 @@ def processed(pressed_bag, tmp_path_factory):
     return target
 
 
+@pytest.mark.full
 def test_a_processed_bag_is_judged_by_the_truth_it_carries(processed, tmp_path, capsys):
     assert module.main([str(processed), '--report', str(tmp_path / 'report')]) == 0
     out = capsys.readouterr().out
@@ -28,6 +29,7 @@ def test_a_processed_bag_is_judged_by_the_truth_it_carries(processed, tmp_path, 
         'report.json', 'report.txt', 'errors_over_time.png', 'errors_over_surface.png', 'states.png', 'covariance.png'}
 
 
+@pytest.mark.full
 def test_computed_here_the_errors_are_the_same(processed, pressed_bag, tmp_path, capsys):
     assert module.main([str(pressed_bag), '--params', f'{pressed_bag}.yaml', '--report', str(tmp_path / 'anew')]) == 0
     assert module.main([str(processed), '--report', str(tmp_path / 'recorded')]) == 0

@@ -64,6 +64,7 @@ def files(bag):
     return {file.name: file.read_bytes() for file in bag.rglob('*') if file.is_file()}
 
 
+@pytest.mark.full
 def test_two_runs_write_the_same_bytes(pressed_bag, processed, tmp_path):
     assert run(pressed_bag, tmp_path / 'out') == 0
     assert files(tmp_path / 'out') == files(processed)

@@ -1,6 +1,5 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import os
 import time
 
 import pytest
@@ -20,7 +19,7 @@ pytestmark = pytest.mark.ros
 @pytest.fixture
 def node():
     context = Context()
-    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    rclpy.init(context=context)
     node = Node('diagnosed', context=context)
     yield node
     node.destroy_node()

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Messages between nodes of one process."""
-import os
 import time
 
 import pytest
@@ -18,12 +17,11 @@ from std_msgs.msg import String  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host, SharedPublisher  # noqa: E402
 
 pytestmark = pytest.mark.ros
-DOMAIN = 100 + os.getpid() % 100
 
 
 @pytest.fixture
 def node():
-    rclpy.init(domain_id=DOMAIN)
+    rclpy.init()
     node = Node('sender', namespace='/pad')
     yield node
     node.destroy_node()
@@ -120,7 +118,7 @@ def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node):
 
 
 def test_a_hosts_parameters_go_before_those_of_the_arguments():
-    rclpy.init(domain_id=DOMAIN)
+    rclpy.init()
     host = Host(['-r', '__ns:=/pad', '-p', 'rate:=1.0', '-p', 'loop:=true'], {'rate': 60.0, 'device': '12'})
     node = Node('camera', **host.options)
     free = ParameterDescriptor(dynamic_typing=True)
@@ -131,7 +129,7 @@ def test_a_hosts_parameters_go_before_those_of_the_arguments():
 
 
 def test_what_is_not_active_tells_nobody():
-    rclpy.init(domain_id=DOMAIN)
+    rclpy.init()
     driver = LifecycleNode('driver')
     shared, taken = Host(shared={}), []
     publisher = shared.publisher(driver.create_lifecycle_publisher(String, 'words', 10))

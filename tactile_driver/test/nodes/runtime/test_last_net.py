@@ -54,7 +54,7 @@ def test_tests_see_defects():
 
 @pytest.fixture
 def services():
-    rclpy.init(domain_id=61)
+    rclpy.init()
     node = LifecycleNode('asked')
     node.declare_parameter('rate', 1.0)
     guard_services(node)

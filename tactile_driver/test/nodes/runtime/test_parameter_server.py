@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import math
-import os
 
 import pytest
 
@@ -24,7 +23,7 @@ TABLE = (Parameter('rate', float, 30.0, 'Hz', 'frames a second', 0.0, 100.0), Pa
 @pytest.fixture(scope='module')
 def context():
     context = Context()
-    rclpy.init(context=context, domain_id=100 + os.getpid() % 100)
+    rclpy.init(context=context)
     yield context
     rclpy.shutdown(context=context)
 

@@ -31,13 +31,13 @@ sys.exit(run_node(Quiet))
 
 
 def started(program):
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(100 + os.getpid() % 100)}
-    return subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    return subprocess.Popen([sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                             start_new_session=True)
 
 
 @pytest.mark.ros
 @pytest.mark.parametrize('which', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.full
 def test_a_signal_ends_the_process_cleanly(which):
     process = started(PROGRAM)
     assert process.stdout.readline() == 'up\n'
@@ -48,6 +48,7 @@ def test_a_signal_ends_the_process_cleanly(which):
 
 
 @pytest.mark.ros
+@pytest.mark.full
 def test_further_interrupts_do_not_tear_what_is_put_away():
     last = "print('released', flush=True)"
     process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
@@ -61,6 +62,7 @@ def test_further_interrupts_do_not_tear_what_is_put_away():
 
 
 @pytest.mark.ros
+@pytest.mark.full
 def test_a_callback_that_rclpy_refuses_is_told_and_the_node_goes_on():
     refused = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
         self.count = 0
@@ -78,6 +80,7 @@ def test_a_callback_that_rclpy_refuses_is_told_and_the_node_goes_on():
 
 
 @pytest.mark.ros
+@pytest.mark.full
 def test_what_was_given_and_cannot_be_used_ends_the_process_while_it_spins():
     wrong = PROGRAM.replace("print('up', flush=True)", """self.create_timer(0.05, self.refuse)
 
@@ -108,7 +111,6 @@ def test_without_one_the_profile_is_used_and_exists(monkeypatch):
 def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
     from rclpy.node import Node
     from tactile_driver.errors import BadArgument
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(100 + os.getpid() % 100))
     monkeypatch.setattr(run.signal, 'signal', lambda *_: None)
     gone = []
 

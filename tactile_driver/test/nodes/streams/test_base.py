@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Raw data that had to wait in the driver, and what takers in the process are told of it."""
-import os
 import time
 
 import numpy as np
@@ -20,7 +19,7 @@ BLOCKED_S = 0.3
 @pytest.fixture
 def ages():
     """ages(**parameters): how long ago, s, each of some images of a simulated array was sent, where the taker is blocked for a while."""
-    rclpy.init(domain_id=100 + os.getpid() % 100)
+    rclpy.init()
 
     def of(**parameters):
         found, shared = [], {}

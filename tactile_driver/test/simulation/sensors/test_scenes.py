@@ -35,6 +35,7 @@ def demo():
     return scene, [scene.observe(k).truth for k in range(scene.frames)]
 
 
+@pytest.mark.full
 def test_demo_takes_half_a_minute_and_shows_all_that_it_promises(demo):
     scene, truths = demo
     assert 20 <= scene.duration <= 30
@@ -56,6 +57,7 @@ def test_demo_s_dots_stay_apart(demo):
             assert apart.min() > 0.6
 
 
+@pytest.mark.full
 def test_calibration_presses_a_ball_at_known_places_and_depths():
     scene = open_scene('sphere_calibration', rate=10, width=320, height=240)
     presses = {}

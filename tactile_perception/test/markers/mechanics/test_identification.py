@@ -33,6 +33,7 @@ def presses(radius=6e-3, material=SheetMaterial(1.045, 3e-7, 0.4), depths=(6e-3,
     return Presses(fields, at * [1, 1, -1], at[:, 2], np.arange(count), np.full((count, 6), np.nan), np.full(count, np.nan))
 
 
+@pytest.mark.full
 def test_the_numbers_of_another_sheet_and_tip_are_found():
     numbers = fit_numbers(presses(places=PLACES[:2]), PLAN)
     assert numbers.radius == pytest.approx(6e-3, rel=0.05)
@@ -41,6 +42,7 @@ def test_the_numbers_of_another_sheet_and_tip_are_found():
     assert np.abs(numbers.eyes.shifts).max() < 1e-4
 
 
+@pytest.mark.full
 def test_places_are_far_apart_on_the_folded_sheet_and_depths_rise():
     groups = chosen_places(presses(), PLAN)
     assert [tuple(group.position[0, :2]) for group in groups[:2]] == [(0.0, 0.0), (0.014, 0.009)]

@@ -53,6 +53,7 @@ def table():
         yield SheetWrench.work_out(2 * HALF, np.array([0.019, 0.012]), 0.006, RADIUS, SheetMaterial())
 
 
+@pytest.mark.full
 def test_the_table_tells_what_the_mechanics_do(table):
     for x, y in ((0.004, -0.003), (-0.014, 0.008)):
         for radius in (6.2e-3, 8e-3):

@@ -55,6 +55,7 @@ def press_error(sphere_bag, calibration):
     return float(np.sqrt(np.nanmean(np.sum((xyz - seen.truth.dot_xyz[tracks.id])**2, axis=1))))
 
 
+@pytest.mark.full
 def test_places_are_better_than_from_the_rest_shape_alone(sphere_bag, calibrated):
     with_it, without = press_error(sphere_bag, calibrated[0]), press_error(sphere_bag, None)
     assert with_it < 0.07e-3 and with_it < without

@@ -57,6 +57,7 @@ def test_a_broken_folder(folder):
 
 
 @needs_recordings
+@pytest.mark.full
 def test_independent_recordings_are_exact_to_the_rim(tmp_path):
     recordings = {}
     for name in ('psd_cal_dense', 'psd_grid25'):
