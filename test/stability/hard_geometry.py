@@ -7,7 +7,8 @@ import numpy as np
 from hard_engine import Estimator
 from tactile_driver.stitching.calibration import SideView
 from tactile_perception.common.camera import CameraModel
-from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust, rotation_matrix
+from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust
+from tactile_perception.common.rotations import rotation_matrix
 from tactile_perception.common.slip import planar_twist
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.markers.places.sheet import SheetSurface

@@ -20,7 +20,8 @@ from hard_geometry import SHIFT, TURN, cloud  # noqa: E402
 from hard_psd import finger, scene  # noqa: E402
 from hard_sheets import DEPTH, PLACE, SHIPPED, bell_field, dome_scenes, field_of, method, sheet, track_inputs  # noqa: E402
 from pad_rig import shared_pad  # noqa: E402
-from tactile_perception.common.rigid_motion import fit_rigid_robust, rotation_matrix  # noqa: E402
+from tactile_perception.common.rigid_motion import fit_rigid_robust  # noqa: E402
+from tactile_perception.common.rotations import rotation_matrix  # noqa: E402
 from tactile_perception.dots.detect.methods import DotDetector  # noqa: E402
 from tactile_perception.dots.index.grid import number_grid  # noqa: E402
 from tactile_perception.dots.index.point_set_registration import Pattern  # noqa: E402

@@ -18,7 +18,8 @@ from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: 
 from hard_geometry import CAMERA  # noqa: E402
 from tactile_perception.common.contour import contour, signed_area  # noqa: E402
 from tactile_perception.common.dot_grid import fill_unseen  # noqa: E402
-from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust, rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
+from tactile_perception.common.rotations import rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.dots.index.grid import number_grid  # noqa: E402
 from tactile_perception.dots.index.linker import Linker, assign  # noqa: E402

@@ -15,7 +15,8 @@ from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # no
 from tactile_perception.common.contour import Outline, region_outlines  # noqa: E402
 from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
 from tactile_perception.common.region_moments import MomentField, axes  # noqa: E402
-from tactile_perception.common.rigid_motion import fit_rigid, rotation_matrix, rotation_vector  # noqa: E402
+from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
+from tactile_perception.common.rotations import quaternion, rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.common.slip import planar_twist  # noqa: E402
 from tactile_perception.common.spherical_cap import Cap  # noqa: E402
 from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa: E402
@@ -28,7 +29,6 @@ from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
 from tactile_perception.taxel.array import TaxelArray  # noqa: E402
 from tactile_perception.taxel.regions import flat_moments  # noqa: E402
 from tactile_perception.taxel.wrench import shifted  # noqa: E402
-from tactile_perception.touchpad.contact.region import quaternion  # noqa: E402
 from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
 from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
 from tactile_perception.touchpad.optics.light_path import LightPath  # noqa: E402

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from tactile_driver.stitching.calibration import SideView
 
+from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 
 FEWEST = 12  # markers of one view
@@ -50,7 +51,7 @@ def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
         fitted = least_squares(lambda q: _misfit(_sides(q, split, makes), found, grid, print_sigma), start, x_scale='jac', loss='soft_l1')
         start, sides = fitted.x, _sides(fitted.x, split, makes)
         off = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
-        print_sigma = max(1.4826 * float(np.median(np.abs(np.concatenate(off)))), FINEST_PRINT)
+        print_sigma = max(float(robust_sigma(np.concatenate(off))), FINEST_PRINT)
     worst = max(float(np.sqrt((o**2).sum(1).mean())) for o in off)
     if not worst < LARGEST_RESIDUAL * np.linalg.norm(grid[1] - grid[0]):
         raise BadCalibration(f'the markers of a view lie {1e3 * worst:.2f} mm off the grid: check rows, columns and pitch, and camera_info')

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..common.statistics import robust_sigma
+
 _FAR = 6.0  # robust standard deviations beyond the usual error
 _FEWEST = 5  # presses, of less nothing is usual
 _MOST = 20  # lines
@@ -37,7 +39,7 @@ def outliers(found: Sequence[Residuals]) -> list[str]:
         if len(known) < _FEWEST:
             continue
         middle = float(np.median(size[known]))
-        limit = middle + _FAR * 1.4826 * float(np.median(np.abs(size[known] - middle)))
+        limit = middle + _FAR * float(robust_sigma(size[known] - middle))
         far = [k for k in known[np.argsort(-size[known])] if size[k] > limit]
         lines += [f'{residuals.when[k]}: {residuals.name} {size[k]:.3g} {residuals.unit} off, {middle:.2g} {residuals.unit} is usual'
                   for k in far[:_MOST]]

@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
+from ..common.spherical_cap import sphere_ranges
 from ..errors import BadCalibration
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.optics.colour import log_ratios
@@ -86,14 +87,6 @@ class OnSphere:
         return OnSphere(self.colours.select(keep), self.count[keep], self.tip, self.depth, self.label)
 
 
-def sphere_ranges(origin: np.ndarray, rays: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
-    """Distances (N,), m, from origin (3,) along unit rays (N, 3) to the near side of a sphere; NaN where a ray misses it."""
-    offset = origin - centre
-    along = rays @ offset
-    inside = along**2 - offset @ offset + radius**2
-    return -along - np.sqrt(np.where(inside >= 0, inside, np.nan))
-
-
 def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: CameraModel) -> OnSphere:
     """Dots of a press that lie, with their sampling ring, where the sphere (radius, m) stands well inside of the cap at rest.
 
@@ -103,7 +96,7 @@ def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: Camer
     angle = np.arange(RING) * (2 * np.pi / RING)
     ring = model.ring * np.column_stack([np.cos(angle), np.sin(angle)])
     rays = camera.rays((press.tracks.uv[:, None] + ring).reshape(-1, 2))
-    near = sphere_ranges(camera.centre, rays, centre, radius)
+    near, _ = sphere_ranges(camera.centre, rays, centre, radius)
     inside = np.nan_to_num(model.cap.ranges(camera.centre, rays) - near, nan=-1.0).reshape(-1, RING)
     rings = log_ratios(press.image, press.tracks.uv, model.ring)
     on = (inside.min(1) > PENETRATION * max(inside.max(initial=0.0), 1e-6)) & np.isfinite(rings.ratios).all(1)

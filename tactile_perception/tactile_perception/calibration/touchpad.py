@@ -9,6 +9,7 @@ import numpy as np
 
 from ..common.camera import CameraModel
 from ..common.spherical_cap import Cap
+from ..common.statistics import robust_sigma
 from ..errors import BadArgument, BadCalibration, BadFrame
 from .residuals import Residuals
 from .sphere_presses import OnSphere, Press, dots_on_sphere
@@ -172,7 +173,7 @@ def _trim(groups: list[OnSphere], model: WaterModel) -> tuple[list[OnSphere], li
     """Groups without the dots that turn out not to lie on the sphere, and a line that says how many those were."""
     errors = [range_errors(model, group) for group in groups]
     size = np.abs(np.concatenate(errors) - np.median(np.concatenate(errors)))
-    limit = OUTLIER * 1.4826 * np.median(size)
+    limit = OUTLIER * robust_sigma(size)
     kept = [group.select(np.abs(error) <= limit) for group, error in zip(groups, errors)]
     gone = sum(len(g.count) for g in groups) - sum(len(g.count) for g in kept)
     line = [f'{gone} dots at the edge of a contact, over {limit * 1e3:.2f} mm off the sphere'] if gone else []

@@ -5,10 +5,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from .vectors import cross
 from ..errors import BadArgument
 
 
 _STRAIGHT_LAYERS = 2
+
+
+def scatter(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np.nan, last: bool = False) -> np.ndarray:
+    """(count, ...) array of values (N, ...) at ids (N,), unknown elsewhere; last: (..., count) of values (..., N)."""
+    out = np.full((*values.shape[:-1], count) if last else (count, *values.shape[1:]), unknown, values.dtype)
+    out[(..., ids) if last else ids] = values
+    return out
 
 
 def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.ndarray:
@@ -48,16 +56,9 @@ def _slope(grid: np.ndarray, axis: int) -> np.ndarray:
 def grid_normals(xyz: np.ndarray) -> np.ndarray:
     """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), out of the sensor; NaN where neighbours lack."""
     along_column, along_row = grid_slopes(xyz)
-    normal = cross(along_column, along_row)
+    normal = cross(along_column.T, along_row.T).T
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
     return np.divide(normal, length, out=np.full_like(normal, np.nan), where=length > 0)
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross products (..., 3) of a and b (..., 3); numpy's own takes thrice the time on arrays of this size."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def fill_unseen(grid: np.ndarray) -> np.ndarray:

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from .dot_grid import cross, fill_unseen
+from .dot_grid import fill_unseen
+from .vectors import cross
 from ..errors import BadArgument
 
 BEYOND = 2  # nodes added straight on at each side

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .rotations import matrix_of_quaternion
 from ..errors import BadFrame
 
 Pose = tuple[np.ndarray, np.ndarray]
@@ -27,7 +28,7 @@ class FrameTree:
         if not (np.isfinite([*quaternion, *translation]).all() and length > 1e-6 and parent != child):
             raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
                            f'{translation.tolist()}; it is passed over')
-        self._links[child] = parent, _rotation(quaternion / length), translation
+        self._links[child] = parent, matrix_of_quaternion(quaternion / length), translation
         self.changes += 1
 
     def pose(self, frame: str, reference: str) -> Pose | None:
@@ -48,11 +49,3 @@ class FrameTree:
                 frame, rotation, translation = self._links[frame]
                 pose = rotation @ pose[0], rotation @ pose[1] + translation
         return poses
-
-
-def _rotation(quaternion: np.ndarray) -> np.ndarray:
-    """(3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = quaternion
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from .contour import REFINE, Outline
-from .dot_grid import cross
+from .vectors import cross
 from .dot_surface import BEYOND, DotSurface, along_lines, refined
 
 # Channels of the integrand, per unit of area in (row, column).
@@ -65,7 +65,7 @@ class MomentField:
         self._corner = first
         (top, left), (bottom, right) = first + BEYOND - 1, last + BEYOND + 2
         wide = surface.wide[top:bottom, left:right]
-        vector = 0.25 * cross(wide[1:-1, 2:] - wide[1:-1, :-2], wide[2:, 1:-1] - wide[:-2, 1:-1])
+        vector = 0.25 * cross((wide[1:-1, 2:] - wide[1:-1, :-2]).T, (wide[2:, 1:-1] - wide[:-2, 1:-1]).T).T
         density = np.sqrt(np.einsum('ijk,ijk->ij', vector, vector))
         self.pitch = float(np.sqrt(density.mean()))
         channels = np.empty((*density.shape, 10))

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from .rotations import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
 # Spread across the narrow direction, relative to the long one (both as variances), under which the turn about the long one is lost.
@@ -51,29 +52,6 @@ class RigidFit:
     def rotation_vector(self) -> np.ndarray:
         """(3,) axis times angle, rad."""
         return rotation_vector(self.rotation)
-
-
-def rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """(3,) axis times angle (rad, at most pi) of a rotation matrix (3, 3), exact for angles near 0 and near pi too."""
-    skew = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
-    sine = np.linalg.norm(skew)
-    cosine = 0.5 * (np.trace(rotation) - 1)
-    angle = np.arctan2(sine, cosine)
-    if cosine > -0.5:
-        return skew / np.sinc(angle / np.pi)
-    # Near half a turn the axis is that of the symmetric part, cos I + (1 - cos) axis axis^T.
-    square = 0.5 * (rotation + rotation.T) - cosine * np.eye(3)
-    axis = square[np.argmax(np.diag(square))]
-    return axis * (angle / np.linalg.norm(axis) * (-1 if axis @ skew < 0 else 1))
-
-
-def rotation_matrix(vector: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) by a vector (3,) of axis times angle, rad (Rodrigues)."""
-    angle = np.linalg.norm(vector)
-    x, y, z = vector
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0.0]])
-    half = np.sinc(angle / 2 / np.pi)
-    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half**2 * cross @ cross
 
 
 def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -> RigidFit:

@@ -63,10 +63,3 @@ def scattered_normals(xyz: np.ndarray) -> np.ndarray:
     least = np.linalg.eigh(np.einsum('kni,knj->kij', off, off))[1][:, :, 0]
     normal[known] = least * np.where(least[:, 2:] < 0, -1.0, 1.0)
     return normal
-
-
-def spread(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np.nan) -> np.ndarray:
-    """(K, ...) of values (N, ...) at ids (N,); unknown elsewhere."""
-    whole = np.full((count, *values.shape[1:]), unknown, values.dtype)
-    whole[ids] = values
-    return whole

@@ -13,7 +13,8 @@ from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.estimates import AMBIGUOUS, ContactEstimate, ContactRegionEstimate, SlipEstimate
-from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points, spread
+from ..common.dot_grid import scatter
+from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.untouched_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
 from ..touchpad.contact.methods import Judgement, make_method
@@ -114,7 +115,7 @@ class ContactStage:
 
 def _points(dots: ContactDots, judged: Judgement, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
     """The points of all dots of the grid; rest: (K, 3) m, force: (K, 3) N or None."""
-    xyz, state = (spread(dots.xyz, dots.ids, len(rest)), spread(judged.state, dots.ids, len(rest), UNKNOWN)) if judged.whole is None \
+    xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(judged.state, dots.ids, len(rest), UNKNOWN)) if judged.whole is None \
         else (judged.whole.xyz, judged.whole.state)
     return dot_points((dots.rows, dots.columns), xyz, rest, state, force)
 

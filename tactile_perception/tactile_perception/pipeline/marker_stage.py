@@ -12,7 +12,8 @@ import numpy as np
 from ..calibration.files.markers import TouchCalibration
 from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
-from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points, spread
+from ..common.dot_grid import scatter
+from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.calibrated_rest import KnownRest
 from ..errors import BadFrame
 from ..markers.methods import make_method
@@ -73,8 +74,8 @@ class TouchStage:
     def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
         """The points of all markers of the pattern; those not seen have no place, and no marker's force is known."""
         count, shape = len(field), (self._sensor.rows, self._sensor.columns)
-        xyz = np.full((count, 3), np.nan) if tracks.xyz is None else spread(tracks.xyz, tracks.id, count)
-        state = spread(region.dot_state, region.dot_id, count, UNKNOWN)
+        xyz = np.full((count, 3), np.nan) if tracks.xyz is None else scatter(tracks.xyz, tracks.id, count)
+        state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)
         rest = rest_points(field.rest, field.eye, self._sensor)
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 

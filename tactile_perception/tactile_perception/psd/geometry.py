@@ -38,15 +38,6 @@ def bent(plane: np.ndarray) -> np.ndarray:
     return np.concatenate([plane * np.sinc(theta / np.pi)[..., None], np.cos(theta)[..., None]], axis=-1)
 
 
-def tangents(normal: np.ndarray) -> np.ndarray:
-    """Two unit vectors (2, 3) across normal (3,) and each other."""
-    first = np.zeros(3)
-    first[np.argmin(np.abs(normal))] = 1.0
-    first -= (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
-
-
 #: Columns: difference along x, along y, total, and the one that is left; rows: the outputs x1, y1, x2, y2.
 MIX = np.array([[-1.0, -1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0], [1.0, 1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]])
 X, Y, TOTAL, CROSS = range(4)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 from .geometry import TOTAL, error_angle, flat, position, position_covariance
 from .maps import fit_smooth_map
@@ -147,7 +148,7 @@ def _cross(stretches: Stretches) -> tuple[np.ndarray | None, float]:
     weight = total * np.sqrt(stretches.count)
     found = stretches.sums[:, 3] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
-    return fitted, float(1.4826 * np.median(np.abs(found - basis @ fitted)))
+    return fitted, float(robust_sigma(found - basis @ fitted))
 
 
 def _load(stretches: Stretches, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import BadArgument
-from .geometry import tangents
+from ..common.vectors import tangents
 
 _UNIT = 1e-3  # by which the square of a unit vector's length may differ from 1
 _FIRST_SPEED = 10.0  # rad/s: what a contact may move at as it begins

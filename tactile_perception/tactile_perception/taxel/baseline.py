@@ -6,6 +6,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ..common.statistics import SIGMA_PER_MAD, upper_median
 from ..errors import BadArgument
 
 _QUANTUM = 0.29  # standard deviation of what rounding to whole numbers adds
@@ -88,7 +89,7 @@ class Baseline:
         """Learn the noise from residuals (M,) of quiet taxels."""
         size = np.abs(residual[::1 + len(residual) // _SAMPLE])
         if len(size):
-            new, keep = (1.4826 * float(np.partition(size, len(size) // 2)[len(size) // 2]))**2, self._judged
+            new, keep = (SIGMA_PER_MAD * upper_median(size))**2, self._judged
             self._square = (self._square * keep + new) / (keep + 1)
             self._judged = min(keep + 1, _JUDGED)
 

@@ -15,6 +15,8 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 from scipy.ndimage import map_coordinates
 
+from ..common.statistics import SIGMA_PER_MAD, upper_median
+
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge
 _FEWEST, _MOST = 6, 250  # edge taxels; of more, some are followed
 _ROUNDS = 4
@@ -112,7 +114,7 @@ class KeyPicture:
         for _ in range(_ROUNDS):
             left = self._value - self._sampled(score, guess)
             size = np.abs(left)
-            spread = max(1.4826 * float(np.partition(size, len(size) // 2)[len(size) // 2]), _SPREAD)
+            spread = max(SIGMA_PER_MAD * upper_median(size), _SPREAD)
             step = self._step(left, spread)
             guess[self._used] += step
             if np.abs(step).max() < _SETTLED:

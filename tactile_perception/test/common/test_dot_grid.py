@@ -2,13 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.dot_grid import cross, fill_unseen, grid_normals, grid_slopes, to_grid
+from tactile_perception.common.dot_grid import fill_unseen, grid_normals, grid_slopes, scatter, to_grid
 from tactile_perception.errors import BadArgument
 
 
 def test_lays_out_and_marks_unseen():
     grid = to_grid(np.array([0, 5]), np.array([1.0, 2.0]), 2, 3)
     np.testing.assert_array_equal(grid, [[1, np.nan, np.nan], [np.nan, np.nan, 2]])
+
+
+def test_values_of_some_dots_among_all():
+    assert scatter(np.array([1.5, 2.5]), np.array([3, 0]), 4) == pytest.approx([2.5, np.nan, np.nan, 1.5], nan_ok=True)
+    assert scatter(np.array([1, 2], np.uint8), np.array([3, 0]), 4, 255).tolist() == [2, 255, 255, 1]
+    components_first = np.arange(6.0).reshape(3, 2)
+    assert scatter(components_first, np.array([3, 0]), 4, last=True)[:, [3, 0]].tolist() == components_first.tolist()
 
 
 @pytest.mark.parametrize('ids', [[0, 6], [-1, 2], [1, 1]])
@@ -48,11 +55,6 @@ def test_fills_a_plane_exactly():
 def test_fill_ends_where_nothing_is_known():
     assert np.isnan(fill_unseen(np.full((4, 4), np.nan))).all()
     np.testing.assert_array_equal(fill_unseen(np.where(np.eye(3) > 0, 1.0, np.nan)), 1)
-
-
-def test_cross_is_numpys():
-    a, b = np.random.default_rng(0).normal(size=(2, 4, 5, 3))
-    np.testing.assert_allclose(cross(a, b), np.cross(a, b))
 
 
 def test_fill_from_few_dots_stays_near_them():

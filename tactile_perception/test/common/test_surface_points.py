@@ -3,7 +3,7 @@
 """Normals, displacements and normal forces against surfaces of which all is known."""
 import numpy as np
 import pytest
-from tactile_perception.common.surface_points import STICKING, UNKNOWN, SurfacePoints, dot_points, scattered_normals, spread
+from tactile_perception.common.surface_points import STICKING, SurfacePoints, dot_points, scattered_normals
 from tactile_perception.errors import BadArgument
 
 RADIUS = 0.15
@@ -62,11 +62,6 @@ def test_dots_of_a_grid():
 def test_forces_that_are_not_known_are_nan():
     points = dot_points((1, 9), on_a_sphere(9), on_a_sphere(9), np.zeros(9, np.uint8), None)
     assert np.isnan(points.force).all() and np.isnan(points.normal_force).all() and not points.displacement.any()
-
-
-def test_values_of_some_dots_among_all():
-    assert spread(np.array([1.5, 2.5]), np.array([3, 0]), 4) == pytest.approx([2.5, np.nan, np.nan, 1.5], nan_ok=True)
-    assert spread(np.array([1, 2], np.uint8), np.array([3, 0]), 4, UNKNOWN).tolist() == [2, UNKNOWN, UNKNOWN, 1]
 
 
 def test_arrays_that_differ_in_length_are_refused():

@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 
+from ...common.statistics import upper_median
+
 _LEAST, _MOST = 0.2, 5.0  # of the typical area: what is smaller or larger is no marker
 _SPECK = 2  # px of the small image: regions up to this do not count for what is typical
 _NECK = 0.72  # of a region's largest distance to its border: where it is narrower, it is cut in two
@@ -74,12 +76,7 @@ def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
 
 def _typical(area: np.ndarray) -> float:
     some = area[area > _SPECK]
-    return median(some) if len(some) else 0.0
-
-
-def median(values: np.ndarray) -> float:
-    """The middle of values (N,), N > 0, the upper of two: np.median takes several times as long for a few hundred."""
-    return float(np.partition(values, len(values) // 2)[len(values) // 2])
+    return upper_median(some) if len(some) else 0.0
 
 
 LOW, HIGH = 0.2, 0.8  # of the way from ground to plateau: where a pixel begins to count, and counts whole
@@ -244,7 +241,7 @@ def _blur(weight, moments) -> float:
     """Standard deviation of the edges' blur, px, median of some thirty markers."""
     some = slice(None, None, 1 + len(weight) // 32)
     partly = moments.area[some] - np.einsum('ij,ij->i', weight[some], weight[some])
-    return median(partly / moments.perimeter[some]) / _WIDTH
+    return upper_median(partly / moments.perimeter[some]) / _WIDTH
 
 
 def _plateau_slope(values, step, moments, blur, noise):
@@ -272,7 +269,7 @@ def _noise(squares) -> float:
     side = squares.shape[1]
     row = squares[:, side // 2, max(side // 2 - 3, 0): side // 2 + 4].astype(np.float32)
     bend = row[:, 2:] - 2 * row[:, 1:-1] + row[:, :-2]
-    return median(np.abs(bend).ravel()) / (0.6745 * np.sqrt(6))
+    return upper_median(np.abs(bend).ravel()) / (0.6745 * np.sqrt(6))
 
 
 def _noise_of_place(moments, blur, noise, slope_noise):

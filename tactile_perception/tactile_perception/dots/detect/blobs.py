@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .blob_moments import cut_necks, find_regions, fit_blobs, median
+from .blob_moments import cut_necks, find_regions, fit_blobs
 from ...common.dots import Dots
+from ...common.statistics import upper_median
 from ...errors import BadFrame
 
 _ALIKE = 0.6  # channels whose contrasts differ less are averaged: their noise is their own
@@ -67,10 +68,10 @@ class BlobDetector:
             if not len(regions):
                 return None
             blobs = fit_blobs(grey, small, look.step, regions)
-            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * median(blobs.area)))
+            several = np.flatnonzero((blobs.solidity < least) & (blobs.area > _LARGE * upper_median(blobs.area)))
             if last or not sum(cut_necks(mask, box) for box in regions.box[several]):
                 break
-        good = (blobs.solidity > least) & (blobs.solidity < most) & (blobs.amplitude > _FAINT * median(blobs.amplitude))
+        good = (blobs.solidity > least) & (blobs.solidity < most) & (blobs.amplitude > _FAINT * upper_median(blobs.amplitude))
         return Dots(blobs.uv[good], blobs.area[good], blobs.sigma[good])
 
 

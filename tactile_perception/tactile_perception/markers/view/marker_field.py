@@ -13,6 +13,7 @@ import numpy as np
 from tactile_driver.lens import undistorted
 
 from ...common.camera import CameraModel
+from ...common.dot_grid import scatter
 from ...common.dots import DotTracks
 from ...errors import BadArgument, BadFrame
 from .sensor import MarkerSensor
@@ -147,13 +148,7 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     growth[~np.isfinite(growth)] = np.nan
     seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
                 uv=tracks.uv, duv=tracks.duv, area=tracks.area)
-    return MarkerField(**{name: _spread(value, tracks.id, len(rest_area)) for name, value in seen.items()})
-
-
-def _spread(value: np.ndarray, id: np.ndarray, count: int) -> np.ndarray:
-    spread = np.full((count,) + value.shape[1:], np.nan)
-    spread[id] = value
-    return spread
+    return MarkerField(**{name: scatter(np.asarray(value, float), tracks.id, len(rest_area)) for name, value in seen.items()})
 
 
 _MOVED = 0.3  # px: a reference that moved by more is another one

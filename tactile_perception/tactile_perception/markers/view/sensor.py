@@ -79,11 +79,7 @@ def rest_points(rest: np.ndarray, eye: np.ndarray, sensor: MarkerSensor) -> np.n
         return appear
     rays = appear - eye
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    cap = dome_cap(sensor)
-    offset = eye - [0.0, 0.0, cap.centre_z]
-    along = np.sum(rays * offset, axis=1)
-    inside = along**2 - np.sum(offset**2, axis=1) + cap.curvature_radius**2
-    return eye + (np.sqrt(np.where(inside >= 0, inside, np.nan)) - along)[:, None] * rays
+    return dome_cap(sensor).meet(eye, rays)
 
 
 def first_touch_height(xy: np.ndarray, tip_radius: float, sensor: MarkerSensor) -> np.ndarray:

@@ -11,6 +11,7 @@ from scipy.linalg import lapack
 
 from ...common.region_moments import Moments
 from ...common.spherical_cap import Cap
+from ...common.vectors import tangents
 from .region import ContactDots, Region
 
 _SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from that of a plane
@@ -59,7 +60,7 @@ def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.n
     told projects on the directions along which the object is round; across them x and y are 0.
     """
     normal = moments.normal
-    frame = _tangent_frame(normal)
+    frame = np.vstack([tangents(normal), normal])
     bend = _principal_bend(points @ frame.T, sigma)
     along = points @ (frame[:2].T @ bend.directions)
     along -= along.sum(axis=0) / len(along)
@@ -90,14 +91,6 @@ def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray
     sds = region.boundary_sd([loop - centroid for loop in region.outline.loops]) / region.moments.area
     count = max(int(region.members.sum()), 1)
     return centroid, np.diag(np.square(sds)) + np.diag([0, 0, dots.sigma**2 / count])
-
-
-def _tangent_frame(normal: np.ndarray) -> np.ndarray:
-    """(3, 3): rows are two directions in the plane across normal (3,), then normal."""
-    x, y, z = normal.tolist()
-    length = math.hypot(x, z)
-    first = z / length, 0.0, -x / length
-    return np.array([first, (y * first[2], z * first[0] - x * first[2], -y * first[0]), (x, y, z)])
 
 
 @dataclass(frozen=True)

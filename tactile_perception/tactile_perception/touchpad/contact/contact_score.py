@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from scipy.linalg import lapack
 
+from ...common.statistics import SIGMA_PER_MAD, upper_median
 from .loads import DotLoads
 from ..membrane.solver import Membrane
 
@@ -51,12 +52,11 @@ def _patch_heights(points: np.ndarray, normals: np.ndarray, crowd: np.ndarray) -
     terms[1:3] /= np.abs(terms[1:3]).max()
     np.multiply(terms[1], terms[1:3], out=terms[3:5])
     np.multiply(terms[2], terms[2], out=terms[5])
-    middle = len(points) // 2
     weight = np.minimum(np.maximum((crowd - 3) / 5, .05), 1)**2
     for _ in range(_ROUNDS):
         weighted = terms * weight
         residual = height - lapack.dposv(weighted @ terms.T + _RIDGE, weighted @ height)[1] @ terms
-        scale = max(1.4826 * float(np.partition(np.abs(residual), middle)[middle]), _FINEST)
+        scale = max(SIGMA_PER_MAD * upper_median(np.abs(residual)), _FINEST)
         # dots that stand out may be beyond the edge and count little; dots below are only noisy
         square = residual * (1 / scale)
         square *= square

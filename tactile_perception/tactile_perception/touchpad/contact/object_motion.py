@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import lapack
 
-from ...common.dot_grid import cross
+from ...common.vectors import cross
 
 # Scale of a turn against a shift, m: both count alike at this distance.
 _LEVER = 5e-3

@@ -15,6 +15,7 @@ from ...common.dot_surface import DotSurface
 from ...common.estimates import ContactRegionEstimate
 from ...common.region_moments import MomentField, Moments, axes, boundary_sd
 from ...common.rigid_motion import RigidFit
+from ...common.rotations import quaternion
 from ...errors import BadArgument
 
 _MASK_SCALE = 8  # pixels a pitch, of the raster that tells which dots lie in which region
@@ -116,17 +117,3 @@ def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None =
     estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
     estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, estimate.outlines + estimate.holes, regions[0].pitch)
     return estimate
-
-
-def quaternion(rotation: np.ndarray) -> np.ndarray:
-    """(4,) unit quaternion x, y, z, w, w >= 0, of a rotation matrix (3, 3)."""
-    x, y, z = np.diag(rotation)
-    squares = 0.25 * np.maximum([1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z], 0)
-    largest = int(np.argmax(squares))
-    sums = np.array([[0, rotation[0, 1] + rotation[1, 0], rotation[0, 2] + rotation[2, 0], rotation[2, 1] - rotation[1, 2]],
-                     [0, 0, rotation[1, 2] + rotation[2, 1], rotation[0, 2] - rotation[2, 0]],
-                     [0, 0, 0, rotation[1, 0] - rotation[0, 1]], [0, 0, 0, 0]])
-    sums = sums + sums.T
-    answer = sums[largest] / (4 * np.sqrt(squares[largest]))
-    answer[largest] = np.sqrt(squares[largest])
-    return answer if answer[3] >= 0 else -answer

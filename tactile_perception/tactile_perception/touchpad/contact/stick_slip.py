@@ -12,6 +12,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from ...common.statistics import median, robust_sigma
 from .loads import DotLoads
 from .object_motion import DotMotions, across_rays, lengths, moved_to
 
@@ -133,7 +134,7 @@ class DotStates:
 
     def _learn(self, motions, twist, ratio, slips):
         """Friction that slipping dots show, and the noise along the normal: slow means over frames."""
-        spread = 1.4826 * median(np.abs(motions.off_normal(motions.kept_in_touch(twist))))
+        spread = robust_sigma(motions.off_normal(motions.kept_in_touch(twist)))
         self.depth_noise += _SLOW * (max(spread, self.tolerance / 2) - self.depth_noise)
         seen = median(ratio[slips]) if slips.sum() >= _FEWEST else 0.0
         if seen > _LEAST_FRICTION:
@@ -166,9 +167,3 @@ class DotStates:
         moved = moved - np.einsum('ij,ij->i', moved, normals)[:, None] * normals
         size = lengths(moved)[:, None]
         return np.where(size > self.tolerance / 2, moved / np.maximum(size, 1e-12), 0)
-
-
-def median(values: np.ndarray) -> float:
-    """Median of values (N,), N > 0; numpy's own takes ten times as long on this few."""
-    ordered = np.sort(values)
-    return 0.5 * float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

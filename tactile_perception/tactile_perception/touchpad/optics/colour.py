@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ...common.statistics import robust_sigma
 from ...errors import BadFrame
 
 POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
@@ -54,7 +55,7 @@ def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
     if len(gap) == 0:
         return RING
     middle = np.median(gap)
-    doubt = 1.4826 * np.median(np.abs(gap - middle)) / np.sqrt(len(gap))
+    doubt = robust_sigma(gap - middle) / np.sqrt(len(gap))
     return WIDE if abs(middle) > BLED + 4 * doubt else RING
 
 

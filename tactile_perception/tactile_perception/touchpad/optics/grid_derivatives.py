@@ -11,13 +11,6 @@ from ...common.vectors import cross, dot
 BINOMIAL = np.float32([0.25, 0.5, 0.25])  # kernels of double precision take OpenCV seven times as long
 
 
-def to_grid(values: np.ndarray, ids: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """Values (..., N) of dots with numbers ids (N,) laid out as (..., rows, columns); NaN where no dot was seen."""
-    grid = np.full(values.shape[:-1] + (rows * columns,), np.nan, values.dtype)
-    grid[..., ids] = values
-    return grid.reshape(values.shape[:-1] + (rows, columns))
-
-
 def bend(grid: np.ndarray) -> np.ndarray:
     """Sum of the second differences along rows and columns, per pitch squared, of grid (rows, columns); 0 where a neighbour is missing."""
     out = np.zeros_like(grid)

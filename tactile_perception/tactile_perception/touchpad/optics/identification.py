@@ -12,6 +12,7 @@ from .absorption import WaterModel
 from .colour import POINTS, RING, RING_PIXELS, background_ratios, check_image, log_ratios, pitch_px, ring_share
 from ...common.camera import CameraModel
 from ...common.spherical_cap import Cap
+from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
 from .light_path import LightPath
 
@@ -172,7 +173,7 @@ def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
         raise BadFrame(f'surface: the colour can be read around {known.sum()} dots only; {CHECK_LIGHT}')
     terms = np.stack([x**i * y**j for i in range(7) for j in range(7 - i)], 1)[known]
     gap = ratios[known] - terms @ np.linalg.lstsq(terms, ratios[known], rcond=None)[0]
-    near = (np.abs(gap) < 4 * 1.4826 * np.median(np.abs(gap), axis=0)).all(1)
+    near = (np.abs(gap) < 4 * robust_sigma(gap, axis=0)).all(1)
     return np.cov(gap[near].T) + np.eye(2) * 1e-10
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...common.dot_grid import scatter
 from ...common.dots import DotTracks
-from .grid_derivatives import bend, normals, smooth, to_grid
+from .grid_derivatives import bend, normals, smooth
 
 _FRAMES = 3  # for which a shape serves,
 _NEAR, _MANY = 3e-4, 0.02  # m: or until this share of the dots has gone that far from where they were
@@ -41,9 +42,10 @@ class SurfaceShape:
         """The shift of the ranges is smoothed over neighbours: otherwise its noise, not its shape, would show."""
         if tracks.rows < 3 or tracks.columns < 3:
             return rest.normals, np.zeros_like(ranges)
-        grid = tracks.id, tracks.rows, tracks.columns
-        even = smooth(to_grid(ranges - rest.ranges, *grid))
+        def on_grid(values):
+            return scatter(values, tracks.id, tracks.rows * tracks.columns, last=True).reshape(*values.shape[:-1], tracks.rows, -1)
+        even = smooth(on_grid(ranges - rest.ranges))
         near = even.reshape(-1).take(tracks.id)
         places = centre + (rest.ranges + np.where(np.isfinite(near), near, np.float32(0))) * rays
-        facing = normals(to_grid(places, *grid), to_grid(rest.normals, *grid)).reshape(3, -1).take(tracks.id, axis=1)
+        facing = normals(on_grid(places), on_grid(rest.normals)).reshape(3, -1).take(tracks.id, axis=1)
         return facing, bend(even).ravel().take(tracks.id)

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.dots.detect.blob_moments import cut_necks, find_regions, fit_blobs, median
+from tactile_perception.dots.detect.blob_moments import cut_necks, find_regions, fit_blobs
 
 
 def discs(places, radius=8):
@@ -33,11 +33,6 @@ def test_only_what_has_a_neck_is_cut():
     centre = find_regions(mask).centre
     assert len(centre) == 4
     assert np.abs(centre[centre[:, 1] < 30] - [[30, 20], [46, 22]]).max() < 1
-
-
-def test_the_middle_of_values_is_the_upper_of_two():
-    values = np.random.default_rng(0).normal(0, 1, 117)
-    assert median(values) == np.median(values) and median(np.array([3.0, 1.0])) == 3.0
 
 
 SHAPE = (100, 160)

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.rigid_motion import fit_rigid, rotation_matrix
+from tactile_perception.common.rigid_motion import fit_rigid
+from tactile_perception.common.rotations import rotation_matrix
 from tactile_perception.errors import BadArgument
-from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions, quaternion
+from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
 
 
 def block(pad, angle, length=12e-3, width=7e-3):
@@ -74,14 +75,6 @@ def test_motion_is_carried(pad):
     np.testing.assert_allclose(estimate.motion_rotation, [0, 0, np.sin(0.1), np.cos(0.1)], atol=1e-9)
     np.testing.assert_allclose(estimate.motion_translation, [1e-3, 0, 0], atol=1e-12)
     assert estimate.motion_interval == 0.1
-
-
-@pytest.mark.parametrize('vector', [[0, 0, 0], [3.1, 0, 0], [0, -3.0, 0.2], [0.1, 0.2, 3.0], [1, 1, 1]])
-def test_quaternion_is_that_of_the_rotation(vector):
-    angle = np.linalg.norm(vector)
-    axis = np.array(vector) / max(angle, 1e-9)
-    found = quaternion(rotation_matrix(np.array(vector, float)))
-    np.testing.assert_allclose(found, [*np.sin(angle / 2) * axis, np.cos(angle / 2)], atol=1e-9)
 
 
 def test_missing_dots_change_little(pad):

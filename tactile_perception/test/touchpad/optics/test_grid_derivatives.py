@@ -3,12 +3,7 @@
 """Neighbours on the grid: curvature, smoothing and normals of shapes whose own are known."""
 import numpy as np
 import pytest
-from tactile_perception.touchpad.optics.grid_derivatives import bend, normals, smooth, to_grid
-
-
-def test_layout_leaves_unseen_dots_nan():
-    grid = to_grid(np.array([1.0, 2.0]), np.array([0, 5]), 2, 3)
-    assert grid[0, 0] == 1 and grid[1, 2] == 2 and np.isnan(grid).sum() == 4
+from tactile_perception.touchpad.optics.grid_derivatives import bend, normals, smooth
 
 
 def test_bend_of_a_paraboloid_is_constant_and_zero_beside_gaps():
