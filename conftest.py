@@ -20,11 +20,11 @@ DOMAIN, _CLAIM = claimed()
 os.environ.update(ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
 
 try:
-    from tactile_driver.nodes.runtime.last_net import LastNet
+    from tactile_driver.nodes.runtime.defect_guard import DefectGuard
 except ImportError:  # there is no ROS, and no node
     pass
 else:
-    LastNet.strict = True
+    DefectGuard.strict = True
 
 TOP = pathlib.Path(__file__).resolve().parent / 'test'
 #: What `make test` runs of the tests that need more than one package; all others of them have the marker `full`.

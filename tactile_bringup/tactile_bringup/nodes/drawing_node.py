@@ -12,9 +12,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Header
 from tactile_driver.errors import BadArgument, TactileError
-from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, LogOnce
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
@@ -42,7 +42,7 @@ class DrawingNode(Node):
         self.settings = NodeParameters(self, table)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
-        self.say, self.log, self.net = SayOnce(self), WorkLog('results'), LastNet(self)
+        self.say, self.log, self.net = LogOnce(self), WorkLog('results'), DefectGuard(self)
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

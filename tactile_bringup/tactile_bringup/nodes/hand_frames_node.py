@@ -14,7 +14,7 @@ from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.messages.conversions import vector
 from tactile_driver.nodes.runtime.diagnostics import OK, Health, NodeDiagnostics, common_values
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.last_net import guard_services
+from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tf2_msgs.msg import TFMessage

@@ -14,8 +14,8 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 from tactile_driver.errors import BadArgument
 from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscription
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, SayOnce, common_values
-from tactile_driver.nodes.runtime.last_net import guard_services
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, Health, NodeDiagnostics, LogOnce, common_values
+from tactile_driver.nodes.runtime.defect_guard import guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
@@ -49,7 +49,7 @@ class RecordNode(Node):
         settings = NodeParameters(self, RECORD_PARAMETERS)
         if settings.problems or not settings['bag']:
             raise BadArgument('record_node: ' + ('; '.join(settings.problems.values()) or 'parameter bag is empty; name the bag to write'))
-        self._say = SayOnce(self)
+        self._say = LogOnce(self)
         self._begin_s, self._patience_s = time.monotonic(), settings['patience']
         self.written = self._lost = 0
         self._topics: set[str] = set()

@@ -9,7 +9,7 @@ pytest.importorskip('rclpy')
 import rclpy  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from tactile_driver.errors import BadArgument  # noqa: E402
-from tactile_driver.nodes.runtime.last_net import LastNet  # noqa: E402
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
 from tactile_driver.parameters.table import Parameter  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402
 from tactile_msgs.msg import Slip  # noqa: E402
@@ -90,7 +90,7 @@ def test_messages_that_cannot_be_drawn_are_counted_and_told_and_so_are_defects(m
         bad = Slip(state=9)
         node.try_message('slip', bad, lambda: done.append(bad))
         assert not done and node.log.refused == 1 and 'state 9 is none' in node.log.last_error
-        monkeypatch.setattr(LastNet, 'strict', False)
+        monkeypatch.setattr(DefectGuard, 'strict', False)
         node.try_message('slip', Slip(), lambda: [][7])
         node.try_message('slip', Slip(), lambda: done.append(1))
         assert done == [1] and node.net.caught == 1 and node._examine().values['defects met'] == 1

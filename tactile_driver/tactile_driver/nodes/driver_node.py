@@ -12,9 +12,9 @@ from rclpy.publisher import Publisher
 
 from ..errors import BadArgument, DeviceLost, TactileError
 from ..parameters.table import Parameter
-from .runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from .runtime.diagnostics import Health, NodeDiagnostics, LogOnce
 from .runtime.host import Host, SharedPublisher
-from .runtime.last_net import guard_services
+from .runtime.defect_guard import guard_services
 from .runtime.parameter_server import NodeParameters
 from .runtime.ros_defaults import steady_timer
 from ..sources.base.capture import Backoff
@@ -45,7 +45,7 @@ class DriverNode(LifecycleNode):
         self._backoff = Backoff()
         self._next_try = 0.0
         self._tried, self._refusal = False, None
-        self._say = SayOnce(self)
+        self._say = LogOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)

@@ -11,9 +11,9 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import CameraInfo
 from std_srvs.srv import Trigger
-from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, SayOnce
+from tactile_driver.nodes.runtime.diagnostics import Health, NodeDiagnostics, LogOnce
 from tactile_driver.nodes.runtime.host import Host
-from tactile_driver.nodes.runtime.last_net import LastNet, guard_services
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS
 from tactile_driver.parameters.table import Parameter
@@ -53,7 +53,7 @@ class StageNode(Node):
         self._source, self._inputs, self._shedding = source, [], Shedding(self.patience_s)
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
-        self.say, self.net = SayOnce(self), LastNet(self)
+        self.say, self.net = LogOnce(self), DefectGuard(self)
         matched = PublisherEventCallbacks(matched=lambda _info: self._follow_demand())
         self._outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)

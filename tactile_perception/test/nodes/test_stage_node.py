@@ -24,7 +24,7 @@ from tactile_driver.frame import Frame  # noqa: E402
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message  # noqa: E402
 from tactile_driver.nodes.runtime.diagnostics import WARN  # noqa: E402
 from tactile_driver.nodes.runtime.host import Host  # noqa: E402
-from tactile_driver.nodes.runtime.last_net import LastNet  # noqa: E402
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard  # noqa: E402
 from tactile_driver.simulation.sensors.scenes import open_scene  # noqa: E402
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, PsdVoltages  # noqa: E402
 from tactile_perception.nodes.contact_region_node import ContactRegionNode  # noqa: E402
@@ -236,7 +236,7 @@ def test_a_defect_is_counted_and_told_and_the_stage_begins_anew(monkeypatch):
     try:
         with pytest.raises(IndexError):
             node._take(PsdVoltages(voltages=[7.0]), 0)
-        monkeypatch.setattr(LastNet, 'strict', False)
+        monkeypatch.setattr(DefectGuard, 'strict', False)
         node._take(PsdVoltages(voltages=[7.0]), 0)
         assert (node.log.refused, node.net.caught, node.begun, node.log.done) == (1, 1, 1, 0)
         health = node._examine()

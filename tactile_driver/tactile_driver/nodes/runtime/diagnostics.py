@@ -68,7 +68,7 @@ class NodeDiagnostics:
         return status
 
 
-class SayOnce:
+class LogOnce:
     """Logs a message when it is new, and not again until it has been forgotten: a broken stream must not flood the log."""
 
     def __init__(self, node: Node):

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 
 from .camera_health import capture_health
 from ..messages.ground_truth import TRUTH, GroundTruth
-from ..runtime.diagnostics import Health, SayOnce
+from ..runtime.diagnostics import Health, LogOnce
 from ..runtime.host import SharedPublisher
 from ..runtime.ros_defaults import LATCHED_QOS
 from ...sources.base.capture import Capture, CaptureStatus
@@ -76,7 +76,7 @@ class BaseStream:
 
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
-        self._say = SayOnce(node)
+        self._say = LogOnce(node)
         self._remarks: list[str] = []
         self._active = self._stopped = False
         self._describe()

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ...errors import BadFrame, DeviceLost, TactileError
 from ...frame import Frame, PairFrame
 from .protocol import EndOfSource, NothingYet, Source
-from .waiting import Waiting
+from .frame_queue import FrameQueue
 
 _IDLE_S = 0.02
 _RATE_WINDOW = 120
@@ -70,7 +70,7 @@ class Capture:
     def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
                  changed: threading.Condition | None = None, lost: str = '', keep: int = 1):
         self._source, self._wanted, self._report, self._backoff = source, wanted, report, backoff or Backoff()
-        self._slot = Waiting(keep)
+        self._slot = FrameQueue(keep)
         self._changed = changed or threading.Condition()
         self._stopped = threading.Event()
         self._active = threading.Event()

@@ -11,7 +11,7 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, SayOnce, common_values, remedy_of  # noqa: E402
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, LogOnce, common_values, remedy_of  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -55,7 +55,7 @@ def test_every_node_reports_the_same_keys():
 def test_a_message_is_said_once_until_it_is_forgotten():
     said = []
     logger = type('Logger', (), {'error': lambda _self, text: said.append(text), 'warning': lambda _self, text: said.append('W ' + text)})()
-    say = SayOnce(type('FakeNode', (), {'get_logger': lambda _self: logger})())
+    say = LogOnce(type('FakeNode', (), {'get_logger': lambda _self: logger})())
     for _ in range(3):
         say.error('black', 'the frame is black')
         say.warning('slow', 'slow')
@@ -79,7 +79,7 @@ class Lines:
 
 def test_what_comes_and_goes_within_a_second_is_said_once(monkeypatch):
     log = Lines()
-    say, now = SayOnce(log), [0.0]
+    say, now = LogOnce(log), [0.0]
     monkeypatch.setattr('tactile_driver.nodes.runtime.diagnostics.time.monotonic', lambda: now[0])
     for _ in range(100):
         say.error('frame', 'the frame is cut')

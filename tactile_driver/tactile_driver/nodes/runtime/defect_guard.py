@@ -11,7 +11,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 
 
-class LastNet:
+class DefectGuard:
     """Takes what a callback raises and no check foresaw: a defect of this software, that must not end the node. caught: how often."""
 
     #: Set by tests: what is caught is raised again, so that no defect hides here.

@@ -13,7 +13,7 @@ _WINDOW_S = 4.0
 _RECENT = 2000
 
 
-class Waiting:
+class FrameQueue:
     """Up to keep frames; not safe against threads. left_out: how many frames went out of it untaken; waited_s: how long the one that was
     taken last had been in it."""
 

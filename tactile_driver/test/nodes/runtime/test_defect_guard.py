@@ -8,7 +8,7 @@ from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rcl_interfaces.msg import Parameter, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically  # noqa: E402
 from rclpy.lifecycle import LifecycleNode  # noqa: E402
-from tactile_driver.nodes.runtime.last_net import LastNet, guard_services  # noqa: E402
+from tactile_driver.nodes.runtime.defect_guard import DefectGuard, guard_services  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -34,9 +34,9 @@ def failed(log, net, error):
 
 
 def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkeypatch):
-    monkeypatch.setattr(LastNet, 'strict', False)
+    monkeypatch.setattr(DefectGuard, 'strict', False)
     log = Log()
-    net = LastNet(log)
+    net = DefectGuard(log)
     told = [failed(log, net, IndexError('index 7')) for _ in range(3)]
     assert net.caught == 3 and 'dots' in told[0] and "IndexError('index 7')" in told[0]
     assert len(log.errors) == 1 and 'Traceback' in log.errors[0] and 'please report it' in log.errors[0]
@@ -47,9 +47,9 @@ def test_a_defect_is_counted_each_time_and_logged_once_with_its_traceback(monkey
 
 
 def test_tests_see_defects():
-    assert LastNet.strict, 'set by conftest.py'
+    assert DefectGuard.strict, 'set by conftest.py'
     with pytest.raises(IndexError):
-        failed(None, LastNet(Log()), IndexError('index 7'))
+        failed(None, DefectGuard(Log()), IndexError('index 7'))
 
 
 @pytest.fixture
