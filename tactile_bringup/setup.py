@@ -41,6 +41,7 @@ setup(
             'snapshot = tactile_bringup.nodes.snapshot:main',
             'simulate = tactile_bringup.simulate.command:main',
             'demo = tactile_bringup.demo.main:main',
+            'animate = tactile_bringup.demo.animation:main',
             'grip_reflex = tactile_bringup.nodes.grip_reflex:main',
             'simulated_gripper = tactile_bringup.nodes.simulated_gripper:main',
         ],

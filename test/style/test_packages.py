@@ -13,7 +13,7 @@ PYTHON_PACKAGES = ('tactile_driver', 'tactile_perception', 'tactile_bringup')
 PACKAGES = ('tactile_msgs',) + PYTHON_PACKAGES
 # What an import needs in package.xml, where the rosdep key is another name than the module.
 KEYS = {'cv2': 'python3-opencv', 'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml', 'serial': 'python3-serial',
-        'matplotlib': 'python3-matplotlib', 'rosbags': 'python3-rosbags-pip', 'psutil': 'python3-psutil'}
+        'matplotlib': 'python3-matplotlib', 'rosbags': 'python3-rosbags-pip', 'psutil': 'python3-psutil', 'PIL': 'python3-pil'}
 ROS_MODULE = re.compile(
     r'rclpy|launch(_ros)?|cv_bridge|message_filters|diagnostic_updater|ament_index_python|\w+_msgs|\w+_srvs|tactile_\w+')
 
