@@ -9,6 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / 'docs').glob('*.md'))
+ALL_PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *PAGES]
 _FENCED = re.compile(r'^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 
@@ -32,16 +33,21 @@ def blocks(page: Path) -> list[Block]:
 
 
 def commands(page: Path) -> list[str]:
-    """All commands of a page: the lines of its sh blocks."""
+    """All commands of a page that are run: the lines of its sh blocks."""
     return [line for block in blocks(page) if block.kind == 'sh' for line in block.lines]
+
+
+def indented_commands(page: Path) -> list[str]:
+    """The commands of a page that are only checked, each once: indented by four, without their remarks."""
+    lines = (line[4:].split(' #')[0].strip() for line in prose(page).splitlines() if line.startswith('    '))
+    return list(dict.fromkeys(line for line in lines if line.split(' ')[0] in ('ros2', 'make', 'python3')))
+
+
+def prose(page: Path) -> str:
+    """The text of a page without its fenced blocks."""
+    return re.sub(r'^```.*?^```$', '', page.read_text(), flags=re.MULTILINE | re.DOTALL)
 
 
 def files(page: Path) -> dict[str, str]:
     """Name -> text of the files that a page shows in full."""
     return {block.file_name: '\n'.join(block.lines) + '\n' for block in blocks(page) if block.kind in ('python', 'yaml')}
-
-
-def readme_commands() -> list[str]:
-    """The commands of README.md: indented by four, without their remarks."""
-    lines = (line[4:].split(' #')[0].strip() for line in (ROOT / 'README.md').read_text().splitlines() if line.startswith('    '))
-    return [line for line in lines if line.split(' ')[0] in ('ros2', 'make', 'python3')]

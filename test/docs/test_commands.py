@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every command of the documentation names packages, launch files, arguments, options and topics that exist."""
 import functools
-import re
 import shlex
 import subprocess
 from pathlib import Path
 
 import pytest
-from pages import PAGES, ROOT, commands, files, readme_commands
+from pages import ALL_PAGES, ROOT, commands, files, indented_commands
 
 pytest.importorskip('ament_index_python', reason='ROS is not sourced')
 from ament_index_python.packages import get_package_prefix, get_package_share_directory  # noqa: E402
@@ -16,8 +15,8 @@ from ament_index_python.packages import get_package_prefix, get_package_share_di
 VERBS = ('topic', 'service', 'param', 'node', 'bag')
 TOPICS = {'image_raw', 'camera_info', 'voltages', 'description', 'dots', 'contact_region', 'contacts', 'slip', 'wrench', 'markers',
           'image_annotated', 'points', 'grip_command', 'gripper_state', 'set_reference', 'diagnostics'}
-ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in PAGES for command in commands(page)] + \
-      [pytest.param(ROOT / 'README.md', command, id=f'README: {command[:90]}') for command in dict.fromkeys(readme_commands())]
+ALL = [pytest.param(page, command, id=f'{page.stem}: {command[:90]}') for page in ALL_PAGES
+       for command in commands(page) + indented_commands(page)]
 
 
 @functools.cache
@@ -86,10 +85,3 @@ def test_the_command_names_what_exists(page, command):
     words = shlex.split(command)
     assert words[0] in CHECKS, f'no test knows how to check {words[0]}'
     CHECKS[words[0]](words, page)
-
-
-@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.stem)
-def test_links_lead_to_files(page):
-    prose = re.sub(r'^```.*?^```$', '', page.read_text(), flags=re.MULTILINE | re.DOTALL)
-    for target in re.findall(r'\]\(([^)#]+)[^)]*\)', prose):
-        assert target.startswith('http') or (page.parent / target).exists(), f'{page.name} links to {target}, which is not there'
