@@ -14,7 +14,7 @@ from PIL import Image
 from tactile_driver.command import tells_errors
 from tactile_driver.errors import BadArgument
 
-_RATE = 7.5  # frames a second; chosen: every second one of the demo's video, motion still looks smooth
+_RATE = 5.0  # frames a second; chosen: every third one of the demo's video, few enough for 25 s in 3 MB
 _WIDTH = 480  # px; chosen: the width at which a web page shows it beside text
 _QUALITIES = (75, 60, 45, 30)  # of WebP; chosen: the best that fits is taken, below 30 dots lose their edges
 _LARGEST_BYTES = 3_000_000  # chosen: what a page may load at once
@@ -33,7 +33,7 @@ def main(args: list[str] | None = None) -> int:
 
 
 def animate(video: Path, picture: Path, largest_bytes: int = _LARGEST_BYTES) -> tuple[int, int]:
-    """Write a video as an animated picture that loops, at 7.5 frames a second, at most 480 px wide and largest_bytes large.
+    """Write a video as an animated picture that loops, at 5 frames a second, at most 480 px wide and largest_bytes large.
 
     Returns the counts of frames and bytes. Raises BadArgument for a name that does not end in .webp, a video that cannot be read, and one
     too long for the size.
