@@ -14,8 +14,8 @@ STARTS = (ROOT, *(ROOT / package for package in PACKAGES), *(ROOT / package / pa
 ENDINGS = r'\.(?:py|md|yaml|xml|rviz|bash|txt|in|cpp|hpp|msg|png|webp)'
 PATH = re.compile(rf'((?:[\w.*-]+/)+[\w.*-]*|[\w*-]+\.py|(?:[\w.*-]+/)*[\w.*-]+{ENDINGS})(?::(\w+))?')
 #: What commands write, what recordings hold, and what users call their own.
-ELSEWHERE = re.compile(r'(out|frames|sdh_slip|dsa_slip|simulated|ground_truth|left|right|share)/.*|'
-                       r'(my_|NAME_|BAG|PARAMS|CALIBRATION|sensor\.json).*')
+ELSEWHERE = re.compile(r'(out|folder|frames|sdh_slip|dsa_slip|simulated|ground_truth|left|right|share)/.*|'
+                       r'(my_|NAME_|rows_and_columns|BAG|PARAMS|CALIBRATION|sensor\.json).*')
 
 
 def code_words(page):

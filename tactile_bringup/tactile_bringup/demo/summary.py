@@ -13,6 +13,7 @@ from ..visualization.colours import STATE_NAMES
 
 _NAN = float('nan')
 _RECENT = 90
+_LONGEST_LATENCY_S = 60.0  # chosen: stamps that are older are those of a recording, which tell no latency
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Summary:
     def latency_ms(self, percent: float, lately: bool = True) -> float:
         """Percentile of the latency, ms, over the last frames or over all."""
         kept = self._latencies[-_RECENT:] if lately else self._latencies
-        kept = [x for x in kept if math.isfinite(x)]
+        kept = [x for x in kept if abs(x) < _LONGEST_LATENCY_S]  # NaN is not
         return 1e3 * float(np.percentile(kept, percent)) if kept else _NAN
 
     def panel(self, reading: Reading) -> list[str]:

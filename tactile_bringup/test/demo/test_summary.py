@@ -25,6 +25,13 @@ def test_rate_and_latency():
     assert math.isnan(Summary().rate) and math.isnan(Summary().latency_ms(50))
 
 
+def test_stamps_of_a_recording_tell_no_latency():
+    summary = Summary()
+    for k in range(10):
+        summary.add(Reading(k / 30, 1.7e9))
+    assert math.isnan(summary.latency_ms(50)) and 'latency - ms' in summary.report()[0]
+
+
 def test_the_panel_has_always_as_many_lines():
     summary = filled()
     assert len({len(summary.panel(r)) for r in (Reading(1.0), Reading(1.0, 0.01, **TOUCH), Reading(1.0, states=(529, 0, 0)))}) == 1
