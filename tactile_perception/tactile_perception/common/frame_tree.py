@@ -9,6 +9,8 @@ from .rotations import matrix_of_quaternion
 from ..errors import BadFrame
 
 Pose = tuple[np.ndarray, np.ndarray]
+_SHORTEST = 1e-6  # norm of a quaternion: chosen; publishers normalise, and a shorter one is a message that was not filled
+_FARTHEST = 1e9  # m, of a translation: chosen, beyond any robot; chains of transforms stay finite
 
 
 class FrameTree:
@@ -22,12 +24,14 @@ class FrameTree:
         self.changes = 0
 
     def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray) -> None:
-        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for what is no transform."""
+        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for a quaternion whose norm is near 0
+        or overflows, a translation beyond 1e9 m, numbers that are not finite, and a child that is its own parent."""
         quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
-        length = float(np.linalg.norm(quaternion))
-        if not (np.isfinite([*quaternion, *translation]).all() and length > 1e-6 and parent != child):
+        with np.errstate(over='ignore'):  # refused just below
+            length = float(np.linalg.norm(quaternion))
+        if not (_SHORTEST < length < np.inf and (np.abs(translation) <= _FARTHEST).all() and parent != child):
             raise BadFrame(f'transform from {parent!r} to {child!r} is none: rotation {quaternion.tolist()}, translation '
-                           f'{translation.tolist()}; it is passed over')
+                           f'{translation.tolist()}; it is skipped')
         self._links[child] = parent, matrix_of_quaternion(quaternion / length), translation
         self.changes += 1
 

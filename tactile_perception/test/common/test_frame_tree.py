@@ -56,7 +56,9 @@ def test_rotations_of_any_length_are_taken_and_others_refused():
     tree = FrameTree()
     tree.take('a', 'b', [0, 0, 3, 3], [0, 0, 0])
     assert at(tree, 'b', 'a', (1, 0, 0)) == pytest.approx([0, 1, 0])
-    for quaternion, translation in (([0, 0, 0, 0], [0, 0, 0]), ([0, 0, 0, np.nan], [0, 0, 0]), ([0, 0, 0, 1], [0, np.inf, 0])):
+    for quaternion, translation in (([0, 0, 0, 0], [0, 0, 0]), ([0, 0, 0, np.nan], [0, 0, 0]), ([0, 0, 0, 1], [0, np.inf, 0]),
+                                    ([0, 0, 1e200, 1e200], [0, 0, 0]), ([1e308] * 4, [0, 0, 0]), ([0, 0, np.inf, 0], [0, 0, 0]),
+                                    ([0, 0, 0, 1], [1e300, 0, 0]), ([0, 0, 0, 1], [np.nan, 0, 0])):
         with pytest.raises(BadFrame):
             tree.take('a', 'c', quaternion, translation)
     with pytest.raises(BadFrame):

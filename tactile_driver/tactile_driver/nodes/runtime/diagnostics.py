@@ -10,11 +10,18 @@ from dataclasses import dataclass, field
 
 import diagnostic_updater
 from diagnostic_msgs.msg import DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 
+from .parameter_server import descriptor_of
 from .ros_defaults import steady_timer
+from ...errors import BadArgument
+from ...parameters.table import Parameter
 
 _CALM_S = 1.0
+#: of diagnostic_updater, which declares it without a range
+_PERIOD = Parameter('diagnostic_updater.period', float, 1.0, 's', 'time between two messages on /diagnostics', 0.01, 3600.0, read_only=True)
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
 
 
@@ -41,10 +48,10 @@ def remedy_of(health: Health) -> str:
 
 class NodeDiagnostics:
     """Publishes what examine() returns, once a second and whenever update() is called, under the node's full name. hardware_id: which
-    sensor, as its serial number."""
+    sensor, as its serial number. Raises BadArgument for a parameter diagnostic_updater.period out of its range."""
 
     def __init__(self, node: Node, task: str, hardware_id: str, examine: Callable[[], Health]):
-        self._updater = diagnostic_updater.Updater(node)
+        self._updater = _updater(node)
         self._updater.node_name = node.get_fully_qualified_name()  # a hand has many camera_nodes
         self._examine = examine
         self.set_hardware_id(hardware_id)
@@ -66,6 +73,29 @@ class NodeDiagnostics:
         for name, value in {**health.values, 'what to do': remedy_of(health)}.items():
             status.add(name, f'{value:.4g}' if isinstance(value, float) else str(value))
         return status
+
+
+def _updater(node: Node) -> diagnostic_updater.Updater:
+    """The updater of a node, whose parameters are checked while it declares them and fixed afterwards."""
+    node.add_on_set_parameters_callback(_check_period)
+    try:
+        updater = diagnostic_updater.Updater(node)
+    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+        raise BadArgument(str(error)) from error
+    finally:
+        node.remove_on_set_parameters_callback(_check_period)
+    node.set_descriptor(_PERIOD.name, descriptor_of(_PERIOD))
+    return updater
+
+
+def _check_period(parameters: list) -> SetParametersResult:
+    try:
+        for parameter in parameters:
+            if parameter.name == _PERIOD.name:
+                _PERIOD.checked(parameter.value)
+    except BadArgument as error:
+        return SetParametersResult(successful=False, reason=str(error))
+    return SetParametersResult(successful=True)
 
 
 class LogOnce:

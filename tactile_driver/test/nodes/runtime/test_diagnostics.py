@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import math
 import time
 
 import pytest
@@ -10,8 +11,10 @@ from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 
-from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, NodeDiagnostics, LogOnce, common_values, remedy_of  # noqa: E402
+from tactile_driver.errors import BadArgument  # noqa: E402
+from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN, Health, LogOnce, NodeDiagnostics, common_values, remedy_of  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -40,6 +43,24 @@ def test_health_is_published(node):
     status = next(s for m in received for s in m.status if s.message.startswith('slow'))
     assert (status.name, status.level, status.hardware_id) == ('/diagnosed: camera', WARN, 'A111')
     assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
+
+
+@pytest.mark.parametrize('name, value', [('period', math.nan), ('period', math.inf), ('period', -1.0), ('period', 0.0), ('period', 'a second'),
+                                         ('use_fqn', 'no')])
+def test_a_wrong_parameter_is_refused_at_the_start(node, name, value):
+    name = f'diagnostic_updater.{name}'
+    node._parameter_overrides[name] = Parameter(name, value=value)
+    with pytest.raises(BadArgument, match=name):
+        NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
+
+
+def test_the_period_is_fixed_at_the_start(node):
+    name = 'diagnostic_updater.period'
+    node._parameter_overrides[name] = Parameter(name, value=0.5)
+    NodeDiagnostics(node, 'camera', 'A111', lambda: Health(OK, ''))
+    for value in (math.inf, math.nan, 2.0):
+        assert not node.set_parameters([Parameter(name, value=value)])[0].successful
+    assert node.get_parameter(name).value == 0.5
 
 
 def test_what_to_do_follows_what_is_wrong():
