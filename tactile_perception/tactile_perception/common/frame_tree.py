@@ -24,8 +24,8 @@ class FrameTree:
         self.changes = 0
 
     def take(self, parent: str, child: str, quaternion: np.ndarray, translation: np.ndarray) -> None:
-        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for a quaternion whose norm is near 0
-        or overflows, a translation beyond 1e9 m, numbers that are not finite, and a child that is its own parent."""
+        """child lies in parent with quaternion (4,) x, y, z, w and translation (3,) m. Raises BadFrame for a quaternion whose norm is
+        near 0 or overflows, a translation beyond 1e9 m, numbers that are not finite, and a child that is its own parent."""
         quaternion, translation = np.asarray(quaternion, float), np.asarray(translation, float)
         with np.errstate(over='ignore'):  # refused just below
             length = float(np.linalg.norm(quaternion))

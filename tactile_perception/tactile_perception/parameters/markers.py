@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of contact_point_node: what the sheet or dome is, and how touches are told. All are fixed at start."""
+"""The parameters of contact_point_node: geometry of the sheet or dome, touch estimation. All are fixed at start."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,9 +17,9 @@ AUTO = 'auto'
 _fixed = partial(Parameter, read_only=True)
 
 MARKER_SENSOR_PARAMETERS = (
-    _fixed('sensor_type', str, 'areal_single', '', 'kind of sensor; a calibration file has to be for the same',
+    _fixed('sensor_type', str, 'areal_single', '', 'sensor type; a calibration file must be for the same type',
            choices=tuple(MARKER_SENSORS)),
-    _fixed('rows', int, 9, '', 'rows of the printed grid; 0 with columns 0: the pattern is no grid', 0, 250),
+    _fixed('rows', int, 9, '', 'rows of the printed grid; rows and columns 0: the pattern is not a grid', 0, 250),
     _fixed('columns', int, 13, '', 'columns of the printed grid', 0, 250),
     *SHEET_PARAMETERS,
     _fixed('camera.rotation', list[float], [0.0, 0.0, 0.0], 'rad', 'dome: rotation vector from sensor to camera frame', -10.0, 10.0),
@@ -28,21 +28,21 @@ MARKER_SENSOR_PARAMETERS = (
 )
 
 POINT_PARAMETERS = MARKER_SENSOR_PARAMETERS + (
-    _fixed('touch', str, AUTO, '', 'method that tells touches; auto: the one that predicted held-out presses best when calibrated',
+    _fixed('touch', str, AUTO, '', 'touch estimation method; auto: the one that cross-validation chose when it was calibrated',
            choices=(AUTO, *TOUCH_METHODS)),
-    _fixed('tip_radius', float, 0.008, 'm', "of a tip whose size the method does not tell, for the contact region's outline", 1e-4, 1.0),
-    _fixed('filter', bool, True, '', 'Kalman filter over the frames of a touch; false: each frame by itself, for evaluation'),
+    _fixed('tip_radius', float, 0.008, 'm', "tip radius assumed for the contact region where the method does not estimate it", 1e-4, 1.0),
+    _fixed('filter', bool, True, '', 'Kalman filter over the frames of a touch; false: each frame alone, for evaluation'),
 )
 
 
 def marker_sensor(values: Mapping) -> MarkerSensor:
-    """The sensor that values (of MARKER_SENSOR_PARAMETERS or DOT_PARAMETERS) describe. Raises BadArgument for what does not fit."""
+    """The sensor that values (of MARKER_SENSOR_PARAMETERS or DOT_PARAMETERS) describe. Raises BadArgument for an inconsistent geometry."""
     return MarkerSensor(values['sensor_type'], values['rows'], values['columns'], *_pairs(values),
                         rim_radius=values['dome.rim_radius'], height=values['dome.height'])
 
 
 def _pairs(values: Mapping) -> list[tuple[float, float]]:
-    """Pitch and sheet size."""
+    """Pitch (2,) m and sheet size (2,) m."""
     pairs = {name: tuple(values[name]) for name in ('pitch', 'sheet_size')}
     for name, pair in pairs.items():
         if len(pair) != 2:

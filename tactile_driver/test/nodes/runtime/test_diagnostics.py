@@ -45,8 +45,8 @@ def test_health_is_published(node):
     assert {v.key: v.value for v in status.values} == {'rate (Hz)': '14.23', 'frames': '7', 'what to do': 'more light'}
 
 
-@pytest.mark.parametrize('name, value', [('period', math.nan), ('period', math.inf), ('period', -1.0), ('period', 0.0), ('period', 'a second'),
-                                         ('use_fqn', 'no')])
+@pytest.mark.parametrize('name, value', [('period', math.nan), ('period', math.inf), ('period', -1.0), ('period', 0.0),
+                                         ('period', 'a second'), ('use_fqn', 'no')])
 def test_a_wrong_parameter_is_refused_at_the_start(node, name, value):
     name = f'diagnostic_updater.{name}'
     node._parameter_overrides[name] = Parameter(name, value=value)
