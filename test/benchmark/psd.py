@@ -25,7 +25,7 @@ from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E40
 from tactile_perception.psd.geometry import MIX, angles, error_angle, position  # noqa: E402
 from tactile_perception.psd.model import NORMAL, FingerModel  # noqa: E402
 from tactile_perception.psd.model_fit import fit_finger  # noqa: E402
-from tactile_perception.psd.offset_map import fit_paper  # noqa: E402
+from tactile_perception.psd.equidistant_map import fit_equidistant_map  # noqa: E402
 from tactile_perception.psd.presses import Presses, find_presses  # noqa: E402
 from tactile_perception.psd.published import PaperFinger  # noqa: E402
 
@@ -41,9 +41,9 @@ def signals(specimen: str, name: str) -> Signals:
 
 def paper_model(presses: Presses) -> FingerModel:
     """Offset from the pole, factor from one contact at 30 degrees (eqs 2, 5)."""
-    theta = angles(presses.stretches.normal)[1]
+    theta = angles(presses.segments.normal)[1]
     chosen = [int(np.argmin(theta)), int(np.argmin(np.abs(theta - SECOND_PLACE)))]
-    return FingerModel(paper=fit_paper(position(presses.stretches.sums[chosen]), presses.stretches.normal[chosen])[0])
+    return FingerModel(paper=fit_equidistant_map(position(presses.segments.sums[chosen]), presses.segments.normal[chosen])[0])
 
 
 def fingers(specimen: str) -> dict[str, callable]:

@@ -21,7 +21,7 @@ from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains, fit_response
-from tactile_perception.taxel.wrench import GraspedObject, shifted
+from tactile_perception.taxel.wrench import GraspedObject, transform_wrench
 
 CALIBRATION = ('tac_cal_zero', 'tac_cal_flat')
 STATES = ('none', 'incipient', 'gross')
@@ -135,7 +135,7 @@ def wrench_errors(results: list[TaxelResult], meta: dict, known: dict, truth: di
     """Relative errors of the wrench at the gripper's sensor; moments over the scene's largest."""
     frame = np.array(meta['gripper']['T_S_P'])
     judged = np.flatnonzero(known['gripping_free'])
-    found = np.array([shifted(results[k].wrench, frame[:3, :3], frame[:3, 3]) for k in judged])
+    found = np.array([transform_wrench(results[k].wrench, frame[:3, :3], frame[:3, 3]) for k in judged])
     true = truth['wrench_S_on_finger'][judged] * np.repeat([1.0, 1e-3], 3)
     parts = {'force': slice(0, 3), 'moment': slice(3, 6)}
     return {name: np.linalg.norm(found[:, part] - true[:, part], axis=1) / np.linalg.norm(true[:, part], axis=1)

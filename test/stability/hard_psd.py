@@ -14,8 +14,8 @@ from tactile_perception.calibration.files.psd import read_psd
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.touches.tracker import TouchTracker
 from tactile_perception.psd.finger import FingerSettings, PsdFinger
-from tactile_perception.psd.geometry import MIX, angles, bent, direction, flat, position
-from tactile_perception.psd.offset_map import fit_paper
+from tactile_perception.psd.geometry import MIX, angles, exp_map, direction, log_map, position
+from tactile_perception.psd.equidistant_map import fit_equidistant_map
 from tactile_perception.psd.published import PaperFinger
 from tactile_perception.psd.sphere_filter import SphereFilter
 
@@ -72,11 +72,11 @@ def _run(method):
 def _places():
     theta = np.linspace(0.0, 1.0, 20)
     normal = direction(2.4 * np.arange(20), theta)
-    return {'place': flat(normal) / 1.4 + [0.03, -0.02], 'normal': normal}
+    return {'place': log_map(normal) / 1.4 + [0.03, -0.02], 'normal': normal}
 
 
 def _paper_map(inputs):
-    found, _ = fit_paper(inputs['place'], inputs['normal'])
+    found, _ = fit_equidistant_map(inputs['place'], inputs['normal'])
     return {'offset': found.offset, 'beta': found.beta}
 
 
@@ -110,7 +110,8 @@ PSD = {
     'PSD place': Estimator(lambda: {'volts': _press()['volts'] - scene()[0][:REST].mean(axis=0)},
                            lambda i: {'place': position(i['volts'] @ MIX)}, ('volts',), ('volts',), ('place',), each=True, single=1e-3),
     'PSD paper map fit': Estimator(_places, _paper_map, ('place',), ('place', 'normal'), sizes={'offset': 1, 'beta': -1}),
-    'sphere, angles': Estimator(_way, lambda i: {'there and back': bent(flat(i['normal'])), 'theta': angles(i['normal'])[1]}, ('normal',),
+    'sphere, angles': Estimator(_way, lambda i: {'there and back': exp_map(log_map(i['normal'])),
+                                 'theta': angles(i['normal'])[1]}, ('normal',),
                                 ('normal',), ('there and back', 'theta'), each=True),
     'sphere filter': Estimator(_way, _filtered, ('normal',)),
     'touch filter': Estimator(_drag, _tracked, ('position',), sizes={'position': 1}),

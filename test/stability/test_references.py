@@ -23,12 +23,12 @@ from tactile_perception.markers.published.gaussian_peak import gaussian  # noqa:
 from tactile_perception.markers.touches.touch import TouchEstimate  # noqa: E402
 from tactile_perception.markers.touches.tracker import ACCELERATION, TouchTracker  # noqa: E402
 from tactile_perception.markers.view.marker_field import CameraView  # noqa: E402
-from tactile_perception.psd.geometry import MIX, angles, bent, direction, error_angle, flat, position, position_covariance  # noqa: E402
-from tactile_perception.psd.offset_map import PaperMap  # noqa: E402
+from tactile_perception.psd.geometry import MIX, angles, exp_map, direction, error_angle, log_map, position, position_covariance  # noqa: E402
+from tactile_perception.psd.equidistant_map import EquidistantMap  # noqa: E402
 from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
 from tactile_perception.taxel.array import TaxelArray  # noqa: E402
 from tactile_perception.taxel.regions import flat_moments  # noqa: E402
-from tactile_perception.taxel.wrench import shifted  # noqa: E402
+from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402
 from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
 from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
 from tactile_perception.touchpad.optics.light_path import LightPath  # noqa: E402
@@ -181,7 +181,7 @@ def sphere_to_plane_and_back():
     """From the pole over the rim to the other pole, azimuth pi among them; angles at the poles are not told."""
     phi, theta = (part.ravel() for part in np.meshgrid(PHIS, THETAS))
     true = np.array([[float(mp.cos(p) * mp.sin(t)), float(mp.sin(p) * mp.sin(t)), float(mp.cos(t))] for p, t in zip(phi, theta)])
-    return bent(flat(direction(phi, theta))), true, 1
+    return exp_map(log_map(direction(phi, theta))), true, 1
 
 
 def polar_angles():
@@ -198,7 +198,7 @@ def error_angles():
 
 def paper_map():
     """Eqs 3, 4 and 7 on half widths."""
-    found, place = PaperMap(np.array([0.03, -0.02]), 1.4), np.array([[0.03, -0.02], [0.03 + 1e-12, -0.02], [0.6, 0.3], [-0.7, 0.7]])
+    found, place = EquidistantMap(np.array([0.03, -0.02]), 1.4), np.array([[0.03, -0.02], [0.03 + 1e-12, -0.02], [0.6, 0.3], [-0.7, 0.7]])
     true = []
     for x, y in place - found.offset:
         radius = mp.sqrt(mp.mpf(x)**2 + mp.mpf(y)**2)
@@ -342,7 +342,7 @@ def sphere_filter():
 
 def wrench_elsewhere():
     """The moment about another point, in whole numbers."""
-    found = shifted(np.array([1.0, 2, 3, 4, 5, 6]), np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]]), np.array([7.0, 8, 9]))
+    found = transform_wrench(np.array([1.0, 2, 3, 4, 5, 6]), np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]]), np.array([7.0, 8, 9]))
     return found, np.array([-2, 1, 3, -5 + 8 * 3 - 9 * 1, 4 + 9 * -2 - 7 * 3, 6 + 7 * 1 - 8 * -2]), 1
 
 

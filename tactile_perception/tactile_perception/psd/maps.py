@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of the place on the detector: a trend with a Gaussian process of its residuals, and any function as a table of cells, looked
-up in a few array operations."""
+"""Functions of the detector position: Gaussian process regression with a polynomial trend, and look-up tables."""
 from __future__ import annotations
 
 import itertools
@@ -11,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-CELLS = 128  # along each axis: interpolation between them adds under 0.02 degrees to a normal
+CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
 
 
 class CellTable:
-    """Bilinear interpolation of evaluate(places (N, 2)) -> (N, channels) over the square from -1 to 1; places beyond it are taken at
-    its border."""
+    """Bilinear interpolation of evaluate(places (N, 2)) -> (N, channels) over the square from -1 to 1. Positions are
+    clipped to it."""
 
     def __init__(self, evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS):
         self._cells = cells
@@ -28,20 +27,20 @@ class CellTable:
         self._parts = np.stack([a, b - a, c - a, a - b - c + d], axis=2).reshape(cells * cells, 4, self.channels).copy()
 
     def look_up(self, place: np.ndarray) -> np.ndarray:
-        """(N, channels) at places (N, 2), which have to be numbers."""
+        """(N, channels) at finite positions (N, 2)."""
         parts, inside = self._found(place)
         s, t = inside[:, :1], inside[:, 1:]
         return parts[:, 0] + parts[:, 1] * s + (parts[:, 2] + parts[:, 3] * s) * t
 
     def with_slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(channels,) at one place (2,), and their derivatives (channels, 2) by it."""
+        """Values (channels,) and Jacobian (channels, 2) at one position (2,)."""
         (column, s), (row, t) = (self._cell(at) for at in place.tolist())
         start, by_x, by_y, by_both = self._parts[row * self._cells + column]
         along_x, along_y = by_x + by_both * t, by_y + by_both * s
         return start + by_x * s + along_y * t, 0.5 * self._cells * np.stack([along_x, along_y], axis=1)
 
     def look_up_one(self, place: np.ndarray, channel: int) -> np.ndarray:
-        """(N,) one channel at places (N, 2)."""
+        """(N,) one channel at finite positions (N, 2)."""
         scaled = np.minimum(np.maximum((place + 1) * (0.5 * self._cells), 0.0), self._cells - 1e-9)
         cell = scaled.astype(np.intp)
         start, by_x, by_y, by_both = self._parts[cell[:, 1] * self._cells + cell[:, 0], :, channel].T
@@ -49,7 +48,7 @@ class CellTable:
         return start + by_x * s + (by_y + by_both * s) * t
 
     def _cell(self, at: float) -> tuple[int, float]:
-        """(number of the cell along an axis, place within it, 0 to 1)."""
+        """(cell index along an axis, fraction within the cell, 0 to 1)."""
         scaled = min(max((at + 1) * 0.5 * self._cells, 0.0), self._cells - 1e-9)
         return int(scaled), scaled % 1.0
 
@@ -59,13 +58,15 @@ class CellTable:
         return self._parts[cell[:, 1] * self._cells + cell[:, 0]], scaled - cell
 
 
+# Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,
+# from a tenth of a degree to the distortion of the paper's finger (6 degrees, fig 8).
 _LENGTHS = (0.15, 0.25, 0.4, 0.65, 1.0)  # half widths
 _AMPLITUDES = (0.003, 0.01, 0.03, 0.1)  # rad
-_EXTRA = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: what places and their labels are wrong by besides the noise of the light
+_EXTRA = (0.0005, 0.001, 0.002, 0.004, 0.008)  # rad: errors of positions and labels beside the noise of the light
 
 
 def trend(place: np.ndarray, terms: int) -> np.ndarray:
-    """Basis (N, terms) at places (N, 2): 3 for straight, 5 with a bend towards the rim."""
+    """Basis (N, terms) at positions (N, 2): 3 terms are affine, 5 add radial distortion of third order."""
     x, y = place.T
     square = x * x + y * y
     return np.column_stack([np.ones(len(place)), x, y, x * square, y * square])[:, :terms]
@@ -77,8 +78,11 @@ def _kernel(a: np.ndarray, b: np.ndarray, length: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class SmoothMap:
-    """place: (N, 2) half widths of what it was fitted to; slopes: (terms, 2) of the trend; weights: (N, 2); length: half widths;
-    amplitude, extra: rad; noise: (N,) rad, standard deviation of each contact by the light's noise."""
+    """Gaussian process (squared exponential kernel) with a polynomial trend.
+
+    place: (N, 2) half widths, training positions; slopes: (terms, 2) of the trend; weights: (N, 2) of the kernels; length: half widths, of
+    the kernel; amplitude: rad, its standard deviation; extra: rad, of the labels; noise: (N,) rad, of each position by the light's noise.
+    """
 
     place: np.ndarray
     slopes: np.ndarray
@@ -89,11 +93,11 @@ class SmoothMap:
     noise: np.ndarray
 
     def values(self, place: np.ndarray) -> np.ndarray:
-        """Values (M, 2), rad, at places (M, 2)."""
+        """Predicted values (M, 2), rad, at positions (M, 2)."""
         return trend(place, len(self.slopes)) @ self.slopes + self.amplitude**2 * _kernel(place, self.place, self.length) @ self.weights
 
     def deviation(self, place: np.ndarray) -> np.ndarray:
-        """Standard deviation (M,), rad, of either value at places (M, 2): of the map itself, without the light's noise."""
+        """Predictive standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light."""
         factor = cho_factor(self._covariance())
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
         explained = (cross * cho_solve(factor, cross.T).T).sum(1)
@@ -112,7 +116,7 @@ def _covariance_of(place: np.ndarray, noise: np.ndarray, length: float, amplitud
 
 
 def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
-    """(likelihood, slopes, weights, errors left out (N, 2)) of one choice of length, amplitude and extra."""
+    """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper = length, amplitude, extra."""
     covariance = _covariance_of(place, noise, *hyper)
     basis = trend(place, terms)
     factor = cho_factor(covariance, lower=True)
@@ -120,7 +124,7 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     normal = basis.T @ inverse @ basis
     slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
     weights = inverse @ (values - basis @ slopes)
-    # Precision with the trend projected out: its diagonal gives what each contact would be wrong by, were it left out.
+    # Leave-one-out residuals in closed form: weights over the diagonal of the precision with the trend projected out.
     precision = inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
     left_out = weights / np.diag(precision)[:, None]
     fit = 0.5 * ((values - basis @ slopes) * weights).sum()
@@ -130,8 +134,10 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
 
 
 def fit_smooth_map(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int = 5) -> tuple[SmoothMap, np.ndarray]:
-    """The map from places (N, 2), half widths, to values (N, 2), rad, and the errors (N, 2), rad, that each contact would have had if
-    it had been left out; noise: (N,), rad. Length and sizes are those of the highest restricted likelihood."""
+    """The map from positions (N, 2), half widths, to values (N, 2), rad, and its leave-one-out residuals (N, 2), rad.
+
+    noise: (N,) rad, of each position; terms: of the trend. Hyperparameters maximise the restricted likelihood over a grid.
+    """
     choices = itertools.product(_LENGTHS, _AMPLITUDES, _EXTRA)
     best = max(choices, key=lambda hyper: _solved(place, values, noise, terms, hyper)[0])
     _, slopes, weights, left_out = _solved(place, values, noise, terms, best)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The methods that tell a finger's contacts, by name."""
+"""The contact methods of the finger, by name."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ PSD_METHODS: dict[str, Callable[[FingerModel, Mapping], PsdFinger]] = {'map': _m
 
 
 def make_finger(name: str, model: FingerModel, values: Mapping) -> PsdFinger:
-    """The method of that name for a finger; values: of PSD_PARAMETERS. Raises BadArgument, listing the names."""
+    """The named method for a finger; values: of PSD_PARAMETERS. Raises BadArgument for an unknown name."""
     if name not in PSD_METHODS:
-        raise BadArgument(f'no method {name!r}; there are {", ".join(sorted(PSD_METHODS))}')
+        raise BadArgument(f'method {name!r} is unknown; choose one of {", ".join(sorted(PSD_METHODS))}')
     return PSD_METHODS[name](model, values)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of one finger: how places on its detector map to the sphere, and what the light tells."""
+"""The calibrated model of one finger: map from detector to sphere, light at first contact, force and depth from light."""
 from __future__ import annotations
 
 import math
@@ -9,30 +9,29 @@ from functools import cached_property
 
 import numpy as np
 
-from .geometry import bent
+from .geometry import exp_map
 from .maps import CellTable, SmoothMap
-from .offset_map import NOMINAL_BETA, PaperMap
+from .equidistant_map import NOMINAL_BETA, EquidistantMap
 from .response import level_basis, load, place_part
 
 NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS = slice(0, 3), 3, 4, 5, 6, slice(7, 9)
-_CROSS_TERMS = 6
-_UNTOLD = np.pi / 18  # rad: what the nominal map may be wrong by
+_NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 
 
 @dataclass(frozen=True)
 class FingerModel:
-    """The numbers of one finger; those that were not calibrated are None.
+    """Parameters of one finger; those that were not calibrated are None.
 
-    paper: the paper's map; smooth: what takes its place, rad on the flattened sphere; deviation: rad, of the paper's map where there is
-    no smooth one; reach: half widths, how far from a calibrated contact places are known; level: coefficients of the light at touch, V;
-    level_limits: its range, V, and the largest distance from the detector's centre, half widths, at which it was seen; cross: of the
-    fourth combination of the outputs over the total, for a single contact, and cross_sigma what it scatters by; force, depth: of log N
-    and log m; shot: V.
+    paper: the equidistant map of the paper; smooth: the map that replaces it, to tangent vectors at the pole, rad; deviation: rad, standard
+    deviation of the paper's map; reach: half widths, distance from a calibrated contact within which positions are in range; level:
+    coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and the largest calibrated distance from
+    the detector's centre, half widths; cross: coefficients of the cross term over the total for a single contact, cross_sigma its standard
+    deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance of an output per V of its signal.
     """
 
-    paper: PaperMap = field(default_factory=lambda: PaperMap(np.zeros(2), NOMINAL_BETA))
+    paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
     smooth: SmoothMap | None = None
-    deviation: float = _UNTOLD
+    deviation: float = _NOMINAL_DEVIATION
     reach: float = 0.25
     level: np.ndarray | None = None
     level_limits: tuple[float, float, float] = (0.0, np.inf, np.inf)
@@ -43,11 +42,11 @@ class FingerModel:
     shot: float = 0.0
 
     def normals(self, place: np.ndarray) -> np.ndarray:
-        """Unit normals (N, 3) at places (N, 2), half widths."""
-        return self.paper.normals(place) if self.smooth is None else bent(self.smooth.values(place))
+        """Unit normals (N, 3) at detector positions (N, 2), half widths."""
+        return self.paper.normals(place) if self.smooth is None else exp_map(self.smooth.values(place))
 
     def levels(self, place: np.ndarray) -> np.ndarray:
-        """Light at touch (N,), V, not beyond what was seen; NaN where not calibrated."""
+        """Light at first contact (N,), V, clipped to the calibrated range; NaN without calibration."""
         if self.level is None:
             return np.full(len(place), np.nan)
         low, high, reach = self.level_limits
@@ -56,7 +55,7 @@ class FingerModel:
 
     @cached_property
     def table(self) -> CellTable:
-        """All of it by place, for the fast path: the channels named above. Made once: it takes half a second and 50 MB meanwhile."""
+        """Look-up table of the model by detector position; its channels are the slices above. Built on first use."""
         return CellTable(self._channels)
 
     def _channels(self, place: np.ndarray) -> np.ndarray:
@@ -71,20 +70,20 @@ class FingerModel:
         return np.column_stack([self.normals(place), deviation, inside, self.levels(place), cross, *parts])
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
-        """1 where a calibrated contact is within reach, else 0."""
+        """(N,) 1 where a calibrated contact is within reach, else 0."""
         nearest = np.full(len(place), np.inf)
         for known in self.smooth.place:
             nearest = np.minimum(nearest, ((place - known) ** 2).sum(1))
         return (nearest <= self.reach**2).astype(float)
 
     def loads(self, at_place: np.ndarray, place: np.ndarray, light: float) -> tuple[float, float]:
-        """Force, N, and depth, m, from light, V, at a place (2,), where the table has at_place (2,) for both; NaN where not calibrated."""
+        """Force, N, and depth, m, for light, V, at a position (2,) with table channels at_place (2,) (LOADS); NaN where not calibrated."""
         square = float(place @ place)
         return tuple(math.nan if fitted is None else load(fitted, part, square, light)
                      for fitted, part in zip((self.force, self.depth), at_place.tolist()))
 
 
 def cross_basis(place: np.ndarray) -> np.ndarray:
-    """Basis (N, 6) of the fourth combination of the outputs at places (N, 2)."""
+    """Basis (N, 6) of the cross term at detector positions (N, 2)."""
     x, y = place.T
-    return np.column_stack([np.ones(len(place)), x, y, x * y, x * x, y * y])[:, :_CROSS_TERMS]
+    return np.column_stack([np.ones(len(place)), x, y, x * y, x * x, y * y])

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A finger's model from presses at known places: as much as they can tell, and a line for each thing that they cannot."""
+"""Fit of a finger's model to calibration presses; what they do not determine keeps its default, with a note."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,25 +9,27 @@ import numpy as np
 
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
-from .geometry import TOTAL, error_angle, flat, position, position_covariance
+from .geometry import TOTAL, error_angle, log_map, position, position_covariance
 from .maps import fit_smooth_map
 from .model import FingerModel, cross_basis
-from .offset_map import fit_paper
-from .presses import Presses, Stretches
+from .equidistant_map import fit_equidistant_map
+from .presses import Presses, Segments
 from .response import fit_load, fit_touch_level
 
-_SAME_PLACE = 0.006  # rad: presses nearer than that count as one place
-_BENT, _SMOOTH = 16, 8  # places from which on the trend has a bend, and there is a smooth map at all
-_MOST = 250  # places: more cost time and tell no more
-_MOST_LOADS = 600
-_CROSS_FEWEST = 12
+_SAME_PLACE = 0.006  # rad within which presses count as one position. Chosen: a little more than one segment spans (presses._SAME_PLACE)
+_RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Derived: about 3 for each trend coefficient
+_MOST = 250  # positions: bounds the time of the fit, which grows with their cube. Chosen
+_MOST_LOADS = 600  # segments: bounds the memory of the leave-one-out errors. Chosen
+_CROSS_FEWEST = 12  # segments. Derived: two for each of the 6 coefficients
+# half widths, see _reach. Chosen: 1.5 spacings of the calibration close its gaps, within fixed bounds.
+_REACH_SPACINGS, _REACH_LEAST, _REACH_MOST = 1.5, 0.02, 0.25
 
 
 @dataclass(frozen=True)
 class FingerFit:
-    """model; places: how many it was fitted to; errors: rad, (N,) that each place had, left out of the fit, NaN where the others tell
-    nothing; paper_errors: rad, of the paper's map; residuals: name -> number for the file; span: name -> [lowest, highest]; said: a line
-    each; normal: (N, 3) of the places; when: (N,) names by recording and time."""
+    """model; places: number of positions; errors: (N,) rad, leave-one-out errors, NaN where undetermined; paper_errors: (N,) rad, of the
+    equidistant map; residuals: name -> number for the file; span: name -> [lowest, highest]; notes: on what was not determined; normal:
+    (N, 3) of the positions; when: (N,) their recordings and times."""
 
     model: FingerModel
     places: int
@@ -35,77 +37,76 @@ class FingerFit:
     paper_errors: np.ndarray
     residuals: dict
     span: dict
-    said: list[str]
+    notes: list[str]
     normal: np.ndarray
     when: np.ndarray
 
 
 def fit_finger(presses: Presses) -> FingerFit:
-    """The model. Raises BadCalibration without a usable press."""
-    stretches = presses.stretches
-    place, normal, noise, when = _places(stretches, presses.noise)
-    paper, said = fit_paper(place, normal)
+    """The model fitted to presses. Raises BadCalibration without a usable press."""
+    segments = presses.segments
+    place, normal, noise, when = _places(segments, presses.noise)
+    paper, notes = fit_equidistant_map(place, normal)
     paper_errors = error_angle(paper.normals(place), normal)
     smooth, errors, more = _smooth(place, normal, noise * paper.beta, paper_errors)
     if smooth is None:
-        errors = _left_out_of_paper(place, normal)
-    shot = _shot(stretches, presses.noise)
-    level, level_limits, level_said = _level(presses)
-    cross, cross_sigma = _cross(stretches)
-    force, force_error, force_said = _load(stretches, stretches.force, 'force')
-    depth, depth_error, depth_said = _load(stretches, stretches.depth, 'depth')
+        errors = _leave_one_out_equidistant(place, normal)
+    shot = _shot(segments, presses.noise)
+    level, level_limits, level_notes = _level(presses)
+    cross, cross_sigma = _cross(segments)
+    force, force_error, force_notes = _load(segments, segments.force, 'force')
+    depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
     model = FingerModel(paper, smooth, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
                         cross_sigma, force, depth, shot)
-    theta = np.linalg.norm(flat(normal), axis=1)
+    theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
                  'force_relative': force_error, 'depth_relative': depth_error}
     span = {'theta': [float(theta.min()), float(theta.max())],
-            'light': [float(stretches.sums[:, TOTAL].min()), float(stretches.sums[:, TOTAL].max())]}
-    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*said, *more, *level_said, *force_said, *depth_said],
+            'light': [float(segments.sums[:, TOTAL].min()), float(segments.sums[:, TOTAL].max())]}
+    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*notes, *more, *level_notes, *force_notes, *depth_notes],
                      normal, when)
 
 
-def _places(stretches: Stretches, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Detector places (N, 2), normals (N, 3), standard deviations (N,), half widths, and times (N,) of what was pressed, near ones taken
-    together."""
-    free = np.ones(len(stretches.normal), bool)
+def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Detector positions (N, 2), normals (N, 3), standard deviations (N,), half widths, and times (N,); near presses are averaged."""
+    free = np.ones(len(segments.normal), bool)
     found = []
     while free.any():
         first = np.flatnonzero(free)[0]
-        same = free & (error_angle(stretches.normal, stretches.normal[first]) < _SAME_PLACE)
-        weight = stretches.count[same]
-        sums = np.average(stretches.sums[same], axis=0, weights=weight)[None]
+        same = free & (error_angle(segments.normal, segments.normal[first]) < _SAME_PLACE)
+        weight = segments.count[same]
+        sums = np.average(segments.sums[same], axis=0, weights=weight)[None]
         place = position(sums)
-        normal = np.average(stretches.normal[same], axis=0, weights=weight)
+        normal = np.average(segments.normal[same], axis=0, weights=weight)
         covariance = position_covariance(place[0], float(sums[0, TOTAL]), noise, 0.0) / weight.sum()
-        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)), stretches.when[first]))
+        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)), segments.when[first]))
         free &= ~same
     chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int))
     return tuple(np.array(part) for part in zip(*(found[k] for k in chosen)))
 
 
 def _smooth(place, normal, noise, paper_errors):
-    """(SmoothMap or None, errors (N,), lines) of whichever predicts places better that were left out."""
+    """(SmoothMap, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well."""
     count = len(place)
     if count < _SMOOTH or np.linalg.matrix_rank(place - place.mean(0), tol=0.05) < 2:
-        return None, paper_errors, [f'{count} places: too few for a map of the distortion, the offset and factor of the paper are used']
-    terms = 5 if count >= _BENT else 3
-    smooth, left_out = fit_smooth_map(place, flat(normal), noise, terms)
+        return None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
+    terms = 5 if count >= _RADIAL else 3
+    smooth, left_out = fit_smooth_map(place, log_map(normal), noise, terms)
     errors = np.linalg.norm(left_out, axis=1)
     if errors.mean() > paper_errors.mean():
-        return None, paper_errors, [f'{count} places: a map of the distortion would predict no better than the paper\'s offset and factor']
-    said = [] if terms == 5 else [f'{count} places: a straight map and what bends it near them; {_BENT} allow more']
-    return smooth, errors, said
+        return None, paper_errors, [f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
+    notes = [] if terms == 5 else [f'{count} positions: affine trend; {_RADIAL} allow a radial one']
+    return smooth, errors, notes
 
 
-def _left_out_of_paper(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """rad, (N,): the error that the paper's map fitted to all other places has at each; NaN where those do not determine one."""
+def _leave_one_out_equidistant(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(N,) rad: leave-one-out errors of the equidistant map; NaN where the other positions do not determine one."""
     errors = np.full(len(place), np.nan)
     for k in range(len(place)):
         others = np.arange(len(place)) != k
         try:
-            paper, _ = fit_paper(place[others], normal[others])
+            paper, _ = fit_equidistant_map(place[others], normal[others])
         except BadCalibration:
             continue
         errors[k] = error_angle(paper.normals(place[k:k + 1]), normal[k:k + 1])[0]
@@ -113,20 +114,20 @@ def _left_out_of_paper(place: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 
 def _reach(place: np.ndarray) -> float:
-    """Half widths: 1.5 times the usual distance from a place to its nearest neighbours."""
+    """Half widths within which a calibrated position covers its surroundings: 1.5 times the median distance to the third neighbour."""
     if len(place) < 4:
-        return 0.25
+        return _REACH_MOST
     distance = np.sort(np.linalg.norm(place[:, None] - place[None], axis=-1), axis=1)
-    return float(np.clip(1.5 * np.median(distance[:, 3]), 0.02, 0.25))
+    return float(np.clip(_REACH_SPACINGS * np.median(distance[:, 3]), _REACH_LEAST, _REACH_MOST))
 
 
-def _shot(stretches: Stretches, noise: np.ndarray) -> float:
-    """V: how much the variance of an output grows with the light on it."""
-    known = np.isfinite(stretches.scatter)
+def _shot(segments: Segments, noise: np.ndarray) -> float:
+    """V: variance of an output per V of its signal."""
+    known = np.isfinite(segments.scatter)
     if known.sum() < 5:
         return 0.0
-    output = stretches.output[known]
-    return float(max((output @ (stretches.scatter[known] - noise[TOTAL, TOTAL] / 4)) / (output @ output), 0.0))
+    output = segments.output[known]
+    return float(max((output @ (segments.scatter[known] - noise[TOTAL, TOTAL] / 4)) / (output @ output), 0.0))
 
 
 def _level(presses: Presses):
@@ -135,27 +136,27 @@ def _level(presses: Presses):
     try:
         level, limits = fit_touch_level(position(onsets.sums), onsets.level, onsets.brightest, sigma)
     except BadCalibration as error:
-        return None, FingerModel.level_limits, [f'contact is told by the noise alone: {error}']
+        return None, FingerModel.level_limits, [f'contact is detected by the noise threshold alone: {error}']
     return level, limits, []
 
 
-def _cross(stretches: Stretches) -> tuple[np.ndarray | None, float]:
-    """Coefficients of the fourth combination and what it scatters by besides the noise."""
-    if len(stretches.count) < _CROSS_FEWEST:
+def _cross(segments: Segments) -> tuple[np.ndarray | None, float]:
+    """Coefficients of the cross term over the total, and the standard deviation of its residuals."""
+    if len(segments.count) < _CROSS_FEWEST:
         return None, 0.0
-    total = stretches.sums[:, TOTAL]
-    basis = cross_basis(position(stretches.sums))
-    weight = total * np.sqrt(stretches.count)
-    found = stretches.sums[:, 3] / total
+    total = segments.sums[:, TOTAL]
+    basis = cross_basis(position(segments.sums))
+    weight = total * np.sqrt(segments.count)
+    found = segments.sums[:, 3] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
     return fitted, float(robust_sigma(found - basis @ fitted))
 
 
-def _load(stretches: Stretches, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:
+def _load(segments: Segments, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:
     usable = np.flatnonzero(np.isfinite(known) & (known > 0))
     usable = usable[np.unique(np.linspace(0, max(len(usable) - 1, 0), min(len(usable), _MOST_LOADS)).round().astype(int))]
     try:
-        fitted, error = fit_load(position(stretches.sums[usable]), stretches.sums[usable, TOTAL], known[usable])
+        fitted, error = fit_load(position(segments.sums[usable]), segments.sums[usable, TOTAL], known[usable])
     except BadCalibration as problem:
-        return None, float('nan'), [f'{name} is not told: {problem}']
+        return None, float('nan'), [f'{name} is not estimated: {problem}']
     return fitted, error, []

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Presses at known places: what the outputs were while each lasted, over what they were just before it."""
+"""Calibration presses at known positions: outputs during each press, relative to the untouched outputs just before it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,17 +10,17 @@ import numpy as np
 from ..errors import BadCalibration
 from .geometry import MIX, TOTAL
 
-_REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # of the untouched stretch before a press: how long, how far from the press, from the last one
-_SAME_PLACE = 0.005  # rad: a contact that moves is many places
-_LONGEST_S = 0.05  # of a stretch whose mean light belongs to its mean load
-_DARK = 4.0  # standard deviations over the darkest samples that count as untouched
-_BRIGHT = 5.0  # standard deviations of the total
+_REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen
+_SAME_PLACE = 0.005  # rad within which normals count as one position. Chosen: 0.3 degrees, under the error of a map
+_LONGEST_S = 0.05  # s, longest segment. Chosen: force changes little within it
+_DARK = 4.0  # standard deviations above the darkest samples within which samples count as untouched. Chosen
+_BRIGHT = 5.0  # standard deviations of the total, from which light counts as contact. Chosen
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Samples (N,) with what is known of each. volts (N, 4); period_s; touching (N,) bool; normal (N, 3), force (N,) N, depth (N,) m:
-    NaN where not known; times: (N,) s, None for even ones from 0 on; name: for messages."""
+    """Samples (N,) with ground truth. volts: (N, 4); touching: (N,) bool; normal: (N, 3), force: (N,) N, depth: (N,) m, NaN where unknown;
+    times: (N,) s, None for multiples of period_s; name: for messages."""
 
     volts: np.ndarray
     period_s: float
@@ -32,13 +32,13 @@ class Recording:
     name: str = 'recording'
 
     def when(self, sample: int) -> str:
-        """Where and when, for messages."""
+        """Name and time of a sample, for messages."""
         return f'{self.name} at {sample * self.period_s if self.times is None else self.times[sample]:.3f} s'
 
 
 @dataclass(frozen=True)
-class Stretches:
-    """Short stretches of contact at one place each.
+class Segments:
+    """Short segments of contact, each at one position.
 
     sums: (N, 4) mean net voltages @ MIX; count: (N,) samples; normal: (N, 3); force, depth: (N,) means; scatter: (N,) V^2, variance of an
     output from sample to sample, and output: (N,) V, its mean; when: (N,) names by recording and time.
@@ -56,7 +56,7 @@ class Stretches:
 
 @dataclass(frozen=True)
 class Onsets:
-    """One a press. sums: (N, 4) of its stretches; level: (N,) V, light as the contact begins; brightest: (N,) V."""
+    """One for each press. sums: (N, 4) mean of its segments; level: (N,) V, light as contact begins; brightest: (N,) V."""
 
     sums: np.ndarray
     level: np.ndarray
@@ -65,17 +65,17 @@ class Onsets:
 
 @dataclass(frozen=True)
 class Presses:
-    """All of some recordings; noise: (4, 4) covariance of the sums at rest, V^2; left_out: a line each."""
+    """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; left_out: one note per press that was skipped."""
 
-    stretches: Stretches
+    segments: Segments
     onsets: Onsets
     noise: np.ndarray
     left_out: list[str]
 
 
 def find_presses(recordings: list[Recording], saturation: float) -> Presses:
-    """The presses in recordings; samples from saturation, V, on are left out. Raises BadCalibration where nothing is untouched, or nothing
-    touches."""
+    """The presses in recordings; samples at or above saturation, V, are skipped. Raises BadCalibration without untouched samples or without
+    a usable press."""
     rows, onsets, rests, left_out = [], [], [], []
     for recording in recordings:
         offset = None
@@ -85,24 +85,24 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
                 offset = rest.mean(0)
                 rests.append((rest - offset) @ MIX)
             if offset is None:
-                left_out.append(f'press in {recording.when(begin)}: nothing untouched before it')
+                left_out.append(f'press in {recording.when(begin)}: no untouched samples before it')
                 continue
             sums = (recording.volts - offset)[max(begin - 1, 0):end] @ MIX
-            stretches = _stretches(recording, sums[-(end - begin):], begin, end, saturation)
-            if not stretches:
+            segments = _segments(recording, sums[-(end - begin):], begin, end, saturation)
+            if not segments:
                 left_out.append(f'press in {recording.when(begin)}: no light, or saturated')
                 continue
-            rows += stretches
-            light = np.mean([row[0] for row in stretches], axis=0)
+            rows += segments
+            light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
     if not any(recording.touching.any() for recording in recordings):
-        raise BadCalibration('no usable press: the ground truth says that nothing touches')
+        raise BadCalibration('no usable press: the ground truth holds no contact')
     if not rests:
-        raise BadCalibration('no untouched stretch before the presses; begin each recording, and each press, with nothing touching')
+        raise BadCalibration('no untouched samples before the presses: begin each recording, and each press, with nothing touching')
     if not rows:
-        raise BadCalibration('no usable press at a known place: ' + '; '.join(left_out[:3]))
+        raise BadCalibration('no usable press at a known position: ' + '; '.join(left_out[:3]))
     noise = np.concatenate(rests)
-    return Presses(Stretches(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise), left_out)
+    return Presses(Segments(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise), left_out)
 
 
 def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
@@ -112,8 +112,8 @@ def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _rest_before(recording: Recording, begin: int) -> np.ndarray:
-    """Finite samples (N, 4) before a press and after the last one, the darkest of them: a stage tells of its presses when they stand, and
-    the object may have touched before."""
+    """The darkest finite samples (N, 4) between the last press and this one. A stage reports contact once it stands still, so the object
+    may touch earlier than labelled."""
     long, clear, after = (int(seconds / recording.period_s) for seconds in (_REST_S, _CLEAR_S, _AFTER_S))
     before = np.flatnonzero(recording.touching[:begin])
     first = max(begin - long, before[-1] + 1 + after if len(before) else 0)
@@ -122,12 +122,12 @@ def _rest_before(recording: Recording, begin: int) -> np.ndarray:
     if len(rest) < 5:
         return rest
     total = rest.sum(1)
-    noise = 1.05 * np.median(np.abs(np.diff(total)))  # a standard deviation, of what does not last
+    noise = 1.05 * np.median(np.abs(np.diff(total)))  # standard deviation from sample to sample: 1.4826 / sqrt(2) times the median
     return rest[total <= np.percentile(total, 20) + _DARK * noise]
 
 
-def _stretches(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:
-    """Rows of Stretches for one press."""
+def _segments(recording: Recording, sums: np.ndarray, begin: int, end: int, saturation: float) -> list[tuple]:
+    """Rows of Segments of one press."""
     volts, normal = recording.volts[begin:end], recording.normal[begin:end]
     floor = _BRIGHT * max(np.std(np.diff(sums[:, TOTAL])) / np.sqrt(2), 1e-9)
     with np.errstate(invalid='ignore'):

@@ -1,20 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's way from voltages to contacts, to compare with: an offset taken once, a fixed threshold, eqs 1 to 8."""
+"""The published method (Maekawa et al., section 5, eqs 1 to 8): an offset stored once and a fixed threshold."""
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
 
-from .ambient_light import Seen
+from .ambient_light import LightState
 from ..errors import BadArgument
 from .finger import FingerSettings, PsdFinger
 from .model import FingerModel
 
 
 class FixedThreshold:
-    """Contact where the total is above a level, V (section 5); nothing is at rest, so that the offset stays."""
+    """Contact where the total exceeds threshold, V (section 5). It reports no sample as untouched, so the offset stays."""
 
     def __init__(self, threshold: float):
         if not threshold > 0:
@@ -26,18 +26,18 @@ class FixedThreshold:
         """Nothing touches."""
         self.touching = False
 
-    def process(self, total: np.ndarray, level, sigma: float, period_s: float) -> tuple[np.ndarray, Seen]:
-        """As of TouchDecision."""
+    def process(self, total: np.ndarray, level, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
+        """See ContactDetector.process."""
         contact = total > self._threshold
         self.touching = bool(contact[-1])
-        return contact, Seen(contact, np.zeros(len(total), bool), False)
+        return contact, LightState(contact, np.zeros(len(total), bool), False)
 
 
 class PaperFinger(PsdFinger):
-    """PsdFinger with the paper's map and decision. threshold: V."""
+    """PsdFinger with the paper's map and threshold, V. Raises BadArgument for a threshold that is not positive."""
 
     def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
         super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
 
     def _step(self, sums: np.ndarray, period_s: float) -> None:
-        """The offset stays as it was taken."""
+        """The offset stays."""

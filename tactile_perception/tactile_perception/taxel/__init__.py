@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Taxel arrays: pressure images, their contact regions, motion, slip and wrench. Arrays and numbers only."""
+"""Taxel arrays: contact regions, motion, slip and wrench from pressure images."""

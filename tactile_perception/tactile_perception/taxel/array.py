@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A taxel array: how its pixels lie in the sensor frame, and the soft pad on it."""
+"""Geometry of a taxel array in the sensor frame, and the soft pad on it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,15 +10,15 @@ import numpy as np
 
 from ..errors import BadArgument, BadFrame
 
-LARGEST = 256
+LARGEST = 256  # rows or columns. Chosen: the largest size that the tests cover
 
 
 @dataclass(frozen=True)
 class SoftPad:
     """The pad on the array.
 
-    thickness: m; stiffness: Pa, pressure under a wide flat plate over depth / thickness (E of eq 5); shear_modulus: Pa; friction:
-    coefficient between pad and object. Raises BadArgument for what no pad has.
+    thickness: m (default: 2 mm of the paper); stiffness: Pa, pressure under a wide flat plate over depth / thickness (E of eq 5);
+    shear_modulus: Pa; friction: coefficient between pad and object. Raises BadArgument for values that are not positive and finite.
     """
 
     thickness: float = 0.002
@@ -29,11 +29,11 @@ class SoftPad:
     def __post_init__(self):
         for name in ('thickness', 'stiffness', 'shear_modulus', 'friction'):
             if not 0 < getattr(self, name) < np.inf:
-                raise BadArgument(f'pad: {name} must be positive, got {getattr(self, name)}')
+                raise BadArgument(f'pad: {name} must be positive and finite, got {getattr(self, name)}')
 
     @property
     def shear_stiffness(self) -> float:
-        """Pa/m: traction for each m that the pad's surface is dragged along."""
+        """Pa/m: traction per m of tangential displacement of the pad's surface."""
         return self.shear_modulus / self.thickness
 
 
@@ -41,7 +41,7 @@ class SoftPad:
 class TaxelArray:
     """rows x columns taxels, pitch m apart along both; the sensor frame's origin is in the middle, x along columns, y along rows.
 
-    full_scale: largest value that a taxel can have; inf where there is none. Raises BadArgument for a size that no array has.
+    full_scale: largest value of a taxel, inf without one. Raises BadArgument for sizes out of range.
     """
 
     rows: int
@@ -76,7 +76,7 @@ class TaxelArray:
 
     @cached_property
     def lever_x(self) -> np.ndarray:
-        """(columns, 2) float32, 1 and x, m: sums of a picture with these are its load and its moment."""
+        """(columns, 2) float32, 1 and x, m: products of an image with these are its load and its moment."""
         return np.stack([np.ones(self.columns), self.x], axis=1).astype(np.float32)
 
     @cached_property
@@ -85,19 +85,19 @@ class TaxelArray:
         return np.stack([np.ones(self.rows), self.y], axis=1).astype(np.float32)
 
     def places(self, grid: np.ndarray) -> np.ndarray:
-        """(M, 3) m, on the untouched surface, of grid (M, 2) row and column, whole numbers at the taxels' centres."""
+        """Points (M, 3) m on the untouched surface at grid (M, 2), (row, column), whole numbers at the taxels' centres."""
         middle = 0.5 * np.array([self.rows - 1, self.columns - 1])
         places = np.zeros((len(grid), 3))
         places[:, 1::-1] = (grid - middle) * self.pitch
         return places
 
     def frame(self, values: np.ndarray) -> np.ndarray:
-        """values (rows, columns) of any real type as float32, what no taxel can read as NaN. Raises BadFrame for another shape or type."""
+        """values (rows, columns) of any real type as float32; values out of range become NaN. Raises BadFrame for another shape or type."""
         values = np.asarray(values)
         if values.shape != self.shape:
             raise BadFrame(f'taxel image is {" x ".join(map(str, values.shape))}, the sensor has {self.rows} x {self.columns} taxels')
         if values.dtype.kind not in 'uifb':
-            raise BadFrame(f'taxel image of type {values.dtype}; whole or real numbers are needed')
+            raise BadFrame(f'taxel image of type {values.dtype}; expected integers or floats')
         frame = values.astype(np.float32)
         if values.dtype.kind == 'f':
             frame[~(np.abs(frame) <= min(self.full_scale, np.finfo(np.float32).max))] = np.nan

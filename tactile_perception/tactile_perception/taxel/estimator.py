@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All that one taxel image after the other tells: regions, contacts, slip, wrench. The methods by name, behind one call."""
+"""Estimator of a taxel array: regions, contacts, slip and wrench, frame by frame; methods by name."""
 from __future__ import annotations
 
 import math
@@ -15,9 +15,9 @@ from .baseline import Baseline
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
-from .contacts import NumberedRegion, RegionNumbers
+from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
-from .imprint import Imprint, ImprintMotion
+from .imprint import ImprintTracker, ImprintMotion
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
 from .regions import Regions, TaxelRegion, find_regions
@@ -29,13 +29,13 @@ from .wrench import GraspedObject, normal_force, wrench_of
 
 
 class ContinuousDirection:
-    """Angles that go on from the last one; a frame without direction leaves it."""
+    """Unwraps the direction of an axis (period pi) from frame to frame."""
 
     def __init__(self):
         self.reset()
 
     def reset(self) -> None:
-        """The next angle is taken as it is."""
+        """Forget; the next angle is returned as it is."""
         self._last = math.nan
 
     def process(self, angle: float) -> float:
@@ -48,21 +48,18 @@ class ContinuousDirection:
         return float(angle)
 
 
-_FULL = 0.995  # of the full scale: a taxel there is saturated
-_CERTAIN = 0.5  # outlines between taxels, over those between printed dots
-_NOISE_AT = 5.0  # standard deviations of a value's noise, where its pressure is judged
-_PLACE_SD = 0.03  # pitches: standard deviation of a centroid
+_FULL = 0.995  # of the full scale, from which a taxel is saturated. Chosen: a count below 255
+_OUTLINE_SD = 0.5  # pitches, standard deviation of an outline's vertices for the test of roundness. Chosen
+_NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the response is evaluated. Chosen
+_PLACE_SD = 0.03  # pitches, standard deviation of a centroid. Chosen
 _NO_DOTS = np.zeros(0, np.uint8)
-_ASSUMED_SLIDE = 0.1  # thicknesses by which an object drags a pad of unknown pressure before it slips
+_ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips. Chosen
 
 
 @dataclass(frozen=True)
 class TaxelSettings:
-    """What a sensor is, besides array and pad.
-
-    method: name in TAXEL_METHODS; dead: taxels, row * columns + column; reference_frames, time_constant (s): of the baseline; response: of
-    the taxels.
-    """
+    """method: name in TAXEL_METHODS; dead: indices row * columns + column of dead taxels; reference_frames, time_constant (s): see
+    Baseline; response: of the taxels."""
 
     method: str = 'mechanics'
     dead: tuple = ()
@@ -73,8 +70,8 @@ class TaxelSettings:
 
 @dataclass(frozen=True)
 class TaxelResult:
-    """region, contacts, slip of one frame; wrench (6,) N and N m, NaN where not known; direction: rad, of the region, continuous in time;
-    pressure: (rows, columns), Pa where known; points: makes the surface's points, which few ask for."""
+    """Results of one frame. wrench: (6,) N and N m, NaN where unknown; direction: rad, of the region's major axis, unwrapped; pressure:
+    (rows, columns), Pa if the response is known; points: computes the surface points on demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -86,33 +83,36 @@ class TaxelResult:
 
 
 class MechanicsMethod:
-    """Contact by the pad's mechanics: border, lead of the picture under traction, friction."""
+    """Contact and slip by a model of the pad: pressure at the border, pressure caused by traction, friction.
+
+    known: whether pressure is in Pa.
+    """
 
     def __init__(self, array: TaxelArray, pad: SoftPad, known: bool):
         self._array, self._pad, self._known = array, pad, known
         self._score = ContactScore(array, pad)
-        self._imprint = Imprint(array, pad)
+        self._imprint = ImprintTracker(array, pad)
         self._slip = TaxelSlip(array)
         self._assumed = 1.0
 
     def reset(self) -> None:
-        """Nothing is known of earlier frames."""
+        """Forget earlier frames."""
         self._imprint.reset()
         self._slip.reset()
 
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
-        """Regions, and pressure (rows, columns) on the pad's surface, from pressure under it with noise sigma."""
-        lead = self._imprint.lead()
+        """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns)."""
+        traction = self._imprint.traction_pressure()
         surface = pressure
-        if lead is not None:  # which can at most double a pressure, or take it away
+        if traction is not None:  # bounded: at most doubles or cancels a pressure
             bound = np.maximum(pressure, 0)
-            surface = pressure - np.minimum(np.maximum(lead / np.float32(self._assumed), -bound), bound)
-        score = self._score.of(surface, sigma)
+            surface = pressure - np.minimum(np.maximum(traction / np.float32(self._assumed), -bound), bound)
+        score = self._score.compute(surface, sigma)
         self._last = score
         return find_regions(score, surface, self._array), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ImprintMotion | None]:
-        """Slip in the frame of the last call of regions."""
+        """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s."""
         if not regions.all:
             self.reset()
             return self._slip.none(), None
@@ -131,7 +131,7 @@ TAXEL_METHODS = {
 
 
 class TaxelEstimator:
-    """Frame by frame. Raises BadArgument, listing the methods, for an unknown one."""
+    """The array's state between frames. Raises BadArgument for an unknown method."""
 
     def __init__(self, array: TaxelArray, pad: SoftPad, settings: TaxelSettings = TaxelSettings()):
         if settings.method not in TAXEL_METHODS:
@@ -140,27 +140,27 @@ class TaxelEstimator:
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
         self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
-        self._numbers, self._direction = RegionNumbers(), ContinuousDirection()
+        self._tracker, self._direction = ContactTracker(), ContinuousDirection()
         self._stamp_s: float | None = None
         self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
         self.grasped = GraspedObject()
 
     def set_reference(self) -> None:
-        """The next frame is untouched: take it as the baseline."""
+        """Take the next frame as the untouched baseline."""
         self.baseline.reset(start=False)
         self._forget()
 
     def _forget(self) -> None:
         self._method.reset()
-        self._numbers.reset()
+        self._tracker.reset()
         self._direction.reset()
 
     def process(self, values: np.ndarray, stamp_s: float) -> TaxelResult:
-        """What values (rows, columns) tell. Raises BadFrame for another shape, a frame without any number, or a stamp that is not later
-        than the last."""
+        """Results for values (rows, columns) at stamp_s, s. Raises BadFrame for another shape, a frame without finite values, or a stamp
+        that is not later than the last."""
         frame = self.array.frame(values)
         if not np.isfinite(frame).any():
-            raise BadFrame('taxel image holds no number; frame skipped')
+            raise BadFrame('taxel image holds no finite value; frame skipped')
         if not np.isfinite(stamp_s) or (self._stamp_s is not None and stamp_s <= self._stamp_s):
             raise BadFrame(f'taxels: stamp {stamp_s} s is not later than the last; frame skipped')
         interval = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
@@ -172,9 +172,9 @@ class TaxelEstimator:
         regions, surface = self._method.regions(pressure, sigma * response.slope(_NOISE_AT * sigma))
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)
-        numbered = self._numbers.assign(regions)
+        tracked = self._tracker.assign(regions)
         normal = self._normal_forces(regions)
-        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, numbered, normal)]
+        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, tracked, normal)]
         region = self._region(regions, motion, interval)
         direction = self._direction.process(region.orientation)
         if not regions.all:
@@ -183,8 +183,8 @@ class TaxelEstimator:
                            partial(self._points, regions, surface, normal, slip, motion))
 
     def _normal_forces(self, regions: Regions) -> list[float]:
-        """N, of each region: by depth and area where the depth is known (eq 5), else by pressure; NaN where neither is, and where there are
-        more regions than these."""
+        """N, of each region: from depth and area if the depth is known (eq 5), else from pressure; NaN if both are unknown or the image is
+        broken."""
         if regions.broken:
             return [np.nan] * len(regions.all)
         if np.isfinite(self.grasped.depth):
@@ -207,20 +207,20 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or np.isfinite(self.grasped.depth)))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, numbered: NumberedRegion, normal: float, frame: np.ndarray, regions: Regions):
+    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, frame: np.ndarray, regions: Regions):
         depth = self.grasped.depth
         if not np.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth
-        flags = AMBIGUOUS if numbered.merged or regions.broken else 0
+        flags = AMBIGUOUS if tracked.merged or regions.broken else 0
         (rows, columns), (down, across) = self.array.shape, region.box
         if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
             flags |= AT_EDGE
         if np.isfinite(self.array.full_scale):
             full = (frame[region.box] >= _FULL * self.array.full_scale) & (regions.labels[region.box] == region.label)
             flags |= SATURATED if full.any() else 0
-        return ContactEstimate(numbered.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
+        return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
 
     def _region(self, regions: Regions, motion: ImprintMotion | None, interval: float) -> ContactRegionEstimate:
@@ -233,7 +233,7 @@ class TaxelEstimator:
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
-            estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _CERTAIN * self.array.pitch)
+            estimate.major_axis, estimate.minor_axis, estimate.orientation = axes(total, loops, _OUTLINE_SD * self.array.pitch)
         if motion is not None and math.isfinite(motion.step_turn) and interval > 0:
             estimate.motion_translation = np.array([*motion.step, 0.0])
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A taxel array's surface point by point: each taxel's share of the force, and how far the pad gives over it."""
+"""Surface points of a taxel array: force and indentation at each taxel."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ from .regions import Regions
 
 
 def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bool, forces: np.ndarray, state: np.ndarray) -> SurfacePoints:
-    """The points of all taxels where they lie on the untouched surface.
+    """Points of all taxels on the untouched surface.
 
-    surface: (rows, columns) pressure on the pad, in Pa where known; forces: (rows, columns) N, and state: (rows, columns), see
-    taxel_forces, taxel_states. A pressure array tells forces and displacements along the normal alone.
+    surface: (rows, columns) pressure, in Pa if known; forces: (rows, columns) N (taxel_forces); state: (rows, columns) (taxel_states).
+    Tangential forces and displacements are NaN: the array measures pressure only.
     """
     places = np.zeros((array.rows, array.columns, 3))
     places[..., 0], places[..., 1] = array.x, array.y[:, None]
@@ -28,8 +28,7 @@ def taxel_points(array: TaxelArray, pad: SoftPad, surface: np.ndarray, known: bo
 
 
 def taxel_forces(regions: Regions, surface: np.ndarray, normal: Sequence[float], known: bool) -> np.ndarray:
-    """(rows, columns) N that the object presses each taxel with: of each region's normal force, N, the taxel's share of its pressure; 0
-    beside the regions. All NaN where forces are not known."""
+    """(rows, columns) N: each region's normal force, N, distributed by pressure; 0 outside the regions. All NaN if not known."""
     forces = np.full(surface.shape, 0.0 if known else np.nan)
     if not known or not regions.all:
         return forces
@@ -42,7 +41,7 @@ def taxel_forces(regions: Regions, surface: np.ndarray, normal: Sequence[float],
 
 
 def taxel_states(regions: Regions, slip: SlipEstimate, motion: ImprintMotion | None) -> np.ndarray:
-    """(rows, columns) uint8: the state of each taxel; UNKNOWN in contact where a slip is told, but not of which taxels."""
+    """(rows, columns) uint8 state of each taxel; UNKNOWN in contact where slip is detected but not localised."""
     state = np.where(regions.touched, STICKING, 0).astype(np.uint8)
     if motion is not None:
         state[regions.touched & motion.slipping] = SLIPPING
@@ -52,7 +51,7 @@ def taxel_states(regions: Regions, slip: SlipEstimate, motion: ImprintMotion | N
 
 
 def _along_z(values: np.ndarray) -> np.ndarray:
-    """(K, 3) with values (rows, columns) along z; what is along the surface is NaN."""
+    """(K, 3) with values (rows, columns) along z and NaN along x and y."""
     vectors = np.full((values.size, 3), np.nan)
     vectors[:, 2] = values.ravel()
     return vectors

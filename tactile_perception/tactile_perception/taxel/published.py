@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's own steps (taxel_array_image_processing): every taxel that is not zero is contact (eqs 1 to 4), and slip is the pyramidal
-Lucas-Kanade flow of good features."""
+"""The published method (paper taxel_array_image_processing): nonzero taxels are contact (section II.B), slip is the pyramidal Lucas-Kanade
+flow of corner features (section III.C)."""
 from __future__ import annotations
 
 import cv2
@@ -12,41 +12,42 @@ from ..common.estimates import NONE, SlipEstimate
 from ..common.slip import next_state, planar_twist
 from .regions import Regions, find_regions
 
+# The paper gives no values; chosen for contacts of 5 to 30 taxels.
 _FEATURES = dict(maxCorners=50, qualityLevel=0.05, minDistance=2, blockSize=3)
 _FLOW = dict(winSize=(7, 7), maxLevel=2)
-_MOVED = 0.05  # taxels a frame, from which a feature has moved
-_FEWEST = 3
-_ZERO = 3.0  # standard deviations of the noise: what is less counts as zero
+_MOVED = 0.05  # taxels a frame, from which a feature moves
+_FEWEST = 3  # features
+_ZERO = 3.0  # standard deviations of the noise up to which a taxel counts as zero
 
 
 class PaperMethod:
-    """Contact and slip as the paper has them; knows no pad."""
+    """Contact and slip as published, without a model of the pad."""
 
     def __init__(self, array: TaxelArray):
         self._array = array
         self.reset()
 
     def reset(self) -> None:
-        """Forget the last picture."""
+        """Forget the last image."""
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
-        """Regions of the taxels that are not zero, and pressure (rows, columns) as it is; sigma: of its noise."""
+        """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise."""
         return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
 
     def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
-        """Slip since the last frame."""
+        """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""
         top = float(pressure.max(initial=0.0))
         if not regions.all or top <= 0:
             self.reset()
             return SlipEstimate(), None
-        picture = np.clip(pressure * (255 / top), 0, 255).astype(np.uint8)
-        last, self._last = self._last, (picture, stamp_s)
-        places = None if last is None or min(picture.shape) < 8 else cv2.goodFeaturesToTrack(last[0], **_FEATURES)
+        image = np.clip(pressure * (255 / top), 0, 255).astype(np.uint8)
+        last, self._last = self._last, (image, stamp_s)
+        places = None if last is None or min(image.shape) < 8 else cv2.goodFeaturesToTrack(last[0], **_FEATURES)
         if places is None or len(places) < _FEWEST:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None
-        moved, status, _ = cv2.calcOpticalFlowPyrLK(last[0], picture, places, None, **_FLOW)
+        moved, status, _ = cv2.calcOpticalFlowPyrLK(last[0], image, places, None, **_FLOW)
         good = status.ravel() > 0
         if good.sum() < _FEWEST:
             return SlipEstimate(self._state, 0.0, np.zeros(3), np.zeros(3)), None

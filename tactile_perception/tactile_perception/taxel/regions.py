@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact regions of a taxel image: outlines with holes between the taxels, and their moments (paper taxel_array_image_processing, eqs 1
-to 4, over the contact)."""
+"""Contact regions of a taxel image: outlines with subtaxel accuracy and their moments (paper taxel_array_image_processing, eqs 1 to 3, with
+I = 1 inside the outline)."""
 from __future__ import annotations
 
 import math
@@ -15,17 +15,16 @@ from ..common.contour import Outline, contour, group_loops
 from ..common.region_moments import Moments
 from .score import LEVEL, largest_near
 
-_AROUND, _NEAR = 2, (5, 5)  # taxels beside a region that its force reaches, and the square of those
-_MOST = 64  # regions: more is no contact, but a broken image
+_AROUND, _NEAR = 2, (5, 5)  # taxels around a region that share its force, and that square. Derived: a pad of 2 mm on taxels of 1 mm (paper)
+_MOST = 64  # regions; an image with more is broken. Chosen: more than fingers can make
 
 
 @dataclass(frozen=True)
 class TaxelRegion:
     """One connected region.
 
-    label: its number in the frame's labels; box: rows and columns that it takes, as slices; outline: with holes, m and (row, column);
-    moments: of area, m; count: of taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times
-    m^2; pressure_centre: (2,) m; peak: pressure.
+    label: in the frame's labels; box: its rows and columns, slices; outline: with holes; moments: of area; count: of taxels; force: sum of
+    pressure times area over its taxels and those around, in the pressure's unit times m^2; pressure_centre: (2,) m; peak: largest pressure.
     """
 
     label: int
@@ -40,9 +39,9 @@ class TaxelRegion:
 
 @dataclass(frozen=True)
 class Regions:
-    """Of one frame. all: largest first; labels: (rows, columns) int32, 0 off contact; touched: (rows, columns) bool, the rest; near: labels
-    gone on with to the taxels around, which bear a part of a region's force; broken: whether there are more than any contact has, so
-    that these are some of them."""
+    """Regions of one frame. all: largest first; labels: (rows, columns) int32, 0 outside; touched: (rows, columns) bool, inside; near:
+    labels extended to the taxels around, which share a region's force; broken: whether the image has more than 64 regions, of which all
+    holds the largest."""
 
     all: list[TaxelRegion]
     labels: np.ndarray
@@ -52,12 +51,12 @@ class Regions:
 
     @property
     def total(self) -> Moments:
-        """Moments of all regions together; there must be one."""
+        """Moments of all regions together; requires at least one."""
         return sum((region.moments for region in self.all[1:]), self.all[0].moments)
 
 
 def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> Regions:
-    """The regions of score and pressure (rows, columns) float32."""
+    """Regions where score (rows, columns) float32 exceeds LEVEL, with the load of pressure (rows, columns) float32."""
     touched = score > LEVEL
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(touched.view(np.uint8), connectivity=4)
     if count < 2:
@@ -76,12 +75,12 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
 
 
 def _around_touched(touched: np.ndarray) -> np.ndarray:
-    """(rows, columns) bool: touched (rows, columns) bool, and what is around."""
+    """touched (rows, columns) bool, dilated."""
     return cv2.boxFilter(touched.view(np.uint8), -1, _NEAR, normalize=False, borderType=cv2.BORDER_CONSTANT) > 0
 
 
 def _region(outline: Outline, labels: np.ndarray, boxes: np.ndarray, near: np.ndarray, pressure: np.ndarray, array: TaxelArray):
-    """The TaxelRegion in an outline; boxes: OpenCV's, of the labels; near: labels (rows, columns) gone on with to the taxels around."""
+    """The TaxelRegion of an outline; boxes: OpenCV's statistics of the labels; near: see Regions."""
     label = _inside(outline.grid_points, labels)
     left, top, width, height, count = boxes[label].tolist()
     wide = slice(max(top - _AROUND, 0), top + height + _AROUND), slice(max(left - _AROUND, 0), left + width + _AROUND)
@@ -93,7 +92,7 @@ def _region(outline: Outline, labels: np.ndarray, boxes: np.ndarray, near: np.nd
 
 
 def _inside(loop: np.ndarray, labels: np.ndarray) -> int:
-    """Label of the taxel on the inner side of the loop's first vertex, which lies between two neighbours."""
+    """Label of the taxel on the inner side of the loop's first vertex."""
     row, column = loop[0].tolist()
     for r, c in ((math.floor(row), math.floor(column)), (math.ceil(row), math.ceil(column))):
         if 0 <= r < labels.shape[0] and 0 <= c < labels.shape[1] and labels[r, c]:
@@ -102,7 +101,7 @@ def _inside(loop: np.ndarray, labels: np.ndarray) -> int:
 
 
 def flat_moments(outline: Outline, array: TaxelArray) -> Moments:
-    """Area moments of a plane region, its holes taken off, from the polygons alone (Green's theorem)."""
+    """Area moments of a plane region without its holes, from the polygons (Green's theorem)."""
     sums = _around(outline.points, array.pitch)
     for hole in outline.holes:
         sums = sums - _around(hole, array.pitch)
@@ -112,6 +111,6 @@ def flat_moments(outline: Outline, array: TaxelArray) -> Moments:
 
 
 def _around(loop: np.ndarray, pitch: float) -> np.ndarray:
-    """(6,) integrals of 1, x, y, xx, xy, yy within a polygon (M, 3) m, in pitches: OpenCV takes what is very small for nothing."""
+    """(6,) integrals of 1, x, y, xx, xy, yy within a polygon (M, 3) m, in pitches: cv2.moments rounds tiny areas to 0."""
     found = cv2.moments((loop[:, None, :2] * (1 / pitch)).astype(np.float32))
     return np.array([found[name] for name in ('m00', 'm10', 'm01', 'm20', 'm11', 'm02')])

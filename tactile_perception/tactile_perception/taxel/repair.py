@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Dead taxels: those known, those that are NaN, and those that stay silent while their neighbours are pressed."""
+"""Dead taxels: known, NaN, or silent while their neighbours are pressed; filled from their neighbours."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,25 +11,24 @@ import numpy as np
 from ..errors import BadArgument
 
 _BOX = (3, 3)
-# A blurred pressure cannot fall to this part of what it is on both sides of a taxel.
-_SILENT = 0.1
-_PRESSED = 12.0  # standard deviations of the noise: neighbours under more are pressed
-_FRAMES = 10  # in which a taxel must have been silent, without ever having spoken, to be dead
+_SILENT = 0.1  # of both neighbours, up to which a taxel is silent. Chosen: pressure blurred by the pad does not fall so far
+_PRESSED = 12.0  # standard deviations of the noise, from which a taxel is pressed. Chosen
+_FRAMES = 10  # silent frames, without any response before, after which a taxel is dead. Chosen
 
 
 def dead_mask(shape: tuple[int, int], taxels: Sequence[int]) -> np.ndarray:
-    """(rows, columns) bool from numbers row * columns + column. Raises BadArgument for a number that is of no taxel."""
+    """(rows, columns) bool from indices row * columns + column. Raises BadArgument for an index out of range."""
     mask = np.zeros(shape[0] * shape[1], bool)
     numbers = np.asarray(taxels, int).ravel()
     if numbers.size and (numbers.min() < 0 or numbers.max() >= mask.size):
-        raise BadArgument(f'dead taxels: numbers must be 0 to {mask.size - 1} (row * columns + column), got {numbers.tolist()}')
+        raise BadArgument(f'dead taxels: indices must be 0 to {mask.size - 1} (row * columns + column), got {numbers.tolist()}')
     mask[numbers] = True
     return mask.reshape(shape)
 
 
 def fill(values: np.ndarray, dead: np.ndarray) -> np.ndarray:
-    """values (rows, columns) float32 with the dead ones (bool) as their live neighbours' mean, from the rim of a gap inwards; 0 where
-    all are dead."""
+    """values (rows, columns) float32 with dead (rows, columns) bool filled by the mean of live neighbours, from the rim of a gap inwards; 0
+    where all are dead."""
     if not dead.any():
         return values
     known = (~dead).astype(np.float32)
@@ -46,34 +45,34 @@ def fill(values: np.ndarray, dead: np.ndarray) -> np.ndarray:
 
 
 class DeadTaxels:
-    """Repairs frames, and finds taxels that are silent though both neighbours along a row or a column are pressed.
+    """Fills dead taxels and detects those that are silent between two pressed neighbours along a row or a column.
 
-    known: (rows, columns) bool, dead from the first.
+    known: (rows, columns) bool, dead from the start.
     """
 
     def __init__(self, known: np.ndarray):
         self.dead = known.copy()
         self._silent = np.zeros(known.shape, np.uint8)
-        self._spoken = np.zeros(known.shape, bool)
+        self._responded = np.zeros(known.shape, bool)
 
     def repaired(self, change: np.ndarray, sigma: float) -> np.ndarray:
-        """change (rows, columns) float32, of each taxel from its baseline, without gaps; sigma: standard deviation of its noise."""
+        """change (rows, columns) float32 from the baseline with dead and NaN taxels filled; sigma: its noise."""
         self._learn(change, np.float32(_PRESSED * sigma))
         return fill(change, self.dead | np.isnan(change))
 
     def _learn(self, change: np.ndarray, pressed: float) -> None:
-        """Mark what is silent between pressed neighbours, which is little or nothing in most frames."""
+        """Count the frames in which a taxel is silent between pressed neighbours."""
         loud = change > pressed
-        self._spoken |= loud
+        self._responded |= loud
         between = np.zeros(change.shape, bool)
         between[1:-1] = loud[:-2] & loud[2:]
         between[:, 1:-1] |= loud[:, :-2] & loud[:, 2:]
-        between &= ~self._spoken
+        between &= ~self._responded
         if not between.any():
             return
         bound, least = np.where(loud, change, np.float32(0)), np.zeros(change.shape, np.float32)
         least[1:-1] = np.minimum(bound[:-2], bound[2:])
         least[:, 1:-1] = np.maximum(least[:, 1:-1], np.minimum(bound[:, :-2], bound[:, 2:]))
-        silent = between & (change < _SILENT * least)  # which a gap, NaN, is not
+        silent = between & (change < _SILENT * least)  # False for NaN
         self._silent[silent] = np.minimum(self._silent[silent] + 1, _FRAMES)
         self.dead |= self._silent >= _FRAMES

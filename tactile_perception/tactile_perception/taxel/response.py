@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a taxel's change of value to pressure: each taxel's gain, and the curve that they share."""
+"""Pressure from a taxel's change of value: a gain for each taxel and a common curve."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,20 +10,21 @@ import numpy as np
 
 from ..errors import BadArgument, BadCalibration
 
-_KNEE = 0.05  # of the largest change that was calibrated: under it pressure may rise faster, as over a sensor that wakes up late
-_FEWEST = 3  # loads
-_SMALL = 0.3  # of the largest force: what is smaller counts by its absolute error
-_REACHED = 0.95  # share of the taxels that a load on all of them must reach
-_LOADED = 0.05  # of the largest mean change: less tells nothing of gains
-_GAINS = (0.5, 2.0)  # a taxel beyond these is not believed, and keeps 1
+_KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone). Chosen
+_FEWEST = 3  # loads. Derived: one for each coefficient of the curve
+_SMALL = 0.3  # of the largest force, added to each force in the weights: relative error of large forces, absolute of small ones. Chosen
+_REACHED = 0.95  # part of the taxels that an even load must reach. Chosen
+_RESPONDING = 0.3  # of the mean change, from which a taxel is reached. Chosen: below the least gain
+_LOADED = 0.05  # of the largest mean change, from which a frame is used for gains. Chosen
+_GAINS = (0.5, 2.0)  # plausible range; a taxel outside it keeps gain 1. Chosen
 
 
 @dataclass(frozen=True)
 class Response:
     """pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), Pa, of a change c of the value over the taxel's gain.
 
-    gain: (rows, columns) about 1, None for 1; zero: (rows, columns) values while nothing touches, None where they are not known; known:
-    whether the pressure is in Pa, or in the sensor's own units. Raises BadArgument for a scale under which pressure would not rise.
+    gain: (rows, columns), mean about 1, None for 1; zero: (rows, columns) untouched values, None if unknown; known: whether pressure is in
+    Pa, else in the sensor's units. Raises BadArgument for a scale with which pressure would not rise.
     """
 
     scale: tuple[float, float, float] = (1.0, 0.0, 0.0)
@@ -42,7 +43,7 @@ class Response:
         return np.float32(1) if self.gain is None else (1 / self.gain).astype(np.float32)
 
     def pressure(self, change: np.ndarray) -> np.ndarray:
-        """(rows, columns) float32, Pa where known, of change (rows, columns) float32 of the values."""
+        """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) float32 of the values."""
         value = change * self._by_gain
         first, second, third = np.float32(self.scale)
         if not (second or third):
@@ -51,22 +52,22 @@ class Response:
         return value * (first + second * size + third * knee / (size + knee))
 
     def slope(self, value: float) -> float:
-        """Pa for each unit of change at a change of value."""
+        """Derivative of pressure, Pa per unit, at a change of value."""
         first, second, third = self.scale
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
 def _terms(value: np.ndarray, knee: float) -> np.ndarray:
-    """(3, ...) what the scale multiplies."""
+    """(3, ...) terms that scale multiplies."""
     size = np.abs(value)
     return np.stack([value, value * size, value * knee / (size + knee)])
 
 
 def fit_gains(changes: np.ndarray) -> np.ndarray | None:
-    """(rows, columns) about 1 from changes (N, rows, columns) under loads that all taxels share evenly; None where none is such."""
+    """Gains (rows, columns), mean about 1, from changes (N, rows, columns) under even loads; None with fewer than 3 even loads."""
     mean = changes.mean(axis=(1, 2))
     even = mean > _LOADED * max(float(mean.max(initial=0.0)), 1e-9)
-    spread = (changes > 0.3 * mean[:, None, None]).mean(axis=(1, 2))
+    spread = (changes > _RESPONDING * mean[:, None, None]).mean(axis=(1, 2))
     even &= spread > _REACHED
     if even.sum() < _FEWEST:
         return None
@@ -76,8 +77,10 @@ def fit_gains(changes: np.ndarray) -> np.ndarray | None:
 
 def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
                  gain: np.ndarray | None = None) -> tuple[Response, np.ndarray]:
-    """The response that predicts normal forces (N,) N, positive, from changes (N, rows, columns) with the least sum of squared relative
-    errors, and the forces (N,) that it predicts. Raises BadCalibration where the loads do not determine it.
+    """Nonnegative least squares fit of the response to normal forces (N,), N, with changes (N, rows, columns), and its predictions (N,), N.
+
+    taxel_area: m^2; gain: (rows, columns). Forces that are NaN or not positive are skipped. Raises BadCalibration where the loads do not
+    determine the response.
     """
     forces = np.asarray(forces, float)
     known = np.isfinite(forces) & (forces > 0)
@@ -86,7 +89,7 @@ def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
     value = np.maximum(changes if gain is None else changes / gain, 0).reshape(len(changes), -1).astype(float)
     knee = _KNEE * float(value.max())
     if not (value[known].sum(axis=1) > 0).all():
-        raise BadCalibration('normal force: the sensor shows nothing under some of the loads')
+        raise BadCalibration('normal force: the sensor does not respond to some of the loads')
     rows = taxel_area * _terms(value, knee).sum(axis=2).T
     unit = rows[known].mean(axis=0)
     weight = forces[known] + _SMALL * forces[known].max()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which taxels are touched: pressure against the local level, where the pad's mechanics say the border is."""
+"""Contact score of each taxel: pressure relative to the local level, with the threshold that the pad's mechanics gives."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -11,26 +11,25 @@ from scipy.linalg.lapack import dposv
 
 from .array import SoftPad, TaxelArray
 
-LEVEL = 0.5  # of a score, on the border of a contact
+LEVEL = 0.5  # score at the border of a contact
 # Pressure under a bonded elastic layer at the border of a rigid face pressed on it, as a part of that under its inside: 0.59 to 0.63 at
 # Poisson ratios of 0.3 to 0.4, whatever the face's width (2.5 to 20 thicknesses) and the load; under 0.6 where the layer can hardly shrink.
 BORDER_SHARE = 0.6
-_SMOOTH = 0.5  # thicknesses, of the level nearby: it must not follow noise, differences of gain and roughness
-_NOISE = 10.0  # standard deviations: no level is lower
-_GAP = 0.35  # of the level: where pressure does not fall to this between touched taxels, they are one contact
-_ENOUGH = 16  # taxels inside a patch, from which its level is a fitted plane
-_CURVED = 0.5  # share of what a plane leaves of the variance that a parabola must explain, to be the level
-_LEAST, _MOST = 0.3, 1.7  # of a patch's mean, bounds of the level
-_WIDEST = 15  # taxels, square of which an 8-bit sum can count
-_SAMPLE = 1500  # taxels of a patch that are used
+_SMOOTH = 0.5  # thicknesses, of the Gaussian that averages noise, differences of gain and roughness. Chosen
+_NOISE = 10.0  # standard deviations of the noise, least level. Chosen
+_GAP = 0.35  # of the level, down to which a dip in a contact is closed. Chosen: well below BORDER_SHARE
+_ENOUGH = 16  # taxels in a patch, from which its level is fitted. Derived: over two for each of the 6 coefficients
+_CURVED = 0.5  # part of the plane's residual variance that a quadratic must explain to be used. Chosen
+_LEAST, _MOST = 0.3, 1.7  # bounds of the level relative to a patch's mean. Chosen
+_WIDEST = 15  # taxels, whose square an 8-bit sum can hold
+_SAMPLE = 1500  # taxels of a patch used for the fit: bounds the time. Chosen
 
 
 class ContactScore:
-    """Scores of taxels, over LEVEL in contact; linear in pressure between taxels, so that its contour is the border.
+    """Scores of taxels, above LEVEL in contact; linear in pressure, so that the contour at LEVEL is the border.
 
-    The pad spreads pressure over about its thickness. Under a face that ends, it has fallen to a fixed part of the level inside
-    (BORDER_SHARE), whatever the load; that, and no fixed value, is the threshold. The level is a plane (a parabola where pressure is
-    curved, as under a ball) fitted to the inside of each patch, so that a rough face has a smooth border.
+    The pad spreads pressure over about its thickness. At the border of a face it falls to a fixed part of the level inside (BORDER_SHARE),
+    whatever the load, and that is the threshold. The level is a plane, or a quadratic under a curved face, fitted to each patch.
     """
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
@@ -38,21 +37,21 @@ class ContactScore:
         reach = max(1, round(pad.thickness / array.pitch))
         self._reach, self._join = reach, (min(2 * ((reach + 1) // 2) + 1, _WIDEST),) * 2
 
-    def of(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
-        """(rows, columns) float32, 0 to 1, from pressure (rows, columns) float32 in any unit, with noise of sigma in the same."""
+    def compute(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
+        """Scores (rows, columns) float32, 0 to 1, of pressure (rows, columns) float32; sigma: its noise, in the same unit."""
         least = np.float32(_NOISE * sigma)
         if not pressure.max() > BORDER_SHARE * least:
             return np.zeros_like(pressure)
         nearby = np.maximum(self._nearby(cv2.GaussianBlur(pressure, (0, 0), self._smooth)), least)
         touched = (pressure > BORDER_SHARE * nearby).view(np.uint8)
-        # Steps over taxels would shift the level, and the border with it, as a contact moves between them.
-        soft = _cut(pressure / nearby * 2.5 - 1)
-        inner = _cut(cv2.GaussianBlur(soft, (0, 0), self._smooth, borderType=cv2.BORDER_REPLICATE) * 5 - 3.75)
+        # Soft thresholds: hard ones would shift level and border as a contact moves by parts of a taxel.
+        soft = _clipped(pressure / nearby * 2.5 - 1)
+        inner = _clipped(cv2.GaussianBlur(soft, (0, 0), self._smooth, borderType=cv2.BORDER_REPLICATE) * 5 - 3.75)
         level = self._patches(pressure, touched, inner, nearby)
-        return _closed(_cut(pressure / (2 * BORDER_SHARE * np.maximum(level, least))))
+        return _closed(_clipped(pressure / (2 * BORDER_SHARE * np.maximum(level, least))))
 
     def _nearby(self, smooth: np.ndarray) -> np.ndarray:
-        """(rows, columns): the largest pressure within a thickness, gone on with to the border by how it changes over another one."""
+        """(rows, columns): the largest pressure within a thickness, extrapolated to the border by its change over another one."""
         reach = self._reach
         wide = largest_near(cv2.copyMakeBorder(smooth, reach, reach, reach, reach, cv2.BORDER_REPLICATE), reach)
         far = np.maximum(wide[2 * reach:], wide[:-2 * reach])
@@ -60,7 +59,7 @@ class ContactScore:
         return np.maximum(near + near - np.maximum(far[:, 2 * reach:], far[:, :-2 * reach]), np.float32(_LEAST) * near)
 
     def _patches(self, pressure: np.ndarray, touched: np.ndarray, inner: np.ndarray, nearby: np.ndarray) -> np.ndarray:
-        """(rows, columns): nearby with the fitted level on each patch and around it."""
+        """(rows, columns): nearby, replaced by the fitted level on and around each patch."""
         count, labels, boxes, _ = cv2.connectedComponentsWithStats(self._joined(touched), connectivity=8)
         level = nearby
         for label in range(1, count):
@@ -75,12 +74,12 @@ class ContactScore:
         return level
 
     def _joined(self, mask: np.ndarray) -> np.ndarray:
-        """(rows, columns) uint8, more than 0 where mask (rows, columns) uint8 of 0 and 1 is within reach."""
+        """(rows, columns) uint8, positive within reach of mask (rows, columns) uint8."""
         return cv2.boxFilter(mask, -1, self._join, normalize=False, borderType=cv2.BORDER_CONSTANT)
 
 
-def _cut(values: np.ndarray) -> np.ndarray:
-    """values, in their place, cut at 0 and 1."""
+def _clipped(values: np.ndarray) -> np.ndarray:
+    """values clipped to 0 to 1, in place."""
     np.maximum(values, 0, out=values)
     return np.minimum(values, 1, out=values)
 
@@ -116,7 +115,7 @@ def _grid(rows: int, columns: int, step: int) -> tuple[np.ndarray, np.ndarray, n
 
 
 def _closed(score: np.ndarray) -> np.ndarray:
-    """score with dips filled in which pressure does not fall to _GAP of the level: a rough face, no hole."""
+    """score with dips filled in which pressure stays above _GAP of the level: a rough face, no hole."""
     low = (score <= LEVEL).view(np.uint8)
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(low, connectivity=4)
     if count <= 2:

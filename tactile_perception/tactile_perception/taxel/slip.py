@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip of the object over the array, from where and how far it slipped."""
+"""Slip of the object over the array from its motion and the slipping taxels."""
 from __future__ import annotations
 
 import math
@@ -12,27 +12,27 @@ from ..common.estimates import NONE, SlipEstimate
 from ..common.slip import next_state
 from .imprint import ImprintMotion
 
-_FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_FAR = 4.0  # radii of the contact within which a centre of rotation is reported; farther ones are translations. Chosen
 
 
 class TaxelSlip:
-    """Slip frame by frame, with the states' hysteresis."""
+    """Slip frame by frame, with hysteresis of the state."""
 
     def __init__(self, array: TaxelArray):
         self._array = array
         self.reset()
 
     def reset(self) -> None:
-        """Nothing slips."""
+        """Forget; nothing slips."""
         self._state = NONE
 
     def none(self) -> SlipEstimate:
-        """Of a frame in which nothing touches."""
+        """The estimate of a frame without contact."""
         self._state = NONE
         return SlipEstimate()
 
     def process(self, motion: ImprintMotion, touched: np.ndarray) -> SlipEstimate:
-        """Slip in a frame with motion, where taxels touched (rows, columns) bool carry the object."""
+        """Slip in a frame; touched: (rows, columns) bool, taxels in contact, at least one."""
         fraction = np.count_nonzero(motion.slipping) / np.count_nonzero(touched)
         self._state = next_state(self._state, fraction)
         estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3))
@@ -51,7 +51,7 @@ class TaxelSlip:
         return estimate
 
     def _centre(self, along_x: float, along_y: float, turn: float, touched: np.ndarray) -> tuple[float, float] | None:
-        """(x, y) m: where the object stands still; None for a translation, or where a turn cannot be seen."""
+        """Instantaneous centre of rotation (x, y), m; None for a translation or where rotation is unobservable."""
         if not math.isfinite(turn) or not turn:
             return None
         centre = -along_y / turn, along_x / turn

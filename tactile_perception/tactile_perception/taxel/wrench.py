@@ -12,10 +12,10 @@ from .array import SoftPad
 
 @dataclass(frozen=True)
 class GraspedObject:
-    """What is known of the object between two fingers; NaN: not.
+    """The object between two fingers; NaN for what is unknown.
 
-    depth: m, by which it stands in the pad (half of what the gap between the fingers is narrower than it); weight: (3,) N in the sensor
-    frame, of which each finger holds half; centre_of_mass: (3,) m in the sensor frame.
+    depth: m, indentation of the pad (half of the object's width minus the gap between the fingers); weight: (3,) N in the sensor frame, of
+    which each finger holds half; centre_of_mass: (3,) m in the sensor frame.
     """
 
     depth: float = np.nan
@@ -24,17 +24,16 @@ class GraspedObject:
 
 
 def normal_force(area: float, depth: float, pad: SoftPad) -> float:
-    """N, by which a flat face of that area, m^2, presses at that depth, m (eq 5)."""
+    """Normal force, N, of a flat face with that area, m^2, at that depth, m (eq 5)."""
     return pad.stiffness / pad.thickness * depth * area
 
 
 def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, grasped: GraspedObject) -> np.ndarray:
     """(6,) N and N m of the object on the sensor.
 
-    normal: N, NaN where not known; pressure_centre: (2,) m, of it; contact: (3,) m, where friction acts. Friction is half of the weight
-    (eqs 6, 7) where that is known, else the forces along the surface and the moment about its normal are NaN. A centre of mass beside the
-    contact turns the object about the fingers' common normal; each holds half of that by friction, which eq 9 leaves out; what else it
-    turns, the two fingers' pressure holds, as the pressure's centre tells.
+    normal: N, NaN if unknown; pressure_centre: (2,) m, where it acts; contact: (3,) m, where friction acts. Friction is half of the weight
+    (eqs 6, 7); without the weight, tangential forces and the moment about the normal are NaN. Each finger's friction also holds half of the
+    moment of the weight about the fingers' common normal, which eq 9 leaves out; the pressure centre accounts for the other moments.
     """
     x, y = pressure_centre
     wrench = np.array([np.nan, np.nan, -normal, -y * normal, x * normal, np.nan])
@@ -49,8 +48,8 @@ def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, g
     return wrench
 
 
-def shifted(wrench: np.ndarray, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
-    """The wrench (6,) in a frame where a point x of the sensor frame is rotation (3, 3) @ x + translation (3,), about that one's origin
-    (eqs 8, 9)."""
+def transform_wrench(wrench: np.ndarray, rotation: np.ndarray, translation: np.ndarray) -> np.ndarray:
+    """The wrench (6,) about the origin of a frame in which a point x of the sensor frame is rotation (3, 3) @ x + translation (3,) (eqs 8,
+    9)."""
     force = rotation @ wrench[:3]
     return np.concatenate([force, rotation @ wrench[3:] + np.cross(translation, force)])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.psd.ambient_light import LampWatch, StepWatch, TouchDecision, held
+from tactile_perception.psd.ambient_light import ProximityDetector, AmbientStepDetector, ContactDetector, hysteresis
 from tactile_perception.psd.geometry import MIX, TOTAL
 
 SIGMA, PERIOD = 0.02, 1e-3
@@ -14,61 +14,61 @@ def noise(count):
 
 
 def watched(total, size):
-    """(near (N,), where lamps were told) of totals that are given in portions; a lamp's light is taken off."""
-    watch, near, lamps, base, begin = LampWatch(), [], [], 0.0, 0
+    """(near (N,), samples of ambient steps) for totals given in batches of that size; steps are subtracted."""
+    detector, near, steps, base, begin = ProximityDetector(), [], [], 0.0, 0
     while begin < len(total):
-        seen = watch.process(total[begin:begin + size] - base, SIGMA, PERIOD)
-        near += seen.near.tolist()
-        begin += len(seen.near)
-        if seen.lamp:
-            lamps.append(begin)
+        state = detector.process(total[begin:begin + size] - base, SIGMA, PERIOD)
+        near += state.near.tolist()
+        begin += len(state.near)
+        if state.ambient_step:
+            steps.append(begin)
             base += np.mean(total[begin - 10:begin] - base)
-    return np.array(near), lamps
+    return np.array(near), steps
 
 
-def test_states_are_held():
+def test_hysteresis():
     on, off = np.array([0, 0, 1, 0, 0, 0, 1], bool), np.array([0, 0, 0, 0, 1, 0, 0], bool)
-    assert held(on, off, False).tolist() == [False, False, True, True, False, False, True]
-    assert held(on & False, off, True).tolist() == [True] * 4 + [False] * 3
-    assert held(on | True, off & False, False).all()
+    assert hysteresis(on, off, False).tolist() == [False, False, True, True, False, False, True]
+    assert hysteresis(on & False, off, True).tolist() == [True] * 4 + [False] * 3
+    assert hysteresis(on | True, off & False, False).all()
 
 
 @pytest.mark.parametrize('size', [1, 5, 64, 2000])
 @pytest.mark.parametrize('light', [0.2, 1.0, 4.0])
-def test_a_lamp_is_told_within_20_ms_and_is_no_object(size, light):
+def test_an_ambient_step_is_detected_within_20_ms_and_is_no_object(size, light):
     total = noise(2000)
     total[1000:] += light
     total[1500:] += light
-    near, lamps = watched(total, size)
+    near, steps = watched(total, size)
     assert not near.any()
-    assert np.array(lamps) == pytest.approx([1020, 1520], abs=2)
+    assert np.array(steps) == pytest.approx([1020, 1520], abs=2)
 
 
 @pytest.mark.parametrize('size', [1, 5, 64, 2000])
-def test_an_object_that_rises_is_told_at_once(size):
+def test_an_object_that_rises_is_detected_at_once(size):
     total = noise(2000)
     total[1000:1010] += np.linspace(0, 0.3, 10)
     total[1010:1500] += 0.3 + 1e-3 * np.arange(490)
-    near, lamps = watched(total, size)
-    assert lamps == [] and 1001 < near.argmax() < 1010 and near[1010:1500].all() and not near[1510:].any()
+    near, steps = watched(total, size)
+    assert steps == [] and 1001 < near.argmax() < 1010 and near[1010:1500].all() and not near[1510:].any()
 
 
-def test_a_sudden_tap_is_told_as_soon_as_it_grows():
+def test_a_sudden_tap_is_detected_as_soon_as_it_grows():
     total = noise(1000)
     total[500:700] += np.minimum(0.3 + 0.15 * np.arange(200), 3.0)
-    near, lamps = watched(total, 5)
-    assert lamps == [] and 500 <= near.argmax() <= 504
+    near, steps = watched(total, 5)
+    assert steps == [] and 500 <= near.argmax() <= 504
 
 
-def test_a_spark_is_nothing():
+def test_a_single_spike_is_rejected():
     total = noise(1000)
     total[500] += 3.0
-    near, lamps = watched(total, 50)
-    assert not near.any() and lamps == []
+    near, steps = watched(total, 50)
+    assert not near.any() and steps == []
 
 
 SIGMA_STEPS, PERIOD_STEPS, FLOOR = 0.02, 1e-3, 0.2
-LIGHT, LAMP = np.array([0.5, 0.9, 0.8, 0.4]), np.array([0.10, 0.12, 0.05, 0.03])
+LIGHT, AMBIENT = np.array([0.5, 0.9, 0.8, 0.4]), np.array([0.10, 0.12, 0.05, 0.03])
 
 
 def touched(count, seed=0):
@@ -76,8 +76,8 @@ def touched(count, seed=0):
 
 
 def found(volts, size, period=PERIOD_STEPS):
-    """(place, change (4,)) of the steps in volts given in portions."""
-    watch, steps = StepWatch(), []
+    """(sample, change (4,)) of the steps in volts given in batches of that size."""
+    watch, steps = AmbientStepDetector(), []
     for begin in range(0, len(volts), size):
         step = watch.find(volts[begin:begin + size] @ MIX, FLOOR, SIGMA_STEPS, period)
         if step is not None:
@@ -87,24 +87,24 @@ def found(volts, size, period=PERIOD_STEPS):
 
 @pytest.mark.parametrize('size', [1, 5, 100, 1000])
 @pytest.mark.parametrize('sign', [1, -1])
-def test_a_lamp_switched_during_a_touch_is_found_with_its_light(size, sign):
+def test_an_ambient_step_during_a_contact_is_detected_with_its_size(size, sign):
     volts = touched(1000)
-    volts[500:] += sign * LAMP
+    volts[500:] += sign * AMBIENT
     (place, change), = found(volts, size)
     assert 500 < place <= 508
-    assert MIX @ change / 4 == pytest.approx(sign * LAMP, abs=0.02)
+    assert MIX @ change / 4 == pytest.approx(sign * AMBIENT, abs=0.02)
 
 
 @pytest.mark.parametrize('slope', [0.001, 0.01, 0.03, 0.1, 0.4])
-def test_light_that_an_object_brings_is_no_step(slope):
+def test_light_of_an_object_is_no_step(slope):
     for seed in range(5):
         ramp = np.clip(slope * (np.arange(1000) - 400), 0, 2.0)
         assert found(touched(1000, seed) * (1 + ramp)[:, None], 50) == []
 
 
-def test_without_an_object_or_between_slow_samples_nothing_is_told():
+def test_without_an_object_or_between_slow_samples_there_is_no_step():
     volts = touched(1000)
-    volts[500:] += LAMP
+    volts[500:] += AMBIENT
     assert found(volts, 50, 0.01) == []
     dark = volts - LIGHT
     assert found(dark, 50) == []
@@ -122,7 +122,7 @@ def press():
 
 @pytest.mark.parametrize('size', [1, 7, 5000])
 def test_contact_begins_and_ends_where_the_waveguide_is_touched(size):
-    decision, total, contact = TouchDecision(), press(), []
+    decision, total, contact = ContactDetector(), press(), []
     for k in range(0, len(total), size):
         some = total[k:k + size]
         contact += decision.process(some, np.full(len(some), 0.3), SIGMA_TOUCH, PERIOD_TOUCH)[0].tolist()
@@ -131,10 +131,10 @@ def test_contact_begins_and_ends_where_the_waveguide_is_touched(size):
 
 
 def test_without_a_known_level_whatever_is_near_touches():
-    contact, _ = TouchDecision().process(press(), None, SIGMA_TOUCH, PERIOD_TOUCH)
+    contact, _ = ContactDetector().process(press(), None, SIGMA_TOUCH, PERIOD_TOUCH)
     assert 550 < contact.argmax() < 660 and contact[700:1200].all()
 
 
-def test_levels_under_the_noise_are_not_believed():
+def test_levels_below_the_noise_are_ignored():
     total = np.random.default_rng(1).normal(0, SIGMA_TOUCH, 200_000)
-    assert not TouchDecision().process(total, np.full(len(total), 0.001), SIGMA_TOUCH, PERIOD_TOUCH)[0].any()
+    assert not ContactDetector().process(total, np.full(len(total), 0.001), SIGMA_TOUCH, PERIOD_TOUCH)[0].any()

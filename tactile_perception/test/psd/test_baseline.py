@@ -33,14 +33,14 @@ def test_offset_and_noise_are_measured():
     assert reference.noise == pytest.approx(1e-4 * MIX.T @ MIX, abs=1.5e-4)
 
 
-def test_it_is_taken_over_several_calls():
+def test_it_is_measured_over_several_calls():
     rng, reference = np.random.default_rng(0), Reference(0.05, 0.1)
     for k in range(9):
         assert reference.take(rest(5, rng), 1e-3) == 5 and not reference.ready
     assert reference.take(rest(100, rng), 1e-3) == 5 and reference.ready
 
 
-def test_a_touch_while_it_is_taken_does_less_harm():
+def test_a_contact_during_the_measurement_is_rejected():
     rng, reference = np.random.default_rng(0), Reference(0.2, 0.1)
     volts = rest(200, rng)
     volts[150:] += 0.5
@@ -48,7 +48,7 @@ def test_a_touch_while_it_is_taken_does_less_harm():
     assert reference.offset == pytest.approx(OFFSET, abs=5e-3)
 
 
-def test_drift_is_followed_and_an_object_that_comes_near_is_not():
+def test_drift_is_tracked_and_an_approaching_object_is_not():
     rng = np.random.default_rng(0)
     reference = taken(rng)
     drift = 0.05 * np.arange(10_000) / 1000
@@ -59,7 +59,7 @@ def test_drift_is_followed_and_an_object_that_comes_near_is_not():
     assert reference.offset.sum() == pytest.approx(OFFSET.sum(), abs=0.04)
 
 
-def test_light_taken_away_is_followed_at_once_and_light_that_stays_after_a_while():
+def test_falling_light_is_tracked_at_once_and_constant_light_after_a_while():
     rng = np.random.default_rng(0)
     reference = taken(rng)
     follow(reference, rest(150, rng, -0.3))
@@ -71,7 +71,7 @@ def test_light_taken_away_is_followed_at_once_and_light_that_stays_after_a_while
     assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.3, abs=0.03)
 
 
-def test_more_noise_is_noticed():
+def test_noise_is_tracked():
     rng = np.random.default_rng(0)
     reference = taken(rng)
     follow(reference, OFFSET + rng.normal(0, 0.015, (8000, 4)))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The core on the simulated finger: exactness, onsets, lamps, and every hard case."""
+"""The core on the simulated finger: accuracy, onsets, ambient light, hard cases."""
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +35,7 @@ def grid(model):
     return finger, samples, truth
 
 
-def test_places_are_exact_to_the_rim(grid):
+def test_positions_are_accurate_to_the_rim(grid):
     found, true = touched(*grid)
     error = np.degrees(error_angle(np.array([t.normal for t in found]), true))
     assert len(found) == 25 and error.mean() < 0.4 and error.max() < 1.2
@@ -43,7 +43,7 @@ def test_places_are_exact_to_the_rim(grid):
     assert not any(t.flags for t in found)
 
 
-def test_the_deviation_from_sample_to_sample_is_under_the_papers(grid):
+def test_the_mean_deviation_is_below_that_of_the_paper(grid):
     finger, samples, truth = grid
     normals = finger.normals(samples)
     for run in samples.runs():
@@ -52,7 +52,7 @@ def test_the_deviation_from_sample_to_sample_is_under_the_papers(grid):
             assert np.degrees(error_angle(held, held.mean(0) / np.linalg.norm(held.mean(0)))).mean() < 1.5
 
 
-def test_covariances_are_honest(grid):
+def test_covariances_match_the_errors(grid):
     finger, samples, truth = grid
     squares = []
     for run in samples.runs():
@@ -85,14 +85,14 @@ def test_onset_and_release_come_within_a_sample_or_two(model, size):
 
 
 @pytest.mark.parametrize('size', [1, 5, 1000, 10**6])
-def test_drift_flicker_and_lamps_are_no_contacts(model, size):
+def test_drift_flicker_and_ambient_steps_are_no_contacts(model, size):
     finger = PsdFinger(model)
     volts, _ = played.scene('light')
     volts = volts[:15_900] if size == 1 else volts
     assert not any(finger.process(volts[k:k + size], PERIOD).contact.any() for k in range(0, len(volts), size))
 
 
-def test_the_offset_is_held_while_something_touches(model):
+def test_the_offset_is_constant_during_a_contact(model):
     finger = PsdFinger(model)
     place = (1.0, 0.4)
     volts, truth = played.script(PsdScript([Act(0.5, 30.5, place, place, 3e-4)], 31.5))
@@ -102,7 +102,7 @@ def test_the_offset_is_held_while_something_touches(model):
     assert np.degrees(error_angle(first.normal, last.normal)) < 0.15
 
 
-def test_two_objects_across_both_axes_are_doubtful_and_one_is_not(model):
+def test_two_objects_across_both_axes_are_ambiguous_and_one_is_not(model):
     finger = PsdFinger(model)
     volts, _ = played.scene('two')
     samples = finger.process(volts, PERIOD)
@@ -190,13 +190,13 @@ def test_beyond_the_calibrated_cap_is_flagged(model):
 
 
 @pytest.mark.parametrize('period', [0.0, -1e-3, np.nan, np.inf])
-def test_a_period_that_is_none(model, period):
+def test_bad_period(model, period):
     with pytest.raises(BadFrame, match='period'):
         PsdFinger(model).process(np.zeros((5, 4)), period)
 
 
 @pytest.mark.parametrize('shape', [(0, 4), (5, 3), (4,)])
-def test_a_shape_that_is_none(model, shape):
+def test_bad_shape(model, shape):
     with pytest.raises(BadFrame, match='shape'):
         PsdFinger(model).process(np.zeros(shape), 1e-3)
 
@@ -224,7 +224,7 @@ def test_without_a_calibration_it_works_as_the_nominal_sensor():
 
 
 @pytest.mark.parametrize('light', [-0.2, 0.3, 1.2])
-def test_lamps_switched_during_a_contact_do_not_last(model, light):
+def test_ambient_steps_during_a_contact_are_rejected(model, light):
     place = (2.0, 0.3)
     lamp = Ambient(steps=((1.5, light),))
     finger = PsdFinger(model)

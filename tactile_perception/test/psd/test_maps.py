@@ -12,7 +12,7 @@ def values(place):
     return np.column_stack([np.sin(2 * x) * np.cos(y), 3 * x - y, np.full(len(x), 7.0)])
 
 
-def test_values_and_slopes_between_the_corners():
+def test_values_and_jacobian_between_the_nodes():
     table = CellTable(values)
     assert table.look_up(PLACE) == pytest.approx(values(PLACE), abs=2e-4)
     found, slopes = table.with_slopes(PLACE[3])
@@ -21,7 +21,7 @@ def test_values_and_slopes_between_the_corners():
     assert found == pytest.approx(values(PLACE[3:4])[0], abs=2e-4) and slopes == pytest.approx(expected, abs=0.03)
 
 
-def test_at_and_beyond_the_border_it_is_the_border():
+def test_positions_are_clipped_to_the_square():
     corners = np.array([[1.0, 1.0], [-1.0, -1.0], [2.0, 0.0], [-9.0, 5.0]])
     assert CellTable(values).look_up(corners) == pytest.approx(values(np.clip(corners, -1, 1)), abs=1e-6)
 
@@ -50,7 +50,7 @@ def test_more_contacts_make_less_error(count, largest):
     assert np.sqrt(np.mean(left_out**2)) < 2 * largest
 
 
-def test_errors_left_out_are_those_of_a_fit_without_the_contact():
+def test_leave_one_out_residuals_equal_those_of_a_fit_without_the_contact():
     place, noise = scattered(20), np.full(20, 0.004)
     values = truth(place) + RNG.normal(0, 0.004, (20, 2))
     smooth, left_out = fit_smooth_map(place, values, noise)
@@ -61,7 +61,7 @@ def test_errors_left_out_are_those_of_a_fit_without_the_contact():
     assert values[0] - without.values(place[:1])[0] == pytest.approx(left_out[0], rel=1e-6)
 
 
-def test_beyond_and_between_contacts_it_does_not_oscillate():
+def test_no_oscillation_between_and_beyond_contacts():
     place = scattered(40, 0.4)
     smooth, _ = fit_smooth_map(place, truth(place) + RNG.normal(0, 0.003, (40, 2)), np.full(40, 0.003), 3)
     line = np.stack([np.linspace(-1, 1, 400), np.zeros(400)], axis=1)

@@ -13,7 +13,7 @@ def fitted(chosen, seed=0):
 
 
 def test_a_full_calibration(fit):
-    assert fit.said == [] and fit.places == 107
+    assert fit.notes == [] and fit.places == 107
     assert np.degrees(fit.errors.mean()) < 0.6 < np.degrees(fit.paper_errors.mean())
     assert fit.span['theta'] == pytest.approx([0, np.radians(70)], abs=1e-6)
     assert fit.residuals['force_relative'] < 0.15 and fit.residuals['depth_relative'] < 0.08
@@ -22,13 +22,13 @@ def test_a_full_calibration(fit):
     assert 0.2 < model.levels(np.zeros((1, 2)))[0] < 1.0
 
 
-@pytest.mark.parametrize(('chosen', 'smooth', 'said'), [
-    (slice(0, 3), None, 'too few'), (slice(0, 9), None, 'too few'), (slice(0, 14), 3, 'straight map'), (slice(0, None, 4), 5, None)])
-def test_with_fewer_places_it_falls_back_and_says_so(chosen, smooth, said):
+@pytest.mark.parametrize(('chosen', 'smooth', 'note'), [
+    (slice(0, 3), None, 'too few'), (slice(0, 9), None, 'too few'), (slice(0, 14), 3, 'affine'), (slice(0, None, 4), 5, None)])
+def test_with_fewer_positions_it_falls_back_with_a_note(chosen, smooth, note):
     fit = fitted(chosen)
     terms = None if fit.model.smooth is None else len(fit.model.smooth.slopes)
     assert terms in (smooth, None)
-    assert said is None or any(said in line or 'predict no better' in line for line in fit.said)
+    assert note is None or any(note in line or 'no better' in line for line in fit.notes)
 
 
 def test_fewer_places_are_less_exact_but_never_worse_than_the_paper():

@@ -10,7 +10,7 @@ from tactile_perception.psd.geometry import error_angle
 from tactile_perception.psd.published import PaperFinger
 
 
-def test_the_papers_method_is_what_the_paper_says(model):
+def test_the_published_method_is_less_accurate_than_the_map(model):
     volts, truth = played.scene('grid')
     errors = {}
     for name, finger in (('paper', PaperFinger(model, FingerSettings(), 0.2)), ('map', PsdFinger(model))):
@@ -21,12 +21,12 @@ def test_the_papers_method_is_what_the_paper_says(model):
     assert np.mean(errors['paper']) > 2 * np.mean(errors['map'])
 
 
-def test_its_offset_stays_so_that_drift_makes_contacts(model):
+def test_its_offset_is_constant_so_drift_becomes_contact(model):
     finger = PaperFinger(model, FingerSettings(), 0.2)
     samples = finger.process(played.scene('light')[0], played.PERIOD)
     assert samples.contact.mean() > 0.2
 
 
-def test_a_threshold_that_is_none(model):
+def test_bad_threshold(model):
     with pytest.raises(BadArgument, match='threshold'):
         PaperFinger(model, FingerSettings(), 0.0)

@@ -13,19 +13,19 @@ FORCE = RNG.uniform(0.5, 4.0, 120)
 LIGHT = 2.5 * FORCE**0.7 * (1 - 0.8 * SQUARE) * RNG.normal(1, 0.01, 120)
 
 
-def test_force_follows_from_light_and_place():
+def test_force_from_light_and_position():
     fitted, error = fit_load(PLACE, LIGHT, FORCE)
     found = [load(fitted, place_part(fitted, p[None])[0], p @ p, light) for p, light in zip(PLACE, LIGHT)]
     assert np.median(np.abs(np.array(found) / FORCE - 1)) < 0.03 and error < 0.03
 
 
 @pytest.mark.parametrize('chosen', [slice(0, 5), FORCE < 0.6])
-def test_loads_that_cannot_tell_are_refused(chosen):
+def test_too_few_or_equal_loads_are_refused(chosen):
     with pytest.raises(BadCalibration, match='12 are needed'):
         fit_load(PLACE[chosen], LIGHT[chosen], FORCE[chosen])
 
 
-def test_light_at_touch_by_place():
+def test_light_at_first_contact_by_position():
     level = 0.3 * (1 - 0.7 * SQUARE)
     fitted, span = fit_touch_level(PLACE, level + RNG.normal(0, 0.01, 120), 8 * level, 0.02)
     assert level_basis(PLACE, len(fitted)) @ fitted == pytest.approx(level, abs=0.015)
@@ -35,6 +35,6 @@ def test_light_at_touch_by_place():
 
 
 @pytest.mark.parametrize('level', [np.full(20, 1.5), np.full(20, 0.0), np.tile([0.05, 0.6], 10)])
-def test_onsets_noted_too_late_or_at_random_are_refused(level):
+def test_onsets_labelled_late_or_at_random_are_refused(level):
     with pytest.raises(BadCalibration, match='onset'):
         fit_touch_level(PLACE[:20], level, np.full(20, 2.0), 0.02)

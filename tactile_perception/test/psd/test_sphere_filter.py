@@ -22,7 +22,7 @@ def filtered(normals, rng, acceleration=20.0):
     return np.array(found), np.array(squares)
 
 
-def test_a_way_over_the_pole_is_followed_without_delay():
+def test_motion_over_the_pole_is_followed_without_lag():
     t = np.arange(600) * STEP
     normals = direction(np.zeros(600), -1.0 + 0.7 * t)
     found, squares = filtered(normals, np.random.default_rng(0))
@@ -32,7 +32,7 @@ def test_a_way_over_the_pole_is_followed_without_delay():
     assert 0.3 < np.mean(squares[100:]) < 1.5
 
 
-def test_azimuth_pi_is_nothing_special():
+def test_azimuth_pi_is_regular():
     t = np.arange(600) * STEP
     normals = direction(np.pi + 0.8 * np.sin(2 * t), np.full(600, 0.6))
     found, _ = filtered(normals, np.random.default_rng(1))
@@ -40,7 +40,7 @@ def test_azimuth_pi_is_nothing_special():
     assert np.linalg.norm(found, axis=1) == pytest.approx(1.0)
 
 
-def test_a_turn_is_followed_within_the_time_that_is_stated():
+def test_a_change_of_velocity_is_followed_within_the_stated_time():
     normals = np.repeat(direction(np.zeros(2), np.array([0.3, 0.3])), 300, axis=0)
     normals[300:] = direction(np.zeros(300), 0.3 + 0.5 * STEP * np.arange(300))
     found = np.mean([filtered(normals, np.random.default_rng(k))[0] for k in range(20)], axis=0)
@@ -49,7 +49,7 @@ def test_a_turn_is_followed_within_the_time_that_is_stated():
     assert late[int(4 * wait / STEP):].max() < 0.6 * SIGMA
 
 
-def test_repeated_and_reversed_time_do_no_harm():
+def test_repeated_and_reversed_stamps():
     smooth = SphereFilter(10.0)
     normal = np.array([0, 0, 1.0])
     for seconds in (0.0, -1.0, 0.0, 1e-9):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.taxel.array import SoftPad, TaxelArray
-from tactile_perception.taxel.imprint import Imprint
+from tactile_perception.taxel.imprint import ImprintTracker
 from tactile_perception.taxel.score import LEVEL, ContactScore
 from taxel_pictures import ARRAY, bar, picture
 
@@ -13,11 +13,11 @@ SCORE = ContactScore(ARRAY, PAD)
 
 def played(places, load=lambda k: 3e4, rate=100.0):
     """Motions of each frame of a bar at places (x mm, y mm, turn), seen without the lead that traction makes."""
-    imprint, found = Imprint(ARRAY, PAD), []
-    imprint.lead = lambda: None
+    imprint, found = ImprintTracker(ARRAY, PAD), []
+    imprint.traction_pressure = lambda: None
     for k, (x, y, turn) in enumerate(places):
         image = picture(bar(x, y, turn), load(k))
-        score = SCORE.of(image, 20.0)
+        score = SCORE.compute(image, 20.0)
         found.append(imprint.process(score, image, score > LEVEL, 1 + k / rate))
     return found
 
@@ -33,7 +33,7 @@ def test_grip_force_alone_is_no_slip():
 
 
 def test_motion_of_a_picture_without_features_is_not_known():
-    imprint = Imprint(ARRAY, PAD)
+    imprint = ImprintTracker(ARRAY, PAD)
     full = np.ones((44, 44), np.float32)
     motion = imprint.process(full, full * 3e4, full > 0, 1.0)
     assert np.isnan(motion.linear).all() and not motion.slipping.any()
@@ -45,7 +45,7 @@ def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
     values[3:6, 2:4] = 3e4
 
     def slips(pictures):
-        imprint = Imprint(coarse, PAD)
+        imprint = ImprintTracker(coarse, PAD)
         found = [imprint.process(p, p, p > 0, 0.03 * k) for k, p in enumerate(pictures)]
         return [bool(motion.slipping.any()) for motion in found], found
     assert not any(slips([values * load for load in (1, 1, 1.2, 1.5, 2, 1, 0.7, 0.7, 0.7)])[0])

@@ -13,7 +13,7 @@ SCORE = ContactScore(ARRAY, SoftPad())
 
 def regions_of(inside, load=60.0):
     image = picture(inside, load)
-    return find_regions(SCORE.of(image, 0.05), image, ARRAY)
+    return find_regions(SCORE.compute(image, 0.05), image, ARRAY)
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.3, -0.7, 1.2])

@@ -11,26 +11,26 @@ SCORE = ContactScore(ARRAY, SoftPad())
 
 @pytest.mark.parametrize('load', [10.0, 60.0, 250.0])
 def test_border_does_not_depend_on_the_load(load):
-    assert (SCORE.of(picture(bar(), load), 0.05) > LEVEL).sum() == pytest.approx(160, abs=16)
+    assert (SCORE.compute(picture(bar(), load), 0.05) > LEVEL).sum() == pytest.approx(160, abs=16)
 
 
 def test_tilted_face_keeps_its_border():
     y, x = np.mgrid[:44, :44]
     tilted = picture(bar()) * (1 + 0.03 * (x - 21.5)).astype(np.float32)
-    level, tilt = (SCORE.of(image, 0.05) > LEVEL for image in (picture(bar()), tilted))
+    level, tilt = (SCORE.compute(image, 0.05) > LEVEL for image in (picture(bar()), tilted))
     assert (level ^ tilt).sum() <= 8
 
 
 def test_ring_has_a_hole_and_a_rough_face_none():
-    assert SCORE.of(picture(ring()), 0.05)[21, 21] < 0.2
+    assert SCORE.compute(picture(ring()), 0.05)[21, 21] < 0.2
     y, x = np.mgrid[:44, :44]
     rough = picture(disc()) * (1 + 0.3 * np.cos(2 * x) * np.cos(2 * y)).astype(np.float32)
-    assert (SCORE.of(rough, 0.05)[17:27, 17:27] > LEVEL).all()
+    assert (SCORE.compute(rough, 0.05)[17:27, 17:27] > LEVEL).all()
 
 
 @pytest.mark.parametrize('image', [np.zeros((44, 44)), np.random.default_rng(0).normal(0, 1, (44, 44))])
 def test_nothing_and_noise_are_no_contact(image):
-    assert not (SCORE.of(image.astype(np.float32), 1.0) > LEVEL).any()
+    assert not (SCORE.compute(image.astype(np.float32), 1.0) > LEVEL).any()
 
 
 @pytest.mark.parametrize('reach', [0, 1, 2, 4, 6])

@@ -32,9 +32,9 @@ def test_the_rim_slips_first_then_all_by_friction():
 
 def test_the_picture_runs_ahead_and_its_moment_balances_the_traction():
     shear = SurfaceShear(ARRAY, PAD)
-    assert shear.leading() is None
+    assert shear.traction_pressure() is None
     drag(shear, 1e-3)
-    lead = shear.leading()
+    lead = shear.traction_pressure()
     assert lead.sum() == pytest.approx(0, abs=1e-2 * np.abs(lead).sum())
     assert (lead * ARRAY.x).sum() * 1e-6 == pytest.approx(PAD.thickness * shear.force[0], rel=0.05)
 

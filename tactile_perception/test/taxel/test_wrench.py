@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.wrench import GraspedObject, normal_force, shifted, wrench_of
+from tactile_perception.taxel.wrench import GraspedObject, normal_force, transform_wrench, wrench_of
 
 
 def test_normal_force_of_equation_5():
@@ -27,6 +27,6 @@ def test_shifted_to_another_frame_keeps_the_work():
     rotation *= np.sign(np.linalg.det(rotation))
     translation, wrench = rng.normal(size=3), rng.normal(size=6)
     place = rng.normal(size=3)
-    moved = shifted(wrench, rotation, translation)
+    moved = transform_wrench(wrench, rotation, translation)
     about = moved[3:] - np.cross(rotation @ place + translation, moved[:3])
     assert about == pytest.approx(rotation @ (wrench[3:] - np.cross(place, wrench[:3])))

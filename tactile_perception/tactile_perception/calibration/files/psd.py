@@ -13,7 +13,7 @@ from .format import AGAIN, CalibrationFile, Specimen, read_calibration, write_ca
 from ...psd.maps import SmoothMap
 from ...psd.model import FingerModel
 from ...psd.model_fit import FingerFit
-from ...psd.offset_map import PaperMap
+from ...psd.equidistant_map import EquidistantMap
 
 SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'light, level': 'V', 'force': 'logarithm of N',
@@ -34,7 +34,7 @@ def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: S
     fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
     if model.level is not None:
         fitted['level_limits'] = [float(v) for v in model.level_limits]
-    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.said, *left_out], serial=specimen.serial,
+    write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
                                             parameters=specimen.parameters(SENSOR), outliers=list(outliers)))
 
 
@@ -43,7 +43,7 @@ def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
     missing or of a wrong shape."""
     fitted = read_calibration(path, SENSOR, values).fitted
     try:
-        paper = PaperMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
+        paper = EquidistantMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
         smooth = _smooth(fitted['map']) if 'map' in fitted else None
         arrays = {name: _array(fitted[name], shape) for name, shape in _ARRAYS.items() if name in fitted}
         limits = tuple(_array(fitted['level_limits'], (3,)).tolist()) if 'level' in arrays else FingerModel.level_limits

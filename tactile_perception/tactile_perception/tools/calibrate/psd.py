@@ -18,7 +18,7 @@ from ...nodes.messages import conversions as convert
 from ...nodes.messages.serialization import MessageCodec
 from ...parameters.file import read_parameters
 from ...parameters.psd import PSD_PARAMETERS
-from ...psd.geometry import flat
+from ...psd.geometry import log_map
 from ...psd.model_fit import FingerFit, fit_finger
 from ...psd.presses import Recording, find_presses
 
@@ -88,7 +88,7 @@ def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str =
 
 def held_out_residuals(fit: FingerFit) -> list[Residuals]:
     """The map's error at each place left out of its fit, over the tilt of the normal."""
-    tilt = np.degrees(flat(fit.normal))
+    tilt = np.degrees(log_map(fit.normal))
     return [Residuals('normal', 'degrees', np.degrees(fit.errors), tilt, ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)]
 
 
@@ -103,6 +103,6 @@ def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
     lines.append(f"error of the paper's offset and factor at the places that they were fitted to: {angle(fit.paper_errors)}")
     for name in ('force', 'depth'):
         if getattr(fit.model, name) is not None:
-            lines.append(f'{name} from light at stretches left out: {fit.residuals[name + "_relative"]:.1%} median')
-    lines += [f'note: {line}' for line in fit.said] + [f'left out: {line}' for line in left_out]
+            lines.append(f'{name} from light at segments left out: {fit.residuals[name + "_relative"]:.1%} median')
+    lines += [f'note: {line}' for line in fit.notes] + [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

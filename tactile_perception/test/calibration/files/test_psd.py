@@ -9,13 +9,13 @@ from tactile_perception.errors import BadCalibration
 from tactile_perception.psd.maps import fit_smooth_map
 from tactile_perception.psd.model import FingerModel
 from tactile_perception.psd.model_fit import FingerFit
-from tactile_perception.psd.offset_map import PaperMap
+from tactile_perception.psd.equidistant_map import EquidistantMap
 
 PLACE = np.random.default_rng(0).uniform(-0.7, 0.7, (30, 2))
 
 
 def written(path, **numbers):
-    model = FingerModel(PaperMap(np.array([0.1, -0.2]), 1.6), **numbers)
+    model = FingerModel(EquidistantMap(np.array([0.1, -0.2]), 1.6), **numbers)
     write_psd(path, FingerFit(model, 30, np.zeros(1), np.zeros(1), {'places': 30}, {'theta': [0.0, 1.0]}, ['few'],
                               np.array([[0, 0, 1.0]]), np.array(['x at 1.0 s'])), ['one'])
     return model

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.contacts import RegionNumbers
+from tactile_perception.taxel.contact_tracker import ContactTracker
 from tactile_perception.taxel.regions import find_regions
 from tactile_perception.taxel.score import ContactScore
 from taxel_pictures import ARRAY, bar, both, picture
@@ -13,7 +13,7 @@ SCORE = ContactScore(ARRAY, SoftPad())
 
 def assigned(numbers, inside):
     image = picture(inside)
-    regions = find_regions(SCORE.of(image, 0.05), image, ARRAY)
+    regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
     found = numbers.assign(regions)
     return {one.number: (round(float(region.moments.centroid[0]), 3), one.merged) for one, region in zip(found, regions.all)}
 
@@ -24,13 +24,13 @@ def two(gap, more=0.0):
 
 
 def test_numbers_last_while_a_contact_moves():
-    numbers = RegionNumbers()
+    numbers = ContactTracker()
     assert [list(assigned(numbers, bar(x0))) for x0 in np.arange(0, 5, 0.5)] == [[1]] * 10
 
 
 @pytest.mark.parametrize('more', [0.0, 1.0, -1.0])
 def test_two_regions_merge_and_part_with_their_numbers_though_the_larger_one_changes(more):
-    numbers = RegionNumbers()
+    numbers = ContactTracker()
     seen = [assigned(numbers, two(gap)) for gap in (8, 6, 5, 5, 5, 0, 0)] + [assigned(numbers, two(gap, more)) for gap in (5, 6, 8)]
     assert sorted(seen[0]) == sorted(seen[4]) == sorted(seen[-1]) == [1, 2]
     assert {n: np.sign(at[0]) for n, at in seen[0].items()} == {n: np.sign(at[0]) for n, at in seen[-1].items()}
@@ -38,7 +38,7 @@ def test_two_regions_merge_and_part_with_their_numbers_though_the_larger_one_cha
 
 
 def test_a_jump_and_a_gap_make_a_new_contact():
-    numbers = RegionNumbers()
+    numbers = ContactTracker()
     assert list(assigned(numbers, bar(-12, length=10))) == [1]
     assert list(assigned(numbers, bar(12, length=10))) == [2]
     assert assigned(numbers, lambda x, y: x > 1e9) == {}
