@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""demo: shows in the terminal what a sensor feels, writes pictures and a video, and ends by itself."""
+"""demo: prints the results of one sensor in the terminal, writes annotated pictures and a video, and ends by itself."""
 from __future__ import annotations
 
 import math
@@ -12,11 +12,13 @@ import cv2
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image
-from tactile_driver.errors import BadArgument
+from tactile_driver.errors import BadArgument, TactileError
+from tactile_driver.nodes.runtime.diagnostics import LogOnce
 from tactile_driver.nodes.runtime.parameter_server import NodeParameters
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_msgs.msg import DotTracks
+from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import image_to_array, stamp_seconds
 from tactile_perception.nodes.stages.touchpad import RESULTS
 
@@ -29,15 +31,18 @@ from ..visualization.stamp_sync import StampSync
 
 _TOPICS = {'dots': DotTracks, **RESULTS}
 _QUEUE = QoSProfile(depth=30)
-_LOOK_S = 0.25
-_LINE_S = 1.0
-_SILENCE_S = 3.0  # after which a recording is over, or a device lost
+_CHECK_S = 0.25  # between two checks for the end
+_LINE_S = 1.0  # between two lines
+_SILENCE_S = 3.0  # chosen: without a frame for so long the recording has ended or the device is lost
 _PICTURE = 'image_annotated'
 
 
 class DemoNode(Node):
-    """Follows one sensor until `seconds` are over or nothing comes any more; failed: why nothing could be shown, '' if all went well, and
-    where somebody else ended it."""
+    """Shows one sensor until `seconds` have passed or no frame has come for 3 s.
+
+    failed: why no frame was shown; '' when one was, or when the demo was interrupted before the first. Raises BadArgument for a wrong
+    parameter or a folder that cannot be made.
+    """
 
     def __init__(self):
         super().__init__('demo')
@@ -57,19 +62,31 @@ class DemoNode(Node):
         self._expected: set[str] = set()
         self._sync = StampSync(self._on_frame, lambda: self._expected | {_PICTURE}, patience=30)
         self._latest: dict[int, float] = {}
+        self._say = LogOnce(self)
         for topic, kind in {**_TOPICS, _PICTURE: Image}.items():
             self.create_subscription(kind, topic, lambda message, topic=topic: self._on_message(topic, message), _QUEUE)
-        steady_timer(self, _LOOK_S, self._look)
+        steady_timer(self, _CHECK_S, self._look)
 
     def destroy_node(self) -> None:
-        """Write what there is."""
+        """Print the summary and write the pictures first."""
         self._finish()
         super().destroy_node()
 
     def _on_message(self, topic: str, message) -> None:
+        """Show a message; one that fails its check is counted, logged once and skipped."""
+        try:
+            check_message(message)
+            self._add(topic, message)
+        except TactileError as error:
+            self._summary.refused += 1
+            self._say.error(topic, f'message of {topic} refused: {error}')
+        else:
+            self._say.settle(topic)
+
+    def _add(self, topic: str, message) -> None:
         stamp_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         if topic != _PICTURE:
-            # Latency is that of the results: the picture is drawn after them.
+            # The latency shown is that of the results; the annotated image follows them.
             self._latest[stamp_ns] = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self._sync.add(topic, stamp_ns, message)
 
@@ -87,7 +104,7 @@ class DemoNode(Node):
         self._video.add(self._reading.stamp_s, image)
 
     def _look(self) -> None:
-        """Four times a second: show the numbers, see whether it is over."""
+        """Print the numbers; end the demo when its time is over or the source has ended."""
         self._expected = {topic for topic in _TOPICS if self.count_publishers(topic)}
         now = time.monotonic()
         if self._reading is not None:
@@ -114,9 +131,9 @@ class DemoNode(Node):
             return
         if self._reading is None:
             missing = [t for t in (*_TOPICS, _PICTURE) if not self.count_publishers(t)] if self.context.ok() else []
-            self.failed = (f'nothing came in {time.monotonic() - self._begin_s:.0f} s: see the messages above; is the source there, '
-                           'and do the parameters rows, columns and polarity fit the images?'
-                           + (f' Nobody publishes {", ".join(missing)}.' if missing else ''))
+            self.failed = (f'no frame in {time.monotonic() - self._begin_s:.0f} s: see the messages above; check the source, and that the '
+                           'parameters rows, columns and polarity fit the images.'
+                           + (f' No publisher of {", ".join(missing)}.' if missing else ''))
             print(f'demo: {self.failed}', file=sys.stderr, flush=True)
             return
         print('\n'.join(self._summary.report()), flush=True)
@@ -128,7 +145,7 @@ class DemoNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process demo; exit code 1 where nothing came."""
+    """Run the process demo; exit code 1 when no frame was shown."""
     made = []
 
     def make() -> DemoNode:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the messages of one frame to what the demo shows of it."""
+"""Converts the messages of one frame, checked before, to the numbers that the demo shows."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,7 +12,8 @@ from ..visualization.markers.annotation import SLIP_NAMES
 
 
 def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
-    """A Reading of messages by topic: dots, contact_region, contacts, slip, wrench; any may be missing."""
+    """The numbers of a frame. found: topic (dots, contact_region, contacts, slip, wrench) -> message that passed check_message; any may
+    be missing."""
     values = {}
     if 'dots' in found:
         dots = found['dots']
@@ -34,7 +35,7 @@ def reading_of(found: Mapping, stamp_s: float, latency_s: float) -> Reading:
 def _region(region) -> dict:
     translation, rotation = region.motion.translation, region.motion.rotation
     axis = np.array([rotation.x, rotation.y, rotation.z])
-    # 2 asin of the vector part is the angle: near no rotation the scalar part tells nothing.
+    # The angle from the vector part: near zero rotation the cosine in w has no resolution.
     length = np.linalg.norm(axis)
     turn = axis * (2 * np.arctan2(length, abs(rotation.w)) / length * np.sign(rotation.w or 1.0)) if length > 0 else axis
     return {'states': tuple(np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)[:3].tolist()), 'area': region.area,

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A video that plays at the speed at which things happened. No ROS here."""
+"""Writes a video with the timing of the stamps. No ROS here."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from tactile_driver.errors import BadArgument
 
-_RATE = 15.0
-_LONGEST_STILL = 30  # frames: a longer gap in the stamps is shown as so many
+_RATE = 15.0  # frames/s; chosen: half a camera's usual 30
+_LONGEST_STILL = 30  # frames, 2 s: a longer gap in the stamps is cut to this
 _FORMS = (('.mp4', 'mp4v'), ('.avi', 'MJPG'))
 
 
 class Video:
-    """Writes frames by their stamps at 15 frames a second: MP4, or AVI where OpenCV cannot write that. path: without ending."""
+    """Writes frames by their stamps at 15 frames/s as MP4, or as AVI where OpenCV cannot write MP4. path: without extension."""
 
     def __init__(self, path: Path):
         self._base = path
@@ -26,7 +26,7 @@ class Video:
         self.frames = 0
 
     def add(self, stamp_s: float, image: np.ndarray) -> None:
-        """Take a frame (H, W, 3) uint8 BGR; those between two frames of the video are left out. Raises BadArgument without a codec."""
+        """Add a frame (H, W, 3) uint8 BGR; it is skipped when the video has a frame of that time. Raises BadArgument without a codec."""
         if self._writer is None:
             self._open(image, stamp_s)
         due = int((stamp_s - self._first_s) * _RATE + 0.5) + 1
@@ -37,7 +37,7 @@ class Video:
         self.frames = due
 
     def close(self) -> None:
-        """Complete the file."""
+        """Finish the file."""
         if self._writer is not None:
             self._writer.release()
 

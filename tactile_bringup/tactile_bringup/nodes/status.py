@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""status: how all sensors of a hand are, in the terminal; rates, latency, states, last faults.
+"""status: the diagnostics of all sensors in the terminal: state, rate, latency, dropped and lost frames, last faults.
 
     ros2 run tactile_bringup status [--hand FILE] [--once]
 """
@@ -28,13 +28,13 @@ _CLEAR = '\033[2J\033[H'
 
 
 class StatusNode(Node):
-    """Collects /diagnostics into status."""
+    """Adds every message of /diagnostics to status."""
 
     def __init__(self, status: HandStatus):
         super().__init__('status')
         self._status = status
         self._reporters: set[str] = set()
-        self.news_s = time.monotonic()  # when a node was found or heard for the first time
+        self.news_s = time.monotonic()  # when a node was discovered or reported for the first time
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take, _QUEUE)
 
     def _take(self, message: DiagnosticArray) -> None:
@@ -45,7 +45,7 @@ class StatusNode(Node):
             self.news_s = time.monotonic()
 
     def is_complete(self) -> bool:
-        """Whether all that report have been heard, as far as the middleware has found them, and no more are found."""
+        """Whether every discovered publisher of /diagnostics has reported, and no new one has appeared for 2.5 s."""
         found = {f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in self.get_publishers_info_by_topic('/diagnostics')}
         if not found <= self._reporters:
             self._reporters |= found
@@ -55,7 +55,7 @@ class StatusNode(Node):
 
 
 def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -> int:
-    """Show it until interrupted, or once when all nodes have had time to report; the exit code of the latter: 1 for a fault."""
+    """Print the table every second until interrupted; with once print it when all nodes have reported and return the exit code."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     begin = shown = time.monotonic()
@@ -63,31 +63,31 @@ def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -
         executor.spin_once(timeout_sec=0.1)
         now = time.monotonic()
         if once and (node.is_complete() or now - begin > patience_s):
-            return _tell(status, now)
+            return _print_once(status, now)
         if not once and now - shown > _PERIOD_S:
             shown = now
             terminal = sys.stdout.isatty()
             print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
 
 
-def _tell(status: HandStatus, now: float) -> int:
+def _print_once(status: HandStatus, now: float) -> int:
     print(_text(status, now, sys.stdout.isatty()), end='')
     return 1 if status.empty or status.faulty(now) else 0
 
 
 def _text(status: HandStatus, now: float, colour: bool) -> str:
     if status.empty:
-        return 'nothing is reported on /diagnostics; is the hand launched, in this ROS domain?\n'
+        return 'no node reports on /diagnostics; is a sensor launched, in this ROS domain?\n'
     return status.text(now, colour)
 
 
 @tells_errors('status')
 def main(args: list[str] | None = None) -> int:
-    """The command; the exit code, with --once 1 where a node is in error or silent, or a sensor missing."""
+    """Run the command; the exit code with --once is 1 when a node is in error or silent, or a sensor is missing."""
     parser = argparse.ArgumentParser(prog='status', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
-    parser.add_argument('--once', action='store_true', help='show it once and end; the exit code is 1 where something is wrong')
-    parser.add_argument('--patience', type=float, default=10.0, help='with --once: s to wait for all reports')
+    parser.add_argument('--hand', type=Path, help='YAML file of the hand: a sensor of it that does not report is listed as missing')
+    parser.add_argument('--once', action='store_true', help='print the table once and end; the exit code is 1 when something is wrong')
+    parser.add_argument('--patience', type=float, default=10.0, help='with --once: longest time to wait for all reports, s')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['status', *args])[1:])
     status = HandStatus(names_in(given.hand))
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

@@ -33,7 +33,8 @@ def feed(node, frames):
     for k in range(frames):
         header = Header(frame_id='pad')
         header.stamp.sec, header.stamp.nanosec = 100, 40_000_000 * k
-        dots = DotTracks(header=header, rows=1, columns=2, id=[0, 1], u=[10.0, 20.0], v=[5.0, 5.0], du=[3.0, 0.0], dv=[4.0, 0.0])
+        dots = DotTracks(header=header, rows=1, columns=2, id=[0, 1], u=[10.0, 20.0], v=[5.0, 5.0],
+                         area=[float('nan')] * 2, du=[3.0, 0.0], dv=[4.0, 0.0])
         picture: Image = image_to_message(Frame(np.zeros((48, 64, 3), np.uint8), 0, 'bgr8'), 'bgr8', header)
         node._on_message('dots', dots)
         node._on_message('image_annotated', picture)
@@ -56,7 +57,7 @@ def test_where_nothing_came_it_says_why(demo, capsys):
     with pytest.raises(KeyboardInterrupt):
         node._look()
     node.destroy_node()
-    assert 'nothing came in 1 s' in node.failed and 'Nobody publishes dots' in capsys.readouterr().err
+    assert 'no frame in 1 s' in node.failed and 'dots' in capsys.readouterr().err
 
 
 def test_interrupted_before_anything_came_it_says_nothing(demo, capsys):
@@ -68,3 +69,14 @@ def test_interrupted_before_anything_came_it_says_nothing(demo, capsys):
 def test_a_folder_that_cannot_be_made_is_refused(demo):
     with pytest.raises(BadArgument, match='out'):
         demo(out='/proc/no/folder')
+
+
+def test_a_message_that_fails_its_check_is_counted_and_skipped(demo, capsys):
+    node = demo()
+    node._expected = {'dots'}
+    header = Header(frame_id='pad')
+    node._on_message('dots', DotTracks(header=header, rows=1, columns=2, id=[0, 1], u=[10.0], v=[5.0], du=[3.0], dv=[4.0]))
+    node._on_message('image_annotated', Image(header=header, encoding='bgr8', height=4, width=4, step=1))
+    feed(node, 5)
+    node.destroy_node()
+    assert node._summary.frames == 5 and '2 messages refused' in capsys.readouterr().out

@@ -56,4 +56,4 @@ def test_the_report_tells_the_largest():
     frames, largest = summary.report()
     assert frames.startswith('92 frames')
     assert largest == 'largest displacement 7.2 px, area 84 mm^2, depth 2.5 mm, force 3.2 N'
-    assert Summary().report()[1] == 'largest nothing'
+    assert Summary().report()[1] == 'largest values unknown'

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from tactile_bringup.hand.status_table import ERROR, OK, WARN, HandStatus
 
-GOOD = {'state': 'running', 'rate (Hz)': '29.97', 'latency (ms)': '12.34', 'age (s)': '0.0213', 'dropped': '2'}
+GOOD = {'state': 'running', 'rate (Hz)': '29.97', 'latency (ms)': '12.34', 'age (s)': '0.0213', 'dropped': '2', 'lost frames': '7'}
 
 
 def line_of(text, node):
@@ -14,8 +14,8 @@ def test_a_line_for_each_node_with_its_numbers():
     status.add('/left/thumb/camera_node: camera', OK, '30 Hz', GOOD, 10.0)
     status.add('/left/thumb/dot_tracker_node: dot_tracker', OK, '', {**GOOD, 'state': 'idle', 'dropped': '0'}, 10.0)
     text = status.text(10.5)
-    assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', 'ok']
-    assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', 'ok']
+    assert line_of(text, 'camera_node') == ['left/thumb', 'camera_node', 'running', '30.0', '12.3', '0.02', '2', '7', 'ok']
+    assert line_of(text, 'dot_tracker_node') == ['left/thumb', 'dot_tracker_node', 'idle', '-', '-', '-', '0', '7', 'ok']
     status.add('/hand_frames_node: frames', OK, '', {}, 10.0)
     assert status.nodes == {'/left/thumb/camera_node', '/left/thumb/dot_tracker_node', '/hand_frames_node'} and status.faulty(10.5) == 0
 

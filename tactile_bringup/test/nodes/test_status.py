@@ -40,6 +40,6 @@ def test_once_for_a_script(reporter, capsys, tmp_path):
 
 def test_where_nothing_is_heard_it_says_so(capsys, tmp_path):
     assert main(['--once', '--patience', '0.5']) == 1
-    assert 'nothing is reported on /diagnostics' in capsys.readouterr().out
+    assert 'no node reports on /diagnostics' in capsys.readouterr().out
     assert main(['--hand', str(tmp_path / 'none.yaml')]) == 1
     assert 'none.yaml: cannot be read' in capsys.readouterr().err
