@@ -97,7 +97,7 @@ class Summary:
         mean = (self.frames - 1) / (self.last_s - self.first_s) if self.last_s > self.first_s else _NAN
         return [f'{self.frames} frames, {number(mean, ".1f")} Hz, latency {number(self.latency_ms(50, False), ".0f")} ms '
                 f'(95 %: {number(self.latency_ms(95, False), ".0f")} ms)', 'largest ' + (', '.join(largest) or 'values unknown'),
-                *([f'{self.refused} messages refused, see above'] if self.refused else [])]
+                *([f'refused messages: {self.refused}, see above'] if self.refused else [])]
 
 
 def number(value: float, form: str) -> str:
