@@ -47,6 +47,12 @@ def test_the_sensors_own_topics_are_chosen_and_whether_it_was_simulated(tmp_path
     assert recorded_topics(bag, 'psd_finger', 'psd_finger', none) == ({'topic': '/tip/voltages'}, True)
 
 
+def test_a_recording_of_a_replay_knows_that_the_sensor_was_simulated(tmp_path):
+    bag = write(tmp_path / 'bag', pad=('touchpad', 'bag\nrecorded: {source: sim}'), tip=('psd_finger', 'bag\nrecorded: {source: device}'))
+    assert recorded_topics(bag, 'touchpad', 'touchpad', {}) == ({'topic': '/pad/image_raw'}, True)
+    assert recorded_topics(bag, 'psd_finger', 'tip', {}) == ({'topic': '/tip/voltages'}, False)
+
+
 def test_of_several_of_a_type_the_namespace_or_the_topic_chooses(tmp_path):
     bag = write(tmp_path / 'bag', thumb=('touchpad', 'sim'), index=('touchpad', 'device'))
     assert recorded_topics(bag, 'touchpad', 'index', {}) == ({'topic': '/index/image_raw'}, False)

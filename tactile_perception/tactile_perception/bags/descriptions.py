@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What drivers said of themselves in a recording."""
+"""The descriptions of sensors, as their drivers publish them, in a recording."""
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
+from tactile_driver.recordings.description import original
 
 from ..errors import BadFrame
 from ..nodes.messages.serialization import MessageCodec
@@ -14,8 +15,10 @@ from .rosbag import BagReader
 
 
 def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
-    """The descriptions in a bag, of the sensor in namespace or, where that is empty, of any; what is none is passed over. Raises
-    BadRecording."""
+    """The descriptions in a bag, of the sensor in namespace or, with '', of any; of a replayed sensor the original one.
+
+    A message that holds no YAML mapping is skipped. Raises BadRecording.
+    """
     codec, end = MessageCodec(), '/description'
     with BagReader(bag) as reader:
         topics = {topic for topic, kind in reader.topics.items()
@@ -26,4 +29,4 @@ def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
             except (BadFrame, yaml.YAMLError):
                 continue
             if isinstance(about, dict):
-                yield about
+                yield original(about)

@@ -14,6 +14,7 @@ from ..base.pacing import NS, EvenPace, StampPace, wait_until
 from ..base.protocol import EndOfSource
 from ...errors import BadArgument, BadFrame, BadRecording
 from ...frame import CameraCalibration, Frame, frame_of, frame_of_bytes
+from ...recordings.description import recorded_description
 from ...recordings.reader import BagReader, RawMessage
 
 _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
@@ -55,7 +56,7 @@ class BagSource:
         self._path, self._wanted, self._rate, self._loop = Path(path).expanduser(), topic, rate, loop
         self._types = get_typestore(Stores.ROS2_JAZZY)
         self._reader = self._messages = self._calibration = self._pace = None
-        self._topic = ''
+        self._topic, self._recorded = '', {}
 
     def open(self) -> None:
         """Open the bag at its beginning. Raises BadRecording where it is missing, broken or lacks the topic."""
@@ -67,6 +68,7 @@ class BagSource:
         types = self._reader.topics
         self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
         self._calibration = self._recorded_calibration(types)
+        self._recorded = recorded_description(self._reader, self._topic)
         self._pace = EvenPace(self._rate, skip=False) if self._rate > 0 else StampPace() if self._rate < 0 else None
         self._start()
 
@@ -129,8 +131,9 @@ class BagSource:
         self._reader = self._messages = None
 
     def describe(self) -> dict:
-        """The path, the topic and the rate (-1: as recorded)."""
-        return {'source': 'bag', 'path': str(self._path), 'topic': self._topic, 'rate': self._rate, 'loop': self._loop}
+        """The path, the topic, the rate (-1: as recorded) and, once open, recorded: the recording's own description of the sensor."""
+        return {'source': 'bag', 'path': str(self._path), 'topic': self._topic, 'rate': self._rate, 'loop': self._loop,
+                **({'recorded': self._recorded} if self._recorded else {})}
 
     def calibration(self) -> CameraCalibration | None:
         """What the bag's camera_info beside the images says."""

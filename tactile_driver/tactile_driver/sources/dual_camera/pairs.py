@@ -182,14 +182,15 @@ class PairedSource:
         return f'{name} camera: {source.remark}' if source.remark else ''
 
     def describe(self) -> dict:
-        """Both sources, the rate (Hz), the frames without a mate, those that did not arrive (of topics), and
-        whether neither is read at present."""
+        """Both sources, the rate (Hz), the frames without a mate, those that did not arrive (of topics),
+        whether neither is read at present, and recorded: what a recording says of the sensor."""
         left, right = (source.describe() for source in self._sources)
+        recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
         place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
         serial = ' + '.join(str(about.get('serial') or '') for about in (left, right)).strip(' +')
         lost = {'lost': left['lost'] + right['lost']} if 'lost' in left else {}
         return {'source': left['source'], 'path': place, 'serial': serial, 'rate': left.get('rate', -1.0), 'left': left, 'right': right,
-                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost}
+                'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded}
 
     def calibrations(self) -> Calibrations:
         """Both cameras' own, where they are known."""

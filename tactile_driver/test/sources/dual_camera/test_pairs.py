@@ -136,6 +136,13 @@ def test_two_live_cameras_are_paired(paired):
     assert (about['path'], about['serial'], about['rate'], about['left']['serial']) == ('1 + 2', 'S1 + S2', 50.0, 'S1')
 
 
+def test_what_a_recording_says_of_the_sensor_is_said_once(paired):
+    left, right = Camera(1), Camera(2)
+    left.describe = right.describe = lambda: {'source': 'bag', 'path': 'a', 'recorded': {'source': 'sim'}}
+    about = paired(left, right).describe()
+    assert about['recorded'] == {'source': 'sim'} and 'recorded' not in about['left'] and 'recorded' not in about['right']
+
+
 def test_the_others_half_goes_on_while_one_camera_is_lost_and_it_comes_back(paired):
     left = Camera(1)
     source = paired(left, Camera(2))
