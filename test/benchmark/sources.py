@@ -69,10 +69,10 @@ def recording_folder(name: str) -> Path:
 
 
 def _recording(recording: Recording) -> Source:
-    with np.load(recording.folder / 'truth.npz') as stored:
+    with np.load(recording.path / 'truth.npz') as stored:
         truth = {name: stored[name] for name in stored.files}
     truth['touches'] = [recording.truth(k).contacts for k in range(len(recording))]
-    camera = recording.camera
+    camera = recording.views[0].camera
     return Source(sensor_parameters(recording.sensor), np.array(camera['K'], float), np.array(camera['dist_k1_k2_p1_p2_k3'], float),
                   recording.stamps + FIRST_STAMP, recording.image, truth, 'tp_calib')
 

@@ -27,8 +27,8 @@ for name in sys.argv[1:]:
 def core_modules(package):
     """Return the names of all modules of the package outside nodes/, bags/ and tools/, which read and write ROS messages."""
     root, with_ros = ROOT / package, {'nodes', 'bags', 'tools'}
-    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py') if not with_ros & set(path.parts)]
-    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found})
+    found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py')]
+    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found if not with_ros & set(path.parts)})
 
 
 @pytest.mark.parametrize('package', ['tactile_driver', 'tactile_perception'])

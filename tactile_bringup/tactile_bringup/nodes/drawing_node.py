@@ -20,11 +20,11 @@ from tactile_driver.nodes.runtime.ros_defaults import STREAM_QOS, steady_timer
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.nodes.messages.checks import check_message
 from tactile_perception.nodes.messages.conversions import stamp_seconds
+from tactile_perception.nodes.messages.description import static_transform
 from tactile_perception.nodes.work_log import WorkLog
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from ..recording.introduction import place
 from ..visualization.markers.messages import STALE_S
 
 _LOOK_S = 0.25
@@ -46,7 +46,7 @@ class DrawingNode(Node):
         self._outputs: list[Publisher] = []
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._place_output = self.create_publisher(TFMessage, '/tf_static', latched)
+        self._transform_output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._drawn_s: float | None = None  # when markers were published that are still shown
         steady_timer(self, _LOOK_S, self._clear_stale)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
@@ -100,8 +100,8 @@ class DrawingNode(Node):
 
         tf2_ros' broadcaster needs a C++ extension; this does not.
         """
-        told = place(self.settings['frame_id'], name, translation, rotation, self.get_clock().now().to_msg())
-        self._place_output.publish(TFMessage(transforms=[told]))
+        transform = static_transform(self.settings['frame_id'], name, translation, rotation, self.get_clock().now().to_msg())
+        self._transform_output.publish(TFMessage(transforms=[transform]))
 
     def destroy_node(self) -> None:
         """Take the markers away first."""

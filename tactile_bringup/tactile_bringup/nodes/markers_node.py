@@ -19,11 +19,11 @@ from tactile_driver.nodes.runtime.ros_defaults import steady_timer
 from tactile_driver.stitching.calibration import Stitching, load_stitching
 from tactile_msgs.msg import DotTracks
 from tactile_perception.nodes.messages.conversions import camera_matrices, image_to_array
+from tactile_perception.nodes.messages.description import camera_pose
 from tactile_perception.nodes.stages.touchpad import RESULTS
 
 from .drawing_node import DrawingNode
 from ..parameters.table import MARKERS_PARAMETERS
-from ..recording.introduction import camera_pose
 from ..visualization.annotated_image import annotate
 from ..visualization.markers.annotation import Projection, annotation_of
 from ..visualization.markers.messages import MarkerSet

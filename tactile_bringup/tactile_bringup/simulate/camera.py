@@ -14,8 +14,7 @@ from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messa
 from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_perception.bags.message_bag import write_messages
-
-from ..recording.introduction import camera_pose, introduction, place
+from tactile_perception.nodes.messages.description import camera_pose, description_messages, static_transform
 
 _FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
 _SECOND_NS = 10**9
@@ -28,20 +27,21 @@ def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: st
     """
     scene = _open(name, rate, seed)
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
-    told = _introduction(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
+    described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
     frames_of = chain.from_iterable(_messages(scene, number, numbers, namespace) for number in range(count))
-    write_messages(path, namespace, chain(told, frames_of))
+    write_messages(path, namespace, chain(described, frames_of))
     return count
 
 
-def _introduction(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
-    """Description and the cameras' places."""
+def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, object]]:
+    """The description, and the poses of the cameras."""
     two = isinstance(scene, TwoCameraScene)
     cameras = dict(zip(('left_camera', 'right_camera'), scene.cameras)) if two else {'camera': scene.camera}
-    places = [place(frame_id, name, *camera_pose(cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation))
-              for name, camera in cameras.items()]
+    poses = [static_transform(frame_id, name, *camera_pose(cv2.Rodrigues(camera.rotation)[0].ravel(), camera.translation))
+             for name, camera in cameras.items()]
     size = {} if two else {'width': scene.camera.width, 'height': scene.camera.height}
-    return introduction(_FIRST_NS, scene.sensor, frame_id, {**about, **size, 'encoding': 'bgr8'}, places)
+    about = {'source': 'sim', 'device': f'simulated {scene.sensor}', **about, **size, 'encoding': 'bgr8'}
+    return description_messages(_FIRST_NS, scene.sensor, frame_id, about, poses)
 
 
 def _open(name: str, rate: float, seed: int):

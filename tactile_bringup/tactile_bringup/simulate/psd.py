@@ -15,8 +15,8 @@ from tactile_driver.samples import SampleBlock
 from tactile_driver.simulation.psd.finger import COVER_RADIUS
 from tactile_driver.simulation.psd.scene import open_psd_scene
 from tactile_perception.bags.message_bag import write_messages
+from tactile_perception.nodes.messages.description import description_messages, static_transform
 
-from ..recording.introduction import introduction, place
 
 SENSOR_TYPE = 'psd_finger'
 _SECOND_NS = 10**9
@@ -29,9 +29,10 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
     Raises BadArgument for an unknown scene or a bag that exists.
     """
     scene = open_psd_scene(name, rate, seed)
-    told = introduction(_SECOND_NS, SENSOR_TYPE, namespace, {'scene': name, 'seed': seed, 'rate': rate},
-                        [place(namespace, 'tip', (0.0, 0.0, COVER_RADIUS))])
-    write_messages(path, namespace, chain(told, _messages(scene, rate, namespace)))
+    about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate}
+    described = description_messages(_SECOND_NS, SENSOR_TYPE, namespace, about,
+                                     [static_transform(namespace, 'tip', (0.0, 0.0, COVER_RADIUS))])
+    write_messages(path, namespace, chain(described, _messages(scene, rate, namespace)))
     return scene.samples
 
 

@@ -12,8 +12,8 @@ from tactile_driver.nodes.messages.conversions import header_of, image_to_messag
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.taxel.scene import open_taxel_scene
 from tactile_perception.bags.message_bag import write_messages
+from tactile_perception.nodes.messages.description import description_messages, static_transform
 
-from ..recording.introduction import introduction, place
 
 SENSOR_TYPE = 'taxel_array'
 _SECOND_NS = 10**9
@@ -26,10 +26,11 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
     """
     scene = open_taxel_scene(name, rate, seed)
     pad = scene.specimen
-    told = introduction(_SECOND_NS, SENSOR_TYPE, namespace, {'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
-                                                             'height': pad.rows, 'encoding': 'mono8'},
-                        [place(namespace, 'taxels', (0.0, 0.0, -pad.thickness))])
-    write_messages(path, namespace, chain(told, _messages(scene, rate, namespace)))
+    about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate, 'width': pad.columns,
+             'height': pad.rows, 'encoding': 'mono8'}
+    described = description_messages(_SECOND_NS, SENSOR_TYPE, namespace, about,
+                                     [static_transform(namespace, 'taxels', (0.0, 0.0, -pad.thickness))])
+    write_messages(path, namespace, chain(described, _messages(scene, rate, namespace)))
     return scene.frames
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A camera sensor's recording as a folder: sensor.json (geometry, material), frames/*.webp or .png (frames_left, frames_right with two
-cameras), truth.npz (true places, states, loads).
+"""Reads the recording of a camera sensor: a folder with sensor.json (geometry, material), frames/*.webp or .png (frames_left, frames_right
+with two cameras) and truth.npz (true positions, states, loads).
 """
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING,
 
 from ...errors import BadRecording
 
-# A slip is called incipient from this part of the contact on, gross from the other.
+# Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
 
 @dataclass(frozen=True)
 class RecordedView:
-    """What one camera recorded. name: '' of a single camera, 'left' or 'right'; camera: its entry of sensor.json; stamps: (T,) s; images:
-    their files."""
+    """The images of one camera. name: '' of a single camera, 'left' or 'right'; camera: its entry in sensor.json; stamps: (T,) s; images:
+    T files."""
 
     name: str
     camera: dict
@@ -35,18 +35,17 @@ class RecordedView:
 class Recording:
     """One folder, read lazily. Raises BadRecording where a file is missing or broken.
 
-    sensor: content of sensor.json; stamps: (T,) s; views: one, or left and right; camera: the first one's entry of sensor.json.
+    path: the folder; sensor: content of sensor.json; stamps: (T,) s; views: one, or left and right.
     """
 
     def __init__(self, folder: str | Path):
-        self.folder = Path(folder)
+        self.path = Path(folder)
         self.sensor = self._read('sensor.json', lambda path: json.loads(path.read_text()))
         self._truth = self._read('truth.npz', _arrays)
         self.stamps = self._truth['timestamps']
         cameras = self.sensor['cameras']
         names = [''] if len(cameras) == 1 else [camera['name'] for camera in cameras]
         self.views = [self._view(name, camera) for name, camera in zip(names, cameras)]
-        self.camera = cameras[0]
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -56,13 +55,13 @@ class Recording:
         images = sorted(p for p in self._file(folder).iterdir() if p.suffix in ('.webp', '.png', '.bmp'))
         stamps = self._truth.get(f'timestamps_{name}', self.stamps)
         if not len(images) == len(stamps) == len(self.stamps):
-            raise BadRecording(f'recording {self.folder}: {len(images)} images in {folder}/ but {len(stamps)} stamps in truth.npz')
+            raise BadRecording(f'recording {self.path}: {len(images)} images in {folder}/ but {len(stamps)} stamps in truth.npz')
         return RecordedView(name, camera, stamps, images)
 
     def _file(self, name: str) -> Path:
-        path = self.folder / name
+        path = self.path / name
         if not path.exists():
-            raise BadRecording(f'recording {self.folder}: no {name} in it')
+            raise BadRecording(f'recording {self.path}: no {name} in it')
         return path
 
     def _read(self, name: str, read: Callable[[Path], dict]) -> dict:
@@ -70,21 +69,21 @@ class Recording:
         try:
             return read(path)
         except (OSError, ValueError, BadZipFile) as error:
-            raise BadRecording(f'recording {self.folder}: {name} cannot be read: {error}') from error
+            raise BadRecording(f'recording {self.path}: {name} cannot be read: {error}') from error
 
     def image(self, index: int, view: int = 0) -> np.ndarray:
         """Frame index of a view as (height, width, 3) uint8 BGR."""
         path = self.views[view].images[index]
         image = cv2.imread(str(path), cv2.IMREAD_COLOR)
         if image is None:
-            raise BadRecording(f'recording {self.folder}: {path.name} is no image')
+            raise BadRecording(f'recording {self.path}: {path.name} cannot be decoded as an image')
         return image
 
     def truth(self, index: int) -> TruthFrame:
-        """The truth of frame index in the form in which a simulated sensor gives it, its dots in the first view; unknown is NaN."""
+        """The ground truth of frame index, its dots in the first view; unknown is NaN."""
         truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
         outlines, holes = self._loops(index)
-        touched = truth['contact_area'] > 0  # a tip between two dots touches none of them
+        touched = truth['contact_area'] > 0  # although a tip between two dots touches none of them
         fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if truth['dot_contact'].any() else np.nan
         return TruthFrame(
             dot_id=self._ids,
@@ -121,8 +120,8 @@ class Recording:
         return float(self.sensor['frame_interval_s'])
 
     def _twist(self, truth: dict) -> np.ndarray:
-        """(6,) m/s, rad/s: the twist, at the sensor's origin, that tells best how the object moves over the dots; NaN where it touches
-        none."""
+        """(6,) m/s, rad/s: twist of the object relative to the dots at the sensor's origin, the least-squares fit to the slip of the
+        touched dots; NaN when none is touched."""
         touched = truth['dot_contact']
         if not touched.any():
             return np.full(6, np.nan)
@@ -136,7 +135,7 @@ class Recording:
         return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
 
     def _touches(self, truth: dict) -> list[Touch]:
-        """One touch a tool; a static recording holds presses of a round tool at known places, told by the tool's tip."""
+        """One touch per tool. A static recording has presses of a round tool at known positions: those of its tip."""
         parts = np.flatnonzero(truth['part_area'] > 0)
         if len(parts) > 1:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
@@ -154,7 +153,7 @@ def _touch(position, depth, force) -> Touch:
 
 
 def _motion(truth: dict) -> np.ndarray:
-    """(6,) m, rad: the tool's motion since the previous frame, of its point at the sensor's origin."""
+    """(6,) m, rad: displacement of the tool since the previous frame, at the sensor's origin."""
     now, turn = truth['obj_p'].astype(float), truth['obj_rotvec'].astype(float)
     return np.concatenate([now - cv2.Rodrigues(turn)[0] @ (now - truth['obj_disp']), turn])
 

@@ -1,13 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""convert_recording: a recording of a camera sensor (sensor.json, frames, truth.npz), of a PSD finger or a taxel array
-(meta.json, input.npz, truth.npz) as a bag with ground truth, and the parameter file beside it.
+"""convert_recording: converts a recording of a camera sensor (sensor.json, frames, truth.npz), of a PSD finger or of a taxel array
+(meta.json, input.npz, truth.npz) to a bag with ground truth, and writes the parameter file of its sensor beside the bag.
 """
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import cv2
@@ -23,12 +24,13 @@ from ...calibration.files.taxel import SENSOR as TAXEL_ARRAY
 from .camera import Recording
 from ...common.progress import Progress
 from ...nodes.messages.conversions import camera_info_message
+from ...nodes.messages.description import camera_pose, description_messages, static_transform
 from .psd import PsdRecording
 from .taxel import TaxelRecording
 
 
 def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
-    """The recording in a folder or file, of whichever sensor. Raises BadRecording."""
+    """Open the recording of any sensor in a folder or file. Raises BadRecording."""
     meta = path / 'meta.json'
     if path.suffix == '.npz' or meta.exists() and TAXEL_ARRAY in meta.read_text(errors='replace'):
         return TaxelRecording(path)
@@ -36,17 +38,39 @@ def open_recording(path: Path) -> Recording | PsdRecording | TaxelRecording:
 
 
 def convert(recording: Recording | PsdRecording | TaxelRecording, target: Path, namespace: str) -> int:
-    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples. Raises
-    TactileError."""
-    messages = _messages(recording, namespace) if isinstance(recording, Recording) else recording.messages(namespace)
-    write_messages(target, namespace, Progress(messages, 'messages'))
+    """Write the recording to target, a new bag, with topics under /namespace; returns the number of frames or samples.
+
+    The bag begins with the description of the sensor and the static transforms of its own frames. Raises TactileError.
+    """
+    messages = iter(_messages(recording, namespace) if isinstance(recording, Recording) else recording.messages(namespace))
+    first = next(messages)
+    sensor_type, transforms = str(parameters(recording)['sensor_type']), sensor_frames(recording, namespace)
+    described = description_messages(first[0], sensor_type, namespace, {'source': 'file', 'path': str(recording.path)}, transforms)
+    write_messages(target, namespace, Progress(chain(described, [first], messages), 'messages'))
     return len(recording)
 
 
+def parameters(recording: Recording | PsdRecording | TaxelRecording) -> dict[str, object]:
+    """Name -> value of the sensor's parameters that the recording contains."""
+    return sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
+
+
+def sensor_frames(recording: Recording | PsdRecording | TaxelRecording, frame_id: str) -> list:
+    """TransformStamped of the frames of cameras, tip or taxels in the sensor frame, named as the driver of a live sensor names them."""
+    if isinstance(recording, Recording):
+        return [static_transform(frame_id, f'{view.name}_camera'.lstrip('_'), *_pose(view.camera)) for view in recording.views]
+    return [static_transform(frame_id, name, (0.0, 0.0, z)) for name, z in recording.frames().items()]
+
+
+def _pose(camera: dict) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+    rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
+    return camera_pose(rotation, np.array(camera['t_cam_from_sensor'], float))
+
+
 def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """(stamp, topic, message) in order; ground truth comes after its image, as from a simulated sensor."""
+    """(stamp, ns, topic, message) in order; the ground truth of a frame follows its image, as from a simulated sensor."""
     numbers = TouchNumbers()
-    # A stamp of zero means «no time» to much of ROS.
+    # Much of ROS takes a stamp of zero for unknown time.
     shift = 1.0 if recording.stamps[0] < 1.0 else 0.0
     for index, stamp in enumerate(recording.stamps):
         stamp_ns = round((stamp + shift) * 1e9)
@@ -68,7 +92,7 @@ def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Ite
 
 
 def sensor_parameters(sensor: dict) -> dict[str, object]:
-    """Name -> value of the sensor's parameters that sensor.json tells."""
+    """Name -> value of the parameters that sensor.json contains."""
     camera = sensor['cameras'][0]
     rows, columns = (int(n) + 1 for n in np.ptp(sensor['dots']['row_col'], axis=0))
     rotation = cv2.Rodrigues(np.array(camera['R_cam_from_sensor'], float))[0].ravel()
@@ -88,7 +112,7 @@ def _touchpad(sensor: dict) -> dict[str, object]:
 
 
 def _markers(sensor: dict) -> dict[str, object]:
-    """A sheet or a dome: bright markers, as the camera inside sees them."""
+    """Parameters of a sheet or a dome with bright markers."""
     info, sheet = sensor['info'], 'size' in sensor['info']
     size = [float(x) for x in info['size']] if sheet else [0.0, 0.0]
     return {
@@ -103,7 +127,7 @@ def _markers(sensor: dict) -> dict[str, object]:
 
 
 def _pitch(dots: dict) -> list[float]:
-    """m, from dot to dot along rows and along columns, as nominally printed."""
+    """Nominal pitch along rows and along columns, m."""
     places = {tuple(rc): np.array(xyz, float) for rc, xyz in zip(dots['row_col'], dots['rest_xyz_nominal'])}
     pitch = []
     for step in ((0, 1), (1, 0)):
@@ -114,18 +138,17 @@ def _pitch(dots: dict) -> list[float]:
 
 @tells_errors('convert_recording')
 def main(args: list[str] | None = None) -> int:
-    """The command convert_recording; exit code 0, or 1 with one line that says what is wrong."""
+    """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='convert_recording', description=__doc__)
     parser.add_argument('input', type=Path, help='folder with sensor.json, frames/, truth.npz, or with meta.json, input.npz, truth.npz; '
                         '.npz with imprints of weights')
     parser.add_argument('output', type=Path, help='new rosbag2 folder; the parameter file goes beside it, as OUTPUT.yaml')
-    parser.add_argument('--namespace', default='touchpad', help='of the topics, and frame_id')
+    parser.add_argument('--namespace', default='touchpad', help='namespace of the topics, and frame_id')
     given = parser.parse_args(args)
     recording = open_recording(given.input)
     frames = convert(recording, given.output, given.namespace)
-    parameters = sensor_parameters(recording.sensor) if isinstance(recording, Recording) else recording.parameters()
     params = given.output.with_name(given.output.name + '.yaml')
-    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters}}, sort_keys=False))
+    params.write_text(yaml.safe_dump({'/**': {'ros__parameters': parameters(recording)}}, sort_keys=False))
     unit = 'samples' if isinstance(recording, PsdRecording) else 'frames'
     print(f'{given.output}: {frames} {unit}; parameters of the sensor: {params}')
     return 0

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A PSD finger's recording as a folder: meta.json, input.npz (t, volts; of a stage trigger_group, label_phi, label_theta), truth.npz."""
+"""Reads the recording of a PSD finger: a folder with meta.json, input.npz (t, volts; label_phi, label_theta of a stage), truth.npz."""
 from __future__ import annotations
 
 import json
@@ -17,33 +17,33 @@ from tactile_driver.simulation.truth import Touch
 
 from ...errors import BadRecording
 
-_BLOCK_S = 0.005
-_CONTACT = 2
-_FIRST_S = 1.0  # a stamp of zero means «no time» to much of ROS
+_BLOCK_S = 0.005  # of one message, as psd_node's default
+_CONTACT = 2  # value of phase in truth.npz
+_FIRST_S = 1.0  # much of ROS takes a stamp of zero for unknown time
 
 
 class PsdRecording:
     """One folder. Raises BadRecording where a file is missing or broken.
 
-    Presses that a stage has labelled are told at the place of their label, others at their true one.
+    path: the folder. A press that a stage has labelled has the position of its label as ground truth, others the true one.
     """
 
     def __init__(self, folder: str | Path):
-        self.folder = Path(folder)
+        self.path = Path(folder)
         try:
-            self.meta = json.loads((self.folder / 'meta.json').read_text())
-            self._input, self._truth = (dict(np.load(self.folder / name)) for name in ('input.npz', 'truth.npz'))
+            self.meta = json.loads((self.path / 'meta.json').read_text())
+            self._input, self._truth = (dict(np.load(self.path / name)) for name in ('input.npz', 'truth.npz'))
             self.volts, self._t = self._input['volts'].astype(np.float32), self._input['t']
         except (OSError, ValueError, KeyError, BadZipFile) as error:
-            raise BadRecording(f'recording {self.folder}: {error!r}') from error
+            raise BadRecording(f'recording {self.path}: {error!r}') from error
         self.period = float(np.median(np.diff(self._t)))
 
     def __len__(self) -> int:
         return len(self.volts)
 
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
-        """(stamp, ns, topic, message) in order: blocks of voltages, and after each the ground truth of its first sample and of those with
-        which contacts begin or end."""
+        """(stamp, ns, topic, message) in order: blocks of voltages, each followed by the ground truth of its first sample and of those
+        at which contacts begin or end."""
         numbers, count = TouchNumbers(), max(round(_BLOCK_S / self.period), 1)
         normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
         for begin in range(0, len(self), count):
@@ -65,7 +65,7 @@ class PsdRecording:
         return [touch] * int(self._truth['n_contacts'][k])
 
     def _normals(self) -> np.ndarray:
-        """(N, 3): as labelled, for the whole of each press with a label."""
+        """(N, 3) unit normals, those of the label during each labelled press."""
         normals = np.array(self._truth['normal'], float)
         labels = self._input.get('label_theta')
         if labels is None:
@@ -79,5 +79,9 @@ class PsdRecording:
         return normals
 
     def parameters(self) -> dict[str, object]:
-        """Name -> value of the sensor's parameters that meta.json tells."""
+        """Name -> value of the parameters that meta.json contains."""
         return {'sensor_type': self.meta['sensor'], 'radius': float(self.meta['R_s_m'])}
+
+    def frames(self) -> dict[str, float]:
+        """Name -> z in the sensor frame, m, of the sensor's own frames."""
+        return {'tip': float(self.meta['R_s_m'])}

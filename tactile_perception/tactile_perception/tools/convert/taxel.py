@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A taxel array's recording: a folder (meta.json, input.npz with t and frames, truth.npz), or an .npz of imprints under known weights."""
+"""Reads the recording of a taxel array: a folder (meta.json, input.npz with t and frames, truth.npz) or an .npz of imprints under known
+weights."""
 from __future__ import annotations
 
 import json
@@ -18,19 +19,20 @@ from tactile_driver.simulation.truth import Touch, TruthFrame
 
 from ...errors import BadRecording
 
-_FIRST_S = 1.0  # a stamp of zero means «no time» to much of ROS
-_GRAVITY = 9.81
+_FIRST_S = 1.0  # much of ROS takes a stamp of zero for unknown time
+_GRAVITY = 9.81  # m/s^2
+# The .npz of imprints: name of an array = letter of the weight + number; 3.4 mm pitch.
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
 _PITCH_M = 3.4e-3
-_FINE = 16  # parts of a taxel in which true outlines are drawn
+_FINE = 16  # subdivisions of a taxel on which true outlines are traced; chosen
 _PAUSE_S = 1.0  # between imprints
-_LOADED = 0.8  # of an imprint's largest sum: the weight stands
-_SETTLED = 0.5  # part of that time after which it has settled
+_LOADED = 0.8  # chosen: of the 90th percentile of an imprint's sums, from which the whole weight is on the array
+_SETTLED = 0.5  # chosen: fraction of the loaded time after which the load is taken as settled
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One frame: values (rows, columns), stamp s, truth, None where nothing is known."""
+    """One frame: values (rows, columns), stamp, s, and ground truth, None when unknown."""
 
     values: np.ndarray
     stamp: float
@@ -38,10 +40,10 @@ class _Row:
 
 
 class TaxelRecording:
-    """Of a folder or file. Raises BadRecording where something is missing or broken."""
+    """A folder or file at path. Raises BadRecording when something is missing or damaged."""
 
     def __init__(self, path: str | Path):
-        self.path = Path(path)
+        self.path, self.meta = Path(path), {}
         try:
             self._rows = _imprints(_arrays(self.path)) if self.path.suffix == '.npz' else self._folder()
         except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
@@ -53,7 +55,7 @@ class TaxelRecording:
         return len(self._rows)
 
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
-        """(stamp, ns, topic, message) in order, the ground truth of a frame after it."""
+        """(stamp, ns, topic, message) in order, each frame followed by its ground truth."""
         numbers, last = TouchNumbers(), None
         shift = _FIRST_S if self._rows[0].stamp < _FIRST_S else 0.0
         for row in self._rows:
@@ -69,7 +71,7 @@ class TaxelRecording:
             last = row.stamp
 
     def parameters(self) -> dict[str, object]:
-        """Name -> value of the sensor's parameters that the recording tells."""
+        """Name -> value of the parameters that the recording contains."""
         rows, columns = (int(n) for n in self._rows[0].values.shape)
         largest = max(int(row.values.max()) for row in self._rows)
         found = {'sensor_type': 'taxel_array', 'rows': rows, 'columns': columns, 'pitch': _PITCH_M,
@@ -79,6 +81,10 @@ class TaxelRecording:
         names = {'pitch': 'pitch_m', 'bits': 'bits', 'pad.thickness': 'pad_thickness_m', 'pad.stiffness': 'pad_E_Pa',
                  'pad.shear_modulus': 'pad_G_Pa', 'pad.friction': 'mu_nominal'}
         return found | {name: self.meta[key] for name, key in names.items() if key in self.meta}
+
+    def frames(self) -> dict[str, float]:
+        """Name -> z in the sensor frame, m, of the sensor's own frames."""
+        return {'taxels': -float(self.meta['pad_thickness_m'])} if 'pad_thickness_m' in self.meta else {}
 
     def _folder(self) -> list[_Row]:
         self.meta = json.loads((self.path / 'meta.json').read_text())
@@ -93,7 +99,7 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 def _truth(of: dict, pitch: float) -> TruthFrame:
-    """The truth of a frame, pitch (m) from taxel to taxel, in the form in which a simulated sensor gives it; unknown is NaN."""
+    """The ground truth of a frame; of: its arrays in truth.npz; pitch: m; unknown is NaN."""
     touched = bool(of['contact'])
     centroid = np.array([*(1e-3 * np.asarray(of['centroid_mm'], float)), 0.0])
     normal = float(of['Fn_N'])
@@ -104,14 +110,14 @@ def _truth(of: dict, pitch: float) -> TruthFrame:
                        slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']), wrench=wrench)
     if touched:
         frame.outlines, frame.holes = _loops(np.asarray(of['contact_fraction'], np.float32), pitch)
-        depth = 1e-3 * float(of['depth_mm']) or np.nan  # a weight's depth is not known
+        depth = 1e-3 * float(of['depth_mm']) or np.nan  # 0 where unknown
         frame.centroid, frame.normal = centroid, np.array([0.0, 0.0, 1.0])
         frame.contacts = [Touch(centroid + [0, 0, -np.nan_to_num(depth)], frame.normal, depth, normal)]
     return frame
 
 
 def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
-    """Outlines and holes, (M, 3) m each, of what is touched; fraction: (rows, columns) float32, how much of each taxel is."""
+    """Outlines and holes, (M, 3) m each, of the contact region; fraction: (rows, columns) float32, of each taxel that is touched."""
     padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
     fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
     loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
@@ -121,7 +127,7 @@ def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
 
 
 def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:
-    """Frames of all imprints one after the other, with the truth where the weight has settled."""
+    """Frames of all imprints in sequence, with ground truth when the weight has settled."""
     rows, clock = [], 0.0
     for name in sorted(key for key in arrays if key[0] in _GRAMS and key[1:].isdigit()):
         values, times = arrays[name], 1e-3 * (arrays[f'{name}_t_ms'] - arrays[f'{name}_t_ms'][0])

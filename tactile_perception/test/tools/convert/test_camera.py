@@ -14,7 +14,7 @@ def test_images_and_stamps(recording_folder):
     recording = Recording(recording_folder)
     assert len(recording) == 3 and recording.stamps.tolist() == [0.0, 0.1, 0.2] and recording.interval == pytest.approx(0.1)
     assert [int(recording.image(k)[0, 0, 0]) for k in range(3)] == [10, 20, 30] and recording.image(0).shape == (48, 64, 3)
-    assert recording.camera['width'] == 64
+    assert recording.views[0].camera['width'] == 64
 
 
 def test_the_truth_of_a_free_and_of_touched_frames(recording_folder):
@@ -62,7 +62,7 @@ def test_a_broken_file_is_named(recording_folder, name):
 
 def test_a_file_that_is_no_image_is_named(recording_folder):
     (recording_folder / 'frames/001.png').write_bytes(b'x')
-    with pytest.raises(BadRecording, match='001.png is no image'):
+    with pytest.raises(BadRecording, match='001.png'):
         Recording(recording_folder).image(1)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from tactile_perception.bags.rosbag import BagReader
 from tactile_perception.nodes.messages.conversions import image_to_array
 from tactile_perception.nodes.messages.serialization import MessageCodec
@@ -17,6 +18,7 @@ from tactile_perception.tools.convert import command as module
 from tactile_perception.tools.convert.camera import Recording
 
 pytestmark = pytest.mark.ros
+FIRST = {'description', '/tf_static'}
 TOPICS = {'camera_info', 'image_raw', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip', 'ground_truth/wrench'}
 
 
@@ -37,8 +39,8 @@ def convert(folder, bag):
 
 
 def test_every_frame_is_there_with_its_truth(converted):
-    assert set(converted) == TOPICS
-    for messages in converted.values():
+    assert set(converted) == TOPICS | FIRST
+    for messages in (converted[name] for name in TOPICS):
         assert [stamp for stamp, _ in messages] == [1_000_000_000, 1_100_000_000, 1_200_000_000], 'no stamp of zero'
         assert all(m.header.frame_id == 'pad' and m.header.stamp.sec * 10**9 + m.header.stamp.nanosec == stamp for stamp, m in messages)
 
@@ -53,6 +55,18 @@ def test_images_and_numbers_are_as_recorded(recording_folder, converted):
     assert contacts[1][0].depth == pytest.approx(1e-3) and converted['ground_truth/wrench'][1][1].wrench.force.z == pytest.approx(-2)
     assert len(converted['ground_truth/contact_region'][1][1].holes) == 1
     assert [m.state for _, m in converted['ground_truth/slip']] == [0, 0, 2]
+
+
+def test_it_begins_with_the_description_and_the_frames_of_the_sensor(recording_folder, converted, dual_folder, tmp_path):
+    about = yaml.safe_load(converted['description'][0][1].data)
+    assert about == {'sensor_type': 'touchpad', 'frame_id': 'pad', 'source': 'file', 'path': str(recording_folder)}
+    (stamp, message), = converted['/tf_static']
+    assert stamp == 1_000_000_000 and [t.child_frame_id for t in message.transforms] == ['pad_camera']
+    camera = Recording(recording_folder).views[0].camera  # the camera's own origin in the sensor frame
+    at, away = message.transforms[0].transform.translation, np.array(camera['t_cam_from_sensor'])
+    assert (at.x, at.y, at.z) == pytest.approx(tuple(-np.array(camera['R_cam_from_sensor']).T @ away))
+    both = convert(dual_folder, tmp_path / 'two')['/tf_static'][0][1].transforms
+    assert [t.child_frame_id for t in both] == ['pad_left_camera', 'pad_right_camera']
 
 
 def test_the_parameters_are_the_sensors(recording_folder, converted, tmp_path):
@@ -72,7 +86,7 @@ def test_what_cannot_be_converted_is_said_in_one_line(recording_folder, tmp_path
 def test_two_cameras_become_two_topics_under_their_own_stamps(dual_folder, tmp_path):
     found = convert(dual_folder, tmp_path / 'bag')
     views = {f'{side}/{name}' for side in ('left', 'right') for name in ('camera_info', 'image_raw')}
-    assert set(found) == views | {name for name in TOPICS if name.startswith('ground_truth')}
+    assert set(found) == FIRST | views | {name for name in TOPICS if name.startswith('ground_truth')}
     for name, late in (('left/image_raw', 0), ('right/image_raw', 4_000_000), ('right/camera_info', 4_000_000), ('ground_truth/wrench', 0)):
         assert [stamp for stamp, _ in found[name]] == [1_000_000_000 + late, 1_100_000_000 + late, 1_200_000_000 + late]
     assert [int(image_to_array(m)[0, 0, 0]) for _, m in found['right/image_raw']] == [110, 120, 130]
