@@ -28,7 +28,8 @@ def core_modules(package):
     """Return the names of all modules of the package outside nodes/, bags/ and tools/, which read and write ROS messages."""
     root, with_ros = ROOT / package, {'nodes', 'bags', 'tools'}
     found = [path.relative_to(root).with_suffix('') for path in (root / package).rglob('*.py')]
-    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in found if not with_ros & set(path.parts)})
+    core = [path for path in found if not with_ros & set(path.parts)]
+    return sorted({'.'.join(path.parts[:-1] if path.name == '__init__' else path.parts) for path in core})
 
 
 @pytest.mark.parametrize('package', ['tactile_driver', 'tactile_perception'])
