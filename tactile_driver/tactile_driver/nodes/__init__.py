@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """ROS nodes of the drivers: the only place here that imports ROS.
 
-A node is one thread: its matrices and images are small, so that a second thread of the linear algebra or of OpenCV only waits (measured:
-seven times slower on two busy cores). It has to be said before they are imported, hence here.
+Linear algebra and OpenCV run in one thread: matrices and images are small, and further threads only wait (measured: seven times slower on
+two busy cores). The libraries read these variables when they are imported, so they are set here.
 """
 import os
 

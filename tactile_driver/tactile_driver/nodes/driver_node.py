@@ -1,62 +1,71 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the lifecycle nodes of all drivers share: configure opens a source, activate publishes what comes from it."""
+"""The lifecycle node that all drivers share: configure opens a source, activate publishes its data."""
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
 
 from ..errors import BadArgument, DeviceLost, TactileError
+from ..parameters.shared import LIVE, check_together
 from ..parameters.table import Parameter
-from .runtime.diagnostics import Health, NodeDiagnostics, LogOnce
-from .runtime.host import Host, SharedPublisher
 from .runtime.defect_guard import guard_services
+from .runtime.diagnostics import Health, LogOnce, NodeDiagnostics
+from .runtime.host import Host, SharedPublisher
 from .runtime.parameter_server import NodeParameters
 from .runtime.ros_defaults import steady_timer
 from ..sources.base.capture import Backoff
+from ..sources.base.protocol import Clock, Source
 from .streams.base import BaseStream
 from .streams.camera_health import unconfigured_health
 
-_SUPERVISION_S = 0.1
+_SUPERVISION_S = 0.1  # chosen: a device that is plugged in again is open within a frame or two of a slow camera
 
 
 class DriverNode(LifecycleNode):
-    """configure opens the source, activate publishes, deactivate holds, cleanup closes; with autostart it does the first two by itself.
+    """configure opens the source, activate publishes, deactivate pauses, cleanup closes; with autostart the node does the first two itself.
 
-    What it was given at the start and cannot use ends the process then (the timer raises a TactileError); a device that is missing is
-    waited for, and what is changed later and wrong is reported.
+    A start parameter that cannot be used ends the process (the supervision timer raises a TactileError). The node waits for a missing
+    device, and reports a wrong parameter that was set later.
 
-    name: of the node; table: its parameters; live: names of those that can be changed while it runs; open_stream: makes the running stream
-    of the parameters' values, with an open source. Raises TactileError where it cannot. kind: of hardware, in /diagnostics. host: of the
-    process.
+    name: of the node; table: its parameters; kind: of hardware, shown in /diagnostics; host: of the process.
     """
 
-    def __init__(self, name: str, table: Sequence[Parameter], live: frozenset, open_stream: Callable[[dict], BaseStream],
-                 kind: str = 'camera', host: Host | None = None):
+    def __init__(self, name: str, table: Sequence[Parameter], kind: str, host: Host | None = None):
         self._host = host or Host()
         super().__init__(name, **self._host.options)
-        self._open_stream, self._live = open_stream, live
         self._stream: BaseStream | None = None
         self._problem = ''
         self._backoff = Backoff()
         self._next_try = 0.0
         self._tried, self._refusal = False, None
-        self._say = LogOnce(self)
+        self._log = LogOnce(self)
         self._settings = NodeParameters(self, table, self._check_change, self._apply_change)
         self._diagnostics = NodeDiagnostics(self, kind, 'none', self._examine)
         self._supervision = steady_timer(self, _SUPERVISION_S, self._supervise)
         guard_services(self)
 
+    def open_stream(self, values: dict) -> BaseStream:
+        """A running stream for the parameters' values, with an open source. Raises TactileError if it cannot be opened."""
+        raise NotImplementedError
+
+    def opened(self, make_source: Callable[[Mapping, Clock], Source], values: dict) -> Source:
+        """The source for the parameters' values, open. Raises TactileError."""
+        check_together(values)
+        source = make_source(values, self.now_ns)
+        source.open()
+        return source
+
     def create_lifecycle_publisher(self, *args, **kwargs) -> Publisher | SharedPublisher:
-        """As of a lifecycle node, with takers in the process."""
+        """A lifecycle publisher that nodes of the same process may attach to."""
         return self._host.publisher(super().create_lifecycle_publisher(*args, **kwargs))
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open the source; FAILURE where it is missing or a parameter is wrong: the node stays unconfigured and says why."""
+        """Open the source. FAILURE if it is missing or a parameter is wrong: the node stays unconfigured and reports why."""
         try:
             self._stream = self._opened_stream()
         except DeviceLost as error:
@@ -67,11 +76,11 @@ class DriverNode(LifecycleNode):
             self._refuse(str(error), math.inf)
             return TransitionCallbackReturn.FAILURE
         except Exception as error:  # rclpy would swallow it
-            if self.context.ok():  # else it is because ROS ends
+            if self.context.ok():  # else ROS is shutting down
                 self._refuse(f'configure failed: {error!r}', math.inf)
             return TransitionCallbackReturn.ERROR
         if self._problem:
-            self._say.forget(self._problem)
+            self._log.forget(self._problem)
         self._problem = ''
         self._backoff.reset()
         about = self._stream.source.describe()
@@ -79,13 +88,13 @@ class DriverNode(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Publish."""
+        """Start to publish."""
         result = super().on_activate(state)
         self._stream.resume()
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Hold."""
+        """Pause."""
         self._stream.pause()
         return super().on_deactivate(state)
 
@@ -95,28 +104,28 @@ class DriverNode(LifecycleNode):
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Close the source for good."""
+        """Close the source and stop the supervision."""
         self._supervision.cancel()
         self._close()
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Back to unconfigured, with nothing left open."""
+        """Close the source and return to unconfigured."""
         self._close()
         return TransitionCallbackReturn.SUCCESS
 
     def destroy_node(self) -> None:
-        """Close the source and end its threads first."""
+        """Close the source and end its threads, then destroy the node."""
         self._close()
         super().destroy_node()
 
     def _opened_stream(self) -> BaseStream:
         if self._settings.problems:
-            raise BadArgument('; '.join(self._settings.problems.values()) + '; set it right with ros2 param set, or start again')
-        return self._open_stream(self._settings.values())
+            raise BadArgument('; '.join(self._settings.problems.values()) + '; correct it with ros2 param set, or start again')
+        return self.open_stream(self._settings.values())
 
     def now_ns(self) -> int:
-        """The node's clock, ns."""
+        """Time of the node's clock, ns."""
         return self.get_clock().now().nanoseconds
 
     def _close(self) -> None:
@@ -126,30 +135,30 @@ class DriverNode(LifecycleNode):
 
     def _refuse(self, problem: str, next_try: float) -> None:
         self._problem, self._next_try = problem, next_try
-        if not self._ends:
-            self._say.error(problem, problem)
+        if not self._must_end:
+            self._log.error(problem, problem)
 
     @property
-    def _ends(self) -> bool:
-        """Whether what was given at the start cannot be used."""
+    def _must_end(self) -> bool:
+        """Whether a start parameter cannot be used."""
         return self._refusal is not None and not self._tried and self._settings['autostart']
 
     def _supervise(self) -> None:
-        """Start by itself; again after a while where the device is missing, or when a parameter has changed. Raises TactileError where
-        what was given at the start cannot be used."""
+        """Configure and activate with autostart; retry after a missing device or a changed parameter. Raises TactileError if a start
+        parameter cannot be used."""
         if not self._settings['autostart'] or self._stream is not None:
             self._supervision.cancel()
         elif time.monotonic() >= self._next_try:
             self._next_try = math.inf
             if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
                 self.trigger_activate()
-            if self._ends:
+            if self._must_end:
                 raise self._refusal
             self._tried = True
             self._diagnostics.update()
 
     def _check_change(self, changes: dict) -> None:
-        fixed = sorted(n for n, value in changes.items() if n not in self._live and value != self._settings[n])
+        fixed = sorted(name for name, value in changes.items() if name not in LIVE and value != self._settings[name])
         if self._stream is not None and fixed:
             raise BadArgument(f'parameter {fixed[0]} can be changed only while the node is unconfigured: deactivate and clean up first')
 

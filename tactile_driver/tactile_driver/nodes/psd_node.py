@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""psd_node: a PSD finger on a serial port, a recording or a simulated one on voltages, as a lifecycle node."""
+"""psd_node: publishes the voltages of a PSD finger from a serial port, a recording or a simulation; a lifecycle node."""
 from __future__ import annotations
 
 import sys
 
 from .driver_node import DriverNode
-from ..parameters.psd import PSD_DRIVER_PARAMETERS, check_together
+from ..parameters.psd import PSD_DRIVER_PARAMETERS
 from .runtime.host import Host
 from .runtime.run import run_node
 from ..sources.psd.registry import make_psd_source
@@ -14,21 +14,19 @@ from .streams.voltage import VoltageStream, voltage_publishers
 
 
 class PsdNode(DriverNode):
-    """One finger."""
+    """One PSD finger."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('psd_node', PSD_DRIVER_PARAMETERS, frozenset(), self._opened, 'psd finger', host)
+        super().__init__('psd_node', PSD_DRIVER_PARAMETERS, 'psd finger', host)
         self._outputs = voltage_publishers(self)
 
-    def _opened(self, values: dict) -> VoltageStream:
-        check_together(values)
-        source = make_psd_source(values, self.now_ns)
-        source.open()
-        return VoltageStream(self, self._outputs, source, values)
+    def open_stream(self, values: dict) -> VoltageStream:
+        """See DriverNode."""
+        return VoltageStream(self, self._outputs, self.opened(make_psd_source, values), values)
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process psd_node."""
+    """Entry point of psd_node."""
     sys.exit(run_node(PsdNode, args))
 
 

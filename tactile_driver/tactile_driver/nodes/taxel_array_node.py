@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""taxel_array_node: a taxel array on a serial port, a recording or a simulated one on image_raw, as a lifecycle node."""
+"""taxel_array_node: publishes the images of a taxel array from a serial port, a recording or a simulation; a lifecycle node."""
 from __future__ import annotations
 
 import sys
 
 from .driver_node import DriverNode
-from ..parameters.taxel import TAXEL_DRIVER_PARAMETERS, check_together
+from ..parameters.taxel import TAXEL_DRIVER_PARAMETERS
 from .runtime.host import Host
 from .runtime.run import run_node
 from ..sources.taxel.registry import make_taxel_source
@@ -14,21 +14,19 @@ from .streams.taxel import TaxelStream, taxel_publishers
 
 
 class TaxelArrayNode(DriverNode):
-    """One array."""
+    """One taxel array."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, frozenset(), self._opened, 'taxel array', host)
+        super().__init__('taxel_array_node', TAXEL_DRIVER_PARAMETERS, 'taxel array', host)
         self._outputs = taxel_publishers(self)
 
-    def _opened(self, values: dict) -> TaxelStream:
-        check_together(values)
-        source = make_taxel_source(values, self.now_ns)
-        source.open()
-        return TaxelStream(self, self._outputs, source, values)
+    def open_stream(self, values: dict) -> TaxelStream:
+        """See DriverNode."""
+        return TaxelStream(self, self._outputs, self.opened(make_taxel_source, values), values)
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process taxel_array_node."""
+    """Entry point of taxel_array_node."""
     sys.exit(run_node(TaxelArrayNode, args))
 
 

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node that all cameras share, with a stream that is no camera's: what it refuses, retries and lets change."""
-
+"""The node that all drivers share, over a fake stream: what it refuses, retries and lets change."""
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='ROS is not sourced')
@@ -49,8 +48,8 @@ def node():
             if error is not None:
                 raise error
             return stream
-        host = Host(parameters={'autostart': autostart})
-        made.append(DriverNode('driver', TABLE, frozenset({'exposure'}), open_stream, host=host))
+        made.append(DriverNode('driver', TABLE, 'camera', Host(parameters={'autostart': autostart})))
+        made[-1].open_stream = open_stream
         return made[-1], stream
     yield make
     for each in made:
@@ -94,7 +93,7 @@ def test_what_it_was_given_and_cannot_use_is_raised_at_the_start_only(node):
         driver._supervise()
     driver, stream = node(DeviceLost('no camera'), autostart=True)
     driver._supervise()
-    driver._open_stream = refuse
+    driver.open_stream = refuse
     driver._next_try = 0.0
     driver._supervise()
     assert driver._examine().level == ERROR and 'bad exposure' in driver._examine().message

@@ -3,7 +3,7 @@
 import pytest
 
 from tactile_driver.errors import BadArgument
-from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_together
+from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS, check_pair
 from tactile_driver.parameters.table import defaults
 
 
@@ -13,14 +13,14 @@ from tactile_driver.parameters.table import defaults
                                                                       'topic'), ({'frame_id': ''}, 'frame_id')])
 def test_what_does_not_fit_together_is_named(changes, named):
     with pytest.raises(BadArgument, match=f'parameters? {named}'):
-        check_together({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
+        check_pair({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
 
 
 @pytest.mark.parametrize('changes', [{}, {'source': 'device'}, {'source': 'file', 'path': 'a', 'right_path': 'b'}, {'source': 'topics'},
                                      {'source': 'bag', 'path': 'a', 'right_path': 'b', 'topic': 'x', 'right_topic': 'x'},
                                      {'source': 'file', 'path': 'a', 'layout': 'side_by_side'}])
 def test_what_fits_together(changes):
-    check_together({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
+    check_pair({**defaults(DUAL_CAMERA_PARAMETERS), **changes})
 
 
 def test_no_name_twice():

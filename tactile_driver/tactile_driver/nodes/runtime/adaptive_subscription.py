@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A subscription with the reliability that its publishers offer, and the durability, as rosbag2 and `ros2 topic echo` choose them."""
+"""A subscription that adopts the reliability and durability of its publishers, as rosbag2 and `ros2 topic echo` do."""
 from __future__ import annotations
 
 import threading
@@ -13,16 +13,16 @@ from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPo
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-_AT_ONCE = 20  # messages, after which others than this subscription have their turn
+_AT_ONCE = 20  # messages taken at once before other callbacks run; chosen
 
-Take = Callable[[object, int], None]  # a message, and when it was received, ns
+Take = Callable[[object, int], None]  # a message, and its time of receipt, ns
 
 Policies = tuple[ReliabilityPolicy, DurabilityPolicy]
 
 
 def policies_for(publishers: Sequence[TopicEndpointInfo], latched: bool) -> Policies:
-    """What fits all publishers: reliable where all are; where latched messages are wanted transient local, if all are. Without any,
-    reliable and volatile: large images from another process do not survive a best-effort subscription."""
+    """Policies that fit all publishers: reliable if all are; transient local if latched messages are wanted and all publishers latch.
+    Without publishers reliable and volatile: best effort loses large images from another process."""
     reliable = all(each.qos_profile.reliability == ReliabilityPolicy.RELIABLE for each in publishers)
     latched = latched and publishers and all(each.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in publishers)
     return (ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -30,26 +30,26 @@ def policies_for(publishers: Sequence[TopicEndpointInfo], latched: bool) -> Poli
 
 
 class AdaptiveSubscription:
-    """Calls take with each message on a topic; made anew where publishers come or go and others fit the policies no longer.
+    """Calls take with each message on a topic; subscribes again when publishers come or go and the policies no longer fit.
 
-    qos: history and depth; durability transient local, where the last message from before is wanted: of a stream it would be an old one,
-    and Fast DDS's system default keeps one too. Its reliability is not looked at. raw: take gets the serialised message.
+    qos: history and depth; durability: transient local to also receive the last message published before (of a stream that would be an old
+    one). Its reliability is ignored. raw: take gets the serialised message.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile, raw: bool = False):
         self._node, self._kind, self._topic, self._take, self._qos, self._raw = node, kind, topic, take, qos, raw
-        self._lock = threading.RLock()  # an event comes in the executor's thread, close() in any
+        self._lock = threading.RLock()  # events come in the executor's thread, close() in any
         self._subscription: Subscription | None = None
         self._closed = False
         self._subscribe(self._fitting())
 
     @property
     def policies(self) -> Policies:
-        """The present ones."""
+        """The present reliability and durability."""
         return self._policies
 
     def close(self) -> None:
-        """Take nothing more."""
+        """Unsubscribe."""
         with self._lock:
             self._closed = True
             self._unsubscribe()
@@ -72,7 +72,7 @@ class AdaptiveSubscription:
             self._subscription = None
 
     def _weakened(self, info: QoSRequestedIncompatibleQoSInfo) -> Policies:
-        """The present policies without the one that a publisher does not offer: it may not be in the graph yet."""
+        """The present policies without the one that a publisher does not offer; that publisher may not be in the graph yet."""
         reliability, durability = self._policies
         missing = QoSPolicyKind(info.last_policy_kind)
         return (ReliabilityPolicy.BEST_EFFORT if missing == QoSPolicyKind.RELIABILITY else reliability,
@@ -81,7 +81,7 @@ class AdaptiveSubscription:
     def _adapt(self, policies: Policies) -> None:
         if policies == self._policies:
             return
-        self._take_waiting()  # without the lock: take may wait for one that close() is called under
+        self._take_waiting()  # without the lock: take may wait for a lock under which close() is called
         with self._lock:
             if not self._closed:
                 self._unsubscribe()
@@ -92,7 +92,7 @@ class AdaptiveSubscription:
         self._take_waiting()
 
     def _take_waiting(self) -> None:
-        """Pass on what has come meanwhile."""
+        """Pass on the messages that wait."""
         subscription = self._subscription
         if subscription is not None:
             for message, info in waiting(subscription):
@@ -100,13 +100,13 @@ class AdaptiveSubscription:
 
 
 def received_ns(info: dict) -> int:
-    """When a message was received, ns by this machine's clock; where the middleware does not tell, when it was sent by its sender's."""
+    """Time of receipt, ns of this machine's clock; the sending time by the sender's clock if the middleware gives none."""
     return info['received_timestamp'] or info['source_timestamp']
 
 
 def waiting(subscription: Subscription) -> Iterator[tuple[object, dict]]:
-    """(message, info) of what has come meanwhile, some at once: the executor's way to each costs 0.2 to 0.4 ms, as much as the work on a
-    small message. They end where the subscription does."""
+    """(message, info) of up to _AT_ONCE waiting messages: the executor takes 0.2 to 0.4 ms for each (measured), as much as processing a
+    small message does. Ends when the subscription is destroyed."""
     for _ in range(_AT_ONCE):
         try:
             with subscription.handle:

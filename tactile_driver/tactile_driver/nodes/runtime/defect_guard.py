@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What keeps a node running whatever it is sent: beyond the checks at the border, nothing that a callback raises ends it."""
+"""Keeps a node running whatever it receives: an exception that no input check foresaw is logged and counted, and does not end the node."""
 from __future__ import annotations
 
 import traceback
@@ -12,9 +12,9 @@ from rclpy.node import Node
 
 
 class DefectGuard:
-    """Takes what a callback raises and no check foresaw: a defect of this software, that must not end the node. caught: how often."""
+    """Catches what a callback raises and no input check foresaw: a defect of this software. caught: number of defects met."""
 
-    #: Set by tests: what is caught is raised again, so that no defect hides here.
+    #: Set by tests: defects are raised again, so that none stays hidden.
     strict = False
 
     def __init__(self, node: Node):
@@ -22,7 +22,7 @@ class DefectGuard:
         self._logger, self._places = node.get_logger(), set()
 
     def catch(self, error: Exception, topic: str) -> str:
-        """Count an error while a message of topic was worked on, and log it, once for each line of code; what to say of it."""
+        """Count an error raised by a message of topic, log it once for each line of code, and return its description."""
         if self.strict:
             raise error
         self.caught += 1
@@ -35,9 +35,8 @@ class DefectGuard:
 
 
 def guard_services(node: Node) -> None:
-    """Let no request end the node: rclpy raises for a parameter of an unknown type, and for a transition that the state does not allow.
-
-    The caller is answered that it failed. Call it when all services are made.
+    """Answer requests that fail instead of ending the node: rclpy raises for a parameter of an unknown type and for a transition that the
+    state does not allow. Call this once all services exist.
     """
     for service in node.services:
         service.callback = _answered(node, service.srv_name, service.callback)
@@ -45,7 +44,7 @@ def guard_services(node: Node) -> None:
 
 def _answered(node: Node, name: str, callback: Callable) -> Callable:
     def called(request, response):
-        """As callback, with an answer in any case."""
+        """Call callback; a failure is answered too."""
         try:
             return callback(request, response)
         except Exception as error:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's health on /diagnostics, and messages that are said once."""
+"""A node's health on /diagnostics, and log messages that are not repeated."""
 from __future__ import annotations
 
 import math
@@ -19,7 +19,7 @@ from .ros_defaults import steady_timer
 from ...errors import BadArgument
 from ...parameters.table import Parameter
 
-_CALM_S = 1.0
+_CALM_S = 1.0  # chosen
 #: of diagnostic_updater, which declares it without a range
 _PERIOD = Parameter('diagnostic_updater.period', float, 1.0, 's', 'time between two messages on /diagnostics', 0.01, 3600.0, read_only=True)
 OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE
@@ -27,8 +27,7 @@ OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticS
 
 @dataclass(frozen=True)
 class Health:
-    """level: OK, WARN, ERROR or STALE; message: how it goes, and what to do where it goes wrong; values: name -> number or text with its
-    unit."""
+    """level: OK, WARN, ERROR or STALE; message: the state, or 'problem; remedy'; values: name with unit -> number or text."""
 
     level: bytes
     message: str
@@ -36,35 +35,35 @@ class Health:
 
 
 def common_values(state: str, rate: float = math.nan, age: float = math.nan, dropped: int = 0) -> dict:
-    """The values that every node reports under the same names. rate: of what it publishes, Hz; age: of the newest, s; dropped: what came
-    and went no further. The last of them, what to do, follows from the message."""
+    """The values that every node reports under the same names. rate: of publishing, Hz; age: of the newest message, s; dropped: number of
+    messages received but not processed. NodeDiagnostics adds the last one, 'what to do'."""
     return {'state': state, 'rate (Hz)': rate, 'age (s)': age, 'dropped': dropped}
 
 
 def remedy_of(health: Health) -> str:
-    """What to do: the part of the message after what is wrong, or all of it; '' where nothing is wrong."""
+    """The remedy: the part of the message after the problem, or all of it; '' if nothing is wrong."""
     return '' if health.level == OK else health.message.split('; ', 1)[-1]
 
 
 class NodeDiagnostics:
-    """Publishes what examine() returns, once a second and whenever update() is called, under the node's full name. hardware_id: which
-    sensor, as its serial number. Raises BadArgument for a parameter diagnostic_updater.period out of its range."""
+    """Publishes what examine() returns, once a second and on update(), under the node's full name. hardware_id: of the sensor, such as its
+    serial number. Raises BadArgument for a parameter diagnostic_updater.period out of its range."""
 
     def __init__(self, node: Node, task: str, hardware_id: str, examine: Callable[[], Health]):
         self._updater = _updater(node)
-        self._updater.node_name = node.get_fully_qualified_name()  # a hand has many camera_nodes
+        self._updater.node_name = node.get_fully_qualified_name()  # a hand has several camera_nodes
         self._examine = examine
         self.set_hardware_id(hardware_id)
         self._updater.add(task, self._run)
-        node.destroy_timer(self._updater.timer)  # it is on the node's clock
+        node.destroy_timer(self._updater.timer)  # it runs on the node's clock
         self._updater.timer = steady_timer(node, self._updater.period, self._updater.update)
 
     def set_hardware_id(self, hardware_id: str) -> None:
-        """Name the sensor; 'none' where it has no name."""
+        """Set the sensor's name; an empty one is published as 'none'."""
         self._updater.setHardwareID(hardware_id or 'none')
 
     def update(self) -> None:
-        """Publish now: something changed."""
+        """Publish now."""
         self._updater.force_update()
 
     def _run(self, status: diagnostic_updater.DiagnosticStatusWrapper) -> diagnostic_updater.DiagnosticStatusWrapper:
@@ -99,33 +98,33 @@ def _check_period(parameters: list) -> SetParametersResult:
 
 
 class LogOnce:
-    """Logs a message when it is new, and not again until it has been forgotten: a broken stream must not flood the log."""
+    """Logs a message once, and not again until it is forgotten: a broken stream must not flood the log."""
 
     def __init__(self, node: Node):
         self._logger = node.get_logger()
-        self._said: dict[str, float] = {}  # key -> when it was last to be said, monotonic s
+        self._logged: dict[str, float] = {}  # key -> last occurrence, monotonic s
 
     def error(self, key: str, text: str) -> None:
         """Log text as an error, once for each key."""
-        if self._is_news(key):
+        if self._is_new(key):
             self._logger.error(text)
 
     def warning(self, key: str, text: str) -> None:
         """Log text as a warning, once for each key."""
-        if self._is_news(key):
+        if self._is_new(key):
             self._logger.warning(text)
 
-    def _is_news(self, key: str) -> bool:
-        known = key in self._said
-        self._said[key] = time.monotonic()
+    def _is_new(self, key: str) -> bool:
+        known = key in self._logged
+        self._logged[key] = time.monotonic()
         return not known
 
     def forget(self, key: str) -> None:
-        """It is well again: the next time is news."""
-        self._said.pop(key, None)
+        """The problem is over: log its next occurrence."""
+        self._logged.pop(key, None)
 
     def settle(self, key: str) -> None:
-        """It is well at this moment: the next time is news if it stays so for a second. Of a stream in which every other message is bad
-        the log has one line."""
-        if time.monotonic() - self._said.get(key, math.inf) > _CALM_S:
+        """The problem did not occur now: after a second without it, log its next occurrence. A stream in which every other message is bad
+        gives one line."""
+        if time.monotonic() - self._logged.get(key, math.inf) > _CALM_S:
             self.forget(key)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a node runs: alone in its process, or among others, to which its messages go by a call instead of through the middleware."""
+"""The process that a node runs in: alone, or with other nodes that receive its messages by a function call instead of the middleware."""
 from __future__ import annotations
 
 import threading
@@ -19,21 +19,21 @@ _NS = 1e9
 
 
 class SharedPublisher:
-    """A publisher with takers in its own process: they are called with each message, in the thread that publishes it; the middleware gets
-    it where somebody else subscribes. changed: called when takers come or go."""
+    """A publisher with local subscribers ("takers"): functions in its process, called with each message in the publishing thread. The
+    middleware gets the message if it has subscribers too. changed: called when takers are added or removed."""
 
     def __init__(self, publisher: Publisher, changed: Callable[[], None]):
         self._publisher, self._changed = publisher, changed
         self._takers: tuple[Take, ...] = ()
 
     def attach(self, take: Take) -> Callable[[], None]:
-        """Call take with each message from now on; what ends it."""
+        """Call take with each message from now on; returns a function that ends it."""
         self._set((*self._takers, take))
         return lambda: self._set(tuple(other for other in self._takers if other is not take))
 
     @property
     def has_takers(self) -> bool:
-        """Whether there are any."""
+        """Whether there are local subscribers."""
         return bool(self._takers)
 
     def _set(self, takers: tuple[Take, ...]) -> None:
@@ -41,12 +41,12 @@ class SharedPublisher:
         self._changed()
 
     def get_subscription_count(self) -> int:
-        """Of both kinds."""
+        """Number of local and middleware subscribers."""
         return len(self._takers) + self._publisher.get_subscription_count()
 
     def publish(self, message, waited_s: float = 0.0) -> None:
-        """To the middleware first: takers work on it, for whom it was sent waited_s, s, ago. Nothing, while a lifecycle publisher is not
-        active."""
+        """Publish to the middleware first, then to the takers, with a sending time waited_s, s, before now. An inactive lifecycle publisher
+        publishes nothing."""
         if not getattr(self._publisher, 'is_activated', True):
             return
         if self._publisher.get_subscription_count():
@@ -55,16 +55,16 @@ class SharedPublisher:
             take(message, time.time_ns() - round(waited_s * _NS))
 
     def wait_for_all_acked(self, timeout: Duration) -> bool:
-        """Takers are done when publish is."""
+        """Wait for the middleware's subscribers; takers are done when publish returns."""
         return self._publisher.wait_for_all_acked(timeout)
 
 
 class Host:
-    """What a node is told about its process.
+    """The process as seen by one of its nodes.
 
-    arguments: ROS arguments of the node alone, as -r __ns:=/thumb, those of the process where it is None; parameters: name -> value, which
-    go before those of any file; shared: publishers of the process by full topic name, None where nothing is shared; lock: to be held by
-    whoever works for nodes of the same sensor.
+    arguments: the node's ROS arguments, such as -r __ns:=/thumb; None: those of the process. parameters: name -> value, overriding
+    parameter files. shared: the process's publishers by full topic name; None: nothing is shared. lock: held by callbacks of nodes of the
+    same sensor.
     """
 
     def __init__(self, arguments: Sequence[str] | None = None, parameters: Mapping[str, object] | None = None,
@@ -76,19 +76,19 @@ class Host:
         self._shared = shared
 
     def publisher(self, publisher: Publisher, changed: Callable[[], None] = lambda: None) -> Publisher | SharedPublisher:
-        """The publisher for the node's use; changed: called when takers in the process come or go."""
+        """The publisher, shared within the process if the host shares; changed: called when takers are added or removed."""
         if self._shared is None:
             return publisher
         self._shared[publisher.topic_name] = SharedPublisher(publisher, changed)
         return self._shared[publisher.topic_name]
 
     def has_takers(self, node: Node, topic: str) -> bool:
-        """Whether anybody in this process takes the messages on a topic by a call: the middleware does not tell of those."""
+        """Whether the topic has local subscribers, which the middleware does not report."""
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         return own is not None and own.has_takers
 
     def listen(self, node: Node, kind: type, topic: str, take: Take, qos: QoSProfile) -> Callable[[], None]:
-        """Call take with each message on a topic, by the publisher in this process where there is one, else with the reliability
-        that publishers offer; what ends it. qos: as of AdaptiveSubscription."""
+        """Call take with each message on a topic: by the publisher in this process if there is one, else by an AdaptiveSubscription (which
+        see for qos). Returns a function that ends it."""
         own = (self._shared or {}).get(node.resolve_topic_name(topic))
         return own.attach(take) if own is not None else AdaptiveSubscription(node, kind, topic, take, qos).close

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A parameter table on a node: declared with descriptors, checked before it is set, applied after."""
+"""A parameter table on a node: declared with descriptors, checked before a change, applied after it."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -14,8 +14,8 @@ from ...parameters.table import Parameter
 
 
 def descriptor_of(parameter: Parameter) -> ParameterDescriptor:
-    """The descriptor that tools show and rclpy checks."""
-    # Typed dynamically, so that `rate:=30` is not refused for its missing point: Parameter.checked tells right from wrong.
+    """The descriptor that `ros2 param describe` shows and rclpy checks."""
+    # Dynamic typing accepts `rate:=30` for a float; Parameter.checked checks the type.
     about = ParameterDescriptor(name=parameter.name, description=parameter.text, additional_constraints=parameter.allowed,
                                 read_only=parameter.read_only, dynamic_typing=True)
     if parameter.lowest is not None and parameter.highest is not None:
@@ -29,10 +29,8 @@ def descriptor_of(parameter: Parameter) -> ParameterDescriptor:
 class NodeParameters:
     """The values of a table's parameters on a node; read them as parameters['rate'] or all at once as values().
 
-    check: called with name -> new value of what is about to change; raises a TactileError to refuse it, and must change nothing itself.
-    apply:
-    called with the same after the change. A value given at the start that is wrong leaves the default and adds to problems (name -> what is
-    wrong) until it is set to something right.
+    check: called with name -> new value before a change; raises a TactileError to refuse it, without side effects. apply: called with the
+    same after the change. A wrong start value leaves the default and is listed in problems (name -> message) until it is corrected.
     """
 
     def __init__(self, node: Node, table: Sequence[Parameter], check: Callable[[dict], None] | None = None,
@@ -55,7 +53,7 @@ class NodeParameters:
         return dict(self._values)
 
     def _declare(self, node: Node, parameter: Parameter) -> None:
-        # The range is added after: rclpy would refuse a value out of it without a word about type and unit.
+        # The range is added afterwards: rclpy's own refusal names neither type nor unit.
         free = ParameterDescriptor(dynamic_typing=True)
         try:
             node.declare_parameter(parameter.name, parameter.default, free)

@@ -17,9 +17,9 @@ from rclpy.node import Node
 
 from ...errors import TactileError
 
-#: the exit code of a node that was given something wrong: started again, it would end again
+#: exit code after a wrong argument: a restart would fail again
 WRONG = 2
-#: s: a thread with a frame to publish must not wait Python's usual 5 ms for one that reads or renders the next.
+#: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
@@ -27,21 +27,21 @@ _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
 
 
 def make_room_for_images() -> None:
-    """Give this process shared memory that holds images, unless the user has set up Fast DDS; call it before rclpy.init."""
+    """Configure Fast DDS with shared memory that holds images, unless the user has configured it; call this before rclpy.init."""
     if not any(os.environ.get(name) for name in _CHOSEN_BY):
         os.environ.update(dict.fromkeys(_PROFILE_NAMES, str(_PROFILE)))
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Spin the node that make() returns until it is interrupted; returns the exit code: 0, or WRONG where a TactileError is raised.
+    """Spin the node that make() returns until it is interrupted; the exit code: 0, or WRONG after a TactileError.
 
-    The node's destroy_node() has to release what it holds.
+    The node's destroy_node() has to release its resources.
     """
     return run_nodes(lambda: iter([make()]), args)
 
 
 def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None) -> int:
-    """The same for all nodes that make() yields, in one thread; they are destroyed in the same order."""
+    """As run_node for all nodes that make() yields, in one thread; they are destroyed in the same order."""
     nodes: list[Node] = []
     make_room_for_images()
     sys.setswitchinterval(_SWITCH_S)
@@ -49,7 +49,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         rclpy.init(args=args)
         for node in make():
             nodes.append(node)
-        gc.freeze()  # what is there now stays: to look through all of it again takes a tenth of a second from some frame
+        gc.freeze()  # a full collection over the start-up objects would delay a frame by 0.1 s (measured)
         _spin(nodes)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
@@ -57,10 +57,10 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         get_logger('tactile').fatal(str(error))
         return WRONG
     except Exception:
-        if rclpy.ok():  # else it failed because ROS ends
+        if rclpy.ok():  # else ROS is shutting down
             raise
     finally:
-        signal.signal(signal.SIGINT, lambda *_: None)  # launch's beside the terminal's must not tear what is being put away
+        signal.signal(signal.SIGINT, lambda *_: None)  # a second SIGINT (terminal and launch) must not interrupt the cleanup
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
@@ -74,6 +74,6 @@ def _spin(nodes: list[Node]) -> None:
     while rclpy.ok():
         try:
             executor.spin()
-        except RuntimeError as error:  # rclpy raises it when a transition is asked for that the lifecycle state does not allow
+        except RuntimeError as error:  # rclpy raises it for a transition that the lifecycle state does not allow
             if rclpy.ok():
                 nodes[0].get_logger().warning(f'a request was refused: {error}')

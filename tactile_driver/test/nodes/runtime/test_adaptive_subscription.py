@@ -21,7 +21,7 @@ from tactile_driver.nodes.runtime.adaptive_subscription import AdaptiveSubscript
 pytestmark = [pytest.mark.ros, pytest.mark.full]
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
 LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
-CAMERA = Path(__file__).with_name('foreign_camera.py')
+CAMERA = Path(__file__).parents[2] / 'helpers' / 'foreign_camera.py'
 #: what makes Fast DDS something else than it is by itself
 PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE', 'FASTDDS_BUILTIN_TRANSPORTS')
 
