@@ -1,10 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every sensor type, in one table: its nodes, the topics of its raw data, what it needs to report contacts. No ROS here."""
+"""All sensor types, in one table: nodes, raw topics, what contacts need, launch arguments, what RViz shows. Those of marker sensors come
+from tactile_perception.sensor_types. No ROS here."""
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+
+from tactile_perception.sensor_types import MARKER_SENSOR_TYPES, MarkerSensorType
 
 _DRIVER, _PERCEPTION, _BRINGUP = 'tactile_driver.nodes', 'tactile_perception.nodes', 'tactile_bringup.nodes'
 #: Name -> (package, class); the module has the node's name.
@@ -16,16 +19,18 @@ NODES = {
     'markers_node': (_BRINGUP, 'MarkersNode'), 'finger_markers_node': (_BRINGUP, 'FingerMarkersNode'),
     'taxel_markers_node': (_BRINGUP, 'TaxelMarkersNode'),
 }
+_DOT_NAMESPACES = ('skin', 'dots', 'region', 'outlines', 'holes', 'normals', 'covariances', 'force', 'torque')
 
 
 @dataclass(frozen=True)
 class SensorType:
-    """driver, perception, markers: its nodes, those of perception in the order in which data go through them.
+    """driver, perception, markers: its nodes, those of perception in the order of the data flow.
 
-    needs: without which the last node of perception is left out: 'surface' (a parameter), 'presses' (in the calibration file), '' nothing;
-    uncalibrated: what launch says without a calibration, '' nothing; raw: parameter of the driver -> topic of the raw data; sources: where
-    data may come from; arguments: of the launch file besides those of all sensors, name -> text; stitched: whether the driver takes the
-    calibration too; shown: topics of its RViz configuration.
+    needs: without which the last node of perception is not started: 'surface' (a parameter), 'presses' (in the calibration file), ''
+    nothing; uncalibrated: note of launch without a calibration, '' none; raw: parameter of the driver -> topic of the raw data; sources:
+    values of the argument source; arguments: of the launch file besides the common ones, name -> text; stitched: whether the driver takes
+    the calibration too; shown: topics of its RViz configuration; namespaces: of its markers; own_frame: the frame <sensor>_<own_frame> that
+    its markers node publishes; point_field: of points, by which RViz colours them.
     """
 
     driver: str
@@ -38,30 +43,41 @@ class SensorType:
     arguments: Mapping[str, str] = field(default_factory=dict)
     stitched: bool = False
     shown: tuple[str, ...] = ('image_raw', 'image_annotated', 'markers', 'points')
+    namespaces: tuple[str, ...] = _DOT_NAMESPACES
+    own_frame: str = 'camera'
+    point_field: str = 'normal_force'
 
     @property
     def annotated(self) -> bool:
-        """Whether it has a picture with what it feels drawn into it."""
+        """Whether it has an annotated image."""
         return 'image_annotated' in self.shown
 
 
-_MARKERS = ('dot_tracker_node', 'contact_point_node')
-_UNCALIBRATED = 'markers are tracked, touches are not told; record presses at known places'
+_TWO_CAMERAS = {
+    'driver': 'dual_camera_node', 'stitched': True, 'raw': {'topic': 'left/image_raw', 'right_topic': 'right/image_raw'},
+    'sources': ('sim', 'device', 'file', 'bag', 'topics'),
+    'arguments': {'right_device': 'device: the right camera; device is the left one', 'right_path': 'file: the right video or folder of '
+                  'images', 'right_topic': 'bag, topics: the right images; topic has the left ones'}}
+
+
+def _marker_sensor(kind: MarkerSensorType) -> SensorType:
+    """A sheet or dome, with one camera or two."""
+    driver = {'driver': 'camera_node'} if kind.cameras == 1 else _TWO_CAMERAS
+    return SensorType(perception=('dot_tracker_node', 'contact_point_node'), needs='presses', point_field='displacement_z',
+                      uncalibrated='markers are tracked, contacts are not reported; record presses at known positions', **driver)
+
+
 #: Name -> sensor type.
 SENSOR_TYPES = {
-    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface'),
-    'areal_single': SensorType('camera_node', _MARKERS, needs='presses', uncalibrated=_UNCALIBRATED),
-    'areal_dual': SensorType(
-        'dual_camera_node', _MARKERS, needs='presses', uncalibrated=_UNCALIBRATED, stitched=True,
-        raw={'topic': 'left/image_raw', 'right_topic': 'right/image_raw'}, sources=('sim', 'device', 'file', 'bag', 'topics'),
-        arguments={'right_device': 'device: the right camera; device is the left one', 'right_path': 'file: the right video or folder of '
-                   'images', 'right_topic': 'bag, topics: the right images; topic has the left ones'}),
-    'air_cushion': SensorType('camera_node', _MARKERS, needs='presses', uncalibrated=_UNCALIBRATED),
+    'touchpad': SensorType('camera_node', ('dot_tracker_node', 'contact_region_node'), needs='surface',
+                           namespaces=(*_DOT_NAMESPACES, 'slip_center')),
+    **{name: _marker_sensor(kind) for name, kind in MARKER_SENSOR_TYPES.items()},
     'psd_finger': SensorType(
         'psd_node', ('psd_contact_node',), 'finger_markers_node', raw={'topic': 'voltages'}, sources=('sim', 'device', 'bag'),
-        shown=('markers',),
-        uncalibrated='places are of a nominal finger, force and depth are not told; record presses at known places'),
+        shown=('markers',), namespaces=('finger', 'points', 'normals', 'covariances', 'trail'), own_frame='tip',
+        uncalibrated='positions are those of a nominal finger, force and depth are unknown; record presses at known positions'),
     'taxel_array': SensorType(
-        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', shown=('image_raw', 'markers', 'points'),
-        uncalibrated='regions, motion and slip are told, pressure and force are not; record known weights'),
+        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', shown=('image_raw', 'markers', 'points'), own_frame='taxels',
+        namespaces=('cells', 'outlines', 'holes', 'axes', 'normals', 'flow', 'slip', 'slip_center', 'force', 'torque'),
+        uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights'),
 }

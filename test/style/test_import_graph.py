@@ -13,7 +13,7 @@ ROOMS = {
         'serial_frames', 'simulation.truth', 'simulation.skin', 'simulation.optics', 'simulation.scene', 'simulation.sensors',
         'simulation.psd', 'simulation.taxel', 'sources.base', 'emulators', 'sources.camera', 'sources.dual_camera', 'sources.psd',
         'sources.taxel', 'parameters', 'nodes.runtime', 'nodes.messages', 'nodes.streams', 'nodes'),
-    'tactile_perception': ('errors', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
+    'tactile_perception': ('errors', 'sensor_types', 'common', 'dots.detect', 'dots.index', 'dots.reference', 'dots', 'touchpad.membrane',
         'touchpad.optics', 'touchpad.contact', 'touchpad', 'markers.view', 'markers.touches', 'markers.mechanics', 'markers.published',
         'markers.regression', 'markers.places', 'markers.wrench', 'markers', 'psd', 'taxel', 'calibration', 'calibration.files',
         'parameters', 'pipeline', 'api', 'evaluation', 'nodes.messages', 'nodes.stages', 'nodes', 'bags', 'tools.convert',

@@ -30,17 +30,13 @@ def aggregator_configuration(hand: Hand) -> str:
     return yaml.safe_dump({'analyzers': {'ros__parameters': {'path': hand.frame, **analyzers}}}, sort_keys=False)
 
 
-#: sensor type -> what the frames are called that it has besides, and that would only crowd the view
-_BESIDES = {'psd_finger': 'tip', 'taxel_array': 'taxels'}
-
-
 def rviz_configuration(hand: Hand) -> str:
     """The file's text: the hand's frame, each sensor's markers, and the annotated pictures of those that have some."""
     shapes = [_shape(sensor) for sensor in hand.sensors]
     points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
     pictures = [page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors
                 if SENSOR_TYPES[sensor.type].annotated]
-    hidden = [f'{sensor.frame}_{_BESIDES.get(sensor.type, "camera")}' for sensor in hand.sensors]
+    hidden = [f'{sensor.frame}_{SENSOR_TYPES[sensor.type].own_frame}' for sensor in hand.sensors]
     displays = [page.grid('Base', float(np.ptp(points[:, :2], axis=0).max())),
                 page.frames(float(np.median([shape.width for shape in shapes])), hidden),
                 *(page.markers(sensor.name, f'/{sensor.name}/markers') for sensor in hand.sensors), *pictures]

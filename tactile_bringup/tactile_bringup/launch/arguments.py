@@ -18,7 +18,7 @@ from tactile_driver.parameters.table import Parameter
 from tactile_perception.parameters.file import read_parameters
 
 from ..installed import share
-from .processes import LaunchError, SensorPlan, processes
+from .processes import LaunchError, SensorPlan, processes, written
 from ..sensor_types import SENSOR_TYPES
 
 _BOOLEANS = {'true': True, 'false': False}
@@ -189,14 +189,16 @@ def _parameter(params: str, node: str, table: tuple[Parameter]) -> str:
 
 
 def _rviz(values: Mapping[str, str], sensor_type: str, frame: str) -> list:
-    """RViz where the argument rviz asks for it, with the topics of its configuration, which are under the sensor type, moved."""
+    """RViz when the argument rviz is true; in another namespace with a copy of the configuration for that namespace."""
     if not _BOOLEANS[values['rviz']]:
         return []
     try:
         get_package_prefix('rviz2')
     except PackageNotFoundError:
         return [LogInfo(msg='rviz:=true: RViz (package rviz2) is not installed; everything else is started')]
-    namespace = f'/{values["namespace"].strip("/")}'.rstrip('/')
+    file, namespace = share('rviz', f'{sensor_type}.rviz'), values['namespace'].strip('/')
+    if namespace != sensor_type:
+        from ..visualization.rviz.files import moved_file  # imports SciPy, which launch needs for nothing else
+        file = written(f'{frame}.rviz', moved_file(Path(file).read_text(), sensor_type, namespace, frame))
     return [Node(package='rviz2', executable='rviz2', name='rviz2', namespace=values['namespace'], output='screen',
-                 arguments=['-d', share('rviz', f'{sensor_type}.rviz'), '-f', frame],
-                 remappings=[(f'/{sensor_type}/{topic}', f'{namespace}/{topic}') for topic in SENSOR_TYPES[sensor_type].shown])]
+                 arguments=['-d', file])]

@@ -21,6 +21,7 @@ from tactile_perception.parameters.markers import MARKER_SENSOR_PARAMETERS, POIN
 from tactile_perception.parameters.psd import PSD_PARAMETERS, PSD_SENSOR_PARAMETERS
 from tactile_perception.parameters.taxel import TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS, REGION_PARAMETERS, SENSOR_PARAMETERS, SHEET_PARAMETERS
+from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 
 from ..sensor_types import SENSOR_TYPES
 from .table import FINGER_MARKERS_PARAMETERS, MARKERS_PARAMETERS, TAXEL_MARKERS_PARAMETERS
@@ -58,8 +59,6 @@ _MARKERS = """# Parameters of the nodes of sensor type {}. Copy it, change the c
 _MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of type {}.
 # Made by: python3 -m tactile_bringup.parameters.files FOLDER
 """
-#: By sensor type: N and N m of the longest arrows, the largest of the simulated specimens' scenes with room for twice as much.
-_FULL_WRENCH = {'areal_single': (3.0, 0.05), 'areal_dual': (2.0, 0.05), 'air_cushion': (25.0, 0.7)}
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
 # What the launch files set for each sensor anew is left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
@@ -94,13 +93,13 @@ def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str
 
 def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> str:
     """The text of a parameter file for the nodes of a sheet or an air cushion."""
-    sensor = MARKER_SENSORS[sensor_type]
+    sensor, kind = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type]
     size = min(sensor.pitch) / 4
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
               'sheet_size': list(sensor.size), 'dome.rim_radius': sensor.rim_radius,
               'dome.height': sensor.height, 'surface': 'sheet' if sensor.is_sheet else 'dome', 'polarity': 'bright', 'detection': 'blobs',
               'dot_size': size, 'dot_colour': 'depth', 'full_depth': 0.005 if sensor.is_sheet else 0.03, 'normal_length': 8 * size,
-              'force_length': 12 * size, 'full_force': _FULL_WRENCH[sensor_type][0], 'full_torque': _FULL_WRENCH[sensor_type][1],
+              'force_length': 12 * size, 'full_force': kind.full_force, 'full_torque': kind.full_torque,
               'tip_radius': 0.008 if sensor.is_sheet else 0.020, **changed}
     driver = SENSOR_TYPES[sensor_type].driver
     own = [p for p in DOT_PARAMETERS if p.name == 'surface' or p not in SENSOR_PARAMETERS + SHEET_PARAMETERS and p.name != 'pace']
@@ -150,12 +149,11 @@ def simulated_specimen() -> dict[str, object]:
 
 
 _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'reference.start': 'zero', 'full_value': 2000.0}
-_SIMULATED_TIPS = {'areal_single': 0.006, 'areal_dual': 0.008, 'air_cushion': 0.030}  # m, of the scenes' usual tip
 
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
     """Name -> value of what a user would measure on the simulated sheet or cushion, and of the tip that presses it; the scene."""
-    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': _SIMULATED_TIPS[sensor_type]}
+    scene = {'scene': f'{sensor_type}_demo', 'tip_radius': MARKER_SENSOR_TYPES[sensor_type].tip_radius}
     if SENSOR_TYPES[sensor_type].stitched:  # where its cameras stand, the calibration tells
         return scene
     camera = open_scene(f'{sensor_type}_rest').camera

@@ -15,9 +15,11 @@ from tactile_driver.simulation.scene.scene import TwoCameraScene
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import camera_pose, description_messages, static_transform
+from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 
-_FIRST_NS = 10**9  # a stamp of zero means «no time» to much of ROS
+_FIRST_NS = 10**9  # much of ROS takes a stamp of zero for unknown time
 _SECOND_NS = 10**9
+_TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # how their scenes' names begin
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
@@ -45,8 +47,8 @@ def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, 
 
 
 def _open(name: str, rate: float, seed: int):
-    """The scene, of whichever number of cameras it has."""
-    return (open_dual_scene if name.startswith('areal_dual') else open_scene)(name, rate, seed)
+    """Open a scene of one camera or two. Raises BadArgument for an unknown name."""
+    return (open_dual_scene if name.startswith(_TWO_CAMERAS) else open_scene)(name, rate, seed)
 
 
 def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:

@@ -1,8 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import sys
+from pathlib import Path
 
 import pytest
+import yaml
 
 pytest.importorskip('launch_ros', reason='ROS is not sourced')
 
@@ -170,10 +172,13 @@ def test_rviz_shows_the_topics_in_the_sensors_namespace(monkeypatch):
     monkeypatch.setattr(arguments, 'get_package_prefix', lambda name: name)
     rviz = actions('taxel_array', rviz='true', namespace='left/pad')[-1]
     assert rviz.node_package == 'rviz2'
-    pairs = [tuple(''.join(part.text for part in side) for side in pair) for pair in rviz.expanded_remapping_rules or
-             rviz._Node__remappings]
-    assert pairs == [('/taxel_array/image_raw', '/left/pad/image_raw'), ('/taxel_array/markers', '/left/pad/markers'),
-                     ('/taxel_array/points', '/left/pad/points')]
+    text = Path(''.join(part.text for part in rviz.cmd[2])).read_text()
+    page = yaml.safe_load(text)['Visualization Manager']
+    assert page['Global Options']['Fixed Frame'] == 'left_pad' and 'taxel_array' not in text
+    topics = {display['Topic']['Value'] for display in page['Displays'] if 'Topic' in display}
+    assert topics == {'/left/pad/image_raw', '/left/pad/markers', '/left/pad/points'}
+    frames = next(display for display in page['Displays'] if display['Class'].endswith('/TF'))
+    assert frames['Frames']['left_pad_taxels'] == {'Value': False}, 'its label would cover that of the sensor frame'
 
 
 def test_without_rviz_one_line_says_so(monkeypatch):

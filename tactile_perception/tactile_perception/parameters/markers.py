@@ -17,7 +17,7 @@ AUTO = 'auto'
 _fixed = partial(Parameter, read_only=True)
 
 MARKER_SENSOR_PARAMETERS = (
-    _fixed('sensor_type', str, 'areal_single', '', 'sensor type; a calibration file must be for the same type',
+    _fixed('sensor_type', str, next(iter(MARKER_SENSORS)), '', 'sensor type; a calibration file must be for the same type',
            choices=tuple(MARKER_SENSORS)),
     _fixed('rows', int, 9, '', 'rows of the printed grid; rows and columns 0: the pattern is not a grid', 0, 250),
     _fixed('columns', int, 13, '', 'columns of the printed grid', 0, 250),

@@ -19,6 +19,7 @@ from pathlib import Path
 import yaml
 
 from ...errors import BadCalibration
+from ...markers.view.sensor import MARKER_SENSORS
 
 FORMAT, VERSION = 'tactile calibration', 2
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
@@ -35,9 +36,9 @@ _warned: set[tuple[str, str]] = set()
 # What a calibration depends on: it is right only while these are what they were. A touchpad's material is not among them.
 _POSE = ('camera.rotation', 'camera.translation')
 _SHEET = ('rows', 'columns', 'pitch', 'sheet_size')
+_DOME = ('rows', 'columns', 'dome.rim_radius', 'dome.height', *_POSE)
 BELONGS_TO = {'touchpad': ('rows', 'columns', 'surface', 'cap.curvature_radius', 'cap.height', *_POSE),
-              'areal_single': _SHEET, 'areal_dual': _SHEET,
-              'air_cushion': ('rows', 'columns', 'dome.rim_radius', 'dome.height', *_POSE),
+              **{name: _SHEET if sensor.is_sheet else _DOME for name, sensor in MARKER_SENSORS.items()},
               'psd_finger': ('radius',), 'taxel_array': ('rows', 'columns', 'pitch', 'bits')}
 
 

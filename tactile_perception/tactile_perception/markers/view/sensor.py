@@ -10,6 +10,7 @@ import numpy as np
 
 from ...common.spherical_cap import Cap
 from ...errors import BadArgument
+from ...sensor_types import MARKER_SENSOR_TYPES
 
 
 @dataclass(frozen=True)
@@ -60,11 +61,9 @@ class MarkerSensor:
         return np.stack([column - middle[0], row - middle[1]], axis=1) * self.pitch
 
 
-MARKER_SENSORS = {
-    'areal_single': MarkerSensor('areal_single', 9, 13, (4.5e-3, 4.5e-3), (0.060, 0.045)),
-    'areal_dual': MarkerSensor('areal_dual', 11, 14, (9.4e-3, 8.2e-3), (0.133, 0.091)),
-    'air_cushion': MarkerSensor('air_cushion', 17, 17, (15.5e-3, 15.5e-3), rim_radius=0.150, height=0.120),
-}
+#: Name -> nominal geometry.
+MARKER_SENSORS = {name: MarkerSensor(name, kind.rows, kind.columns, kind.pitch, kind.size, kind.rim_radius, kind.height)
+                  for name, kind in MARKER_SENSOR_TYPES.items()}
 
 
 def dome_cap(sensor: MarkerSensor) -> Cap:
