@@ -112,7 +112,7 @@ def _pixels():
 
 
 def _look(inputs):
-    xy, _, area = CameraView(CAMERA, 0.0).look(inputs['uv'])
+    xy, _, area = CameraView(CAMERA, 0.0).back_project(inputs['uv'])
     return {'xy': xy, 'area': area}
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touch methods by name, and the choice between the regressions of sheet and dome."""
+"""Registry of touch methods."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,31 +17,31 @@ from .view.sensor import MarkerSensor
 
 
 class RegressionTouch:
-    """Chooses by the sensor's shape; both raise BadCalibration for too few presses or numbers that cannot be read."""
+    """The regression for the sensor's shape; raises BadCalibration for too few presses or an unreadable calibration."""
 
     @staticmethod
     def fit(presses: Presses, sensor: MarkerSensor) -> dict:
-        """Numbers for the calibration file."""
+        """Parameters for the calibration file."""
         return (SheetRegression if sensor.is_sheet else DomeRegression).fit(presses, sensor)
 
     @staticmethod
     def from_fitted(fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-        """Back from the calibration file."""
+        """From the calibration file."""
         return (SheetRegression if sensor.is_sheet else DomeRegression).from_fitted(fitted, sensor)
 
 
 TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'regression': RegressionTouch,
                                   'model': SheetModelMethod}
-_FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods that are for one kind of surface
+_FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods for one kind of surface: True sheets, False domes
 
 
 def methods_for(sensor: MarkerSensor) -> dict[str, type]:
-    """The methods that fit a sensor's kind of surface."""
+    """The methods for a sensor's kind of surface."""
     return {name: method for name, method in TOUCH_METHODS.items() if _FOR_SHEETS.get(name, sensor.is_sheet) == sensor.is_sheet}
 
 
 def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
-    """The method of that name with its numbers from a calibration file. Raises BadArgument for a name that is not in the table."""
+    """The method of that name with its parameters from a calibration file. Raises BadArgument for an unknown name."""
     if name not in TOUCH_METHODS:
-        raise BadArgument(f'no touch method {name!r}; there are {", ".join(sorted(TOUCH_METHODS))}')
+        raise BadArgument(f'unknown touch method {name!r}; choose one of {", ".join(sorted(TOUCH_METHODS))}')
     return TOUCH_METHODS[name].from_fitted(fitted, sensor)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the markers of one frame to touches, region and wrench: what contact_point_node and process_bag run."""
+"""Contact estimation of marker sensors: touches, region and wrench from the marker tracks of each frame."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -30,8 +30,8 @@ _NO_DOTS = np.zeros(0, bool)
 
 @dataclass(frozen=True)
 class TouchResult:
-    """region, contacts of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known; points: makes the
-    surface's points, which few ask for."""
+    """region, contacts: of one frame; wrench: (6,) N and N m, object on sensor, NaN where unknown; points: computes the surface points
+    on demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -40,10 +40,10 @@ class TouchResult:
 
 
 class TouchStage:
-    """Touches frame by frame.
+    """Estimates the touches of each frame.
 
-    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that
-    was not fitted.
+    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method
+    that the calibration does not contain.
     """
 
     def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView], values: Mapping,
@@ -58,10 +58,10 @@ class TouchStage:
         self._tracker = TouchTracker(values['filter'])
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
-        """The touches that the markers of one frame show. Raises BadFrame for markers of another grid or an earlier stamp."""
+        """The touches of one frame. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
-            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
-                           f'{self._sensor.rows} x {self._sensor.columns}')
+            raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
+                           f'{self._sensor.rows} and {self._sensor.columns}')
         self._tracker.check(stamp_s)
         field = self._rest.field(tracks)
         estimates = self._method.estimate(field)
@@ -72,7 +72,7 @@ class TouchStage:
         return TouchResult(region, contacts, wrench, partial(self._points, tracks, field, region))
 
     def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
-        """The points of all markers of the pattern; those not seen have no place, and no marker's force is known."""
+        """Surface points of all markers of the pattern; NaN for markers not seen; forces are unknown."""
         count, shape = len(field), (self._sensor.rows, self._sensor.columns)
         xyz = np.full((count, 3), np.nan) if tracks.xyz is None else scatter(tracks.xyz, tracks.id, count)
         state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)
@@ -80,7 +80,7 @@ class TouchStage:
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 
     def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
-        """(6,) N and N m; NaN where nothing touches, and where several do: the map was fitted to one at a time."""
+        """(6,) N and N m; NaN without contact and for several touches, to which the map was not fitted."""
         if self._wrench is None or len(estimates) != 1:
             return np.full(6, np.nan)
         return self._wrench.wrench(field, estimates[0])
@@ -92,7 +92,7 @@ class TouchStage:
 
 
 def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest, uv: np.ndarray) -> MarkerView:
-    """The view of untouched markers at uv; raises BadFrame for markers that are not untouched: touches that they tell would be wrong."""
+    """The view from untouched markers at uv. Raises BadFrame for markers that do not match the calibrated reference."""
     reason = known.judge(np.arange(len(uv)), uv).reason
     if reason:
         raise BadFrame(reason)

@@ -34,5 +34,5 @@ def test_numbers_of_the_other_kind_are_refused(bell_presses):
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(BadArgument, match='no touch method'):
+    with pytest.raises(BadArgument, match='unknown touch method'):
         make_method('magic', {}, MARKER_SENSORS['areal_single'])

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the markers of a clamped elastic sheet are in 3D, frame by frame, from where they appear in its untouched plane."""
+"""3D positions of the markers of a clamped elastic sheet from their apparent positions in its untouched plane."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -13,16 +13,16 @@ from ...errors import BadArgument
 from ..view.marker_field import MarkerView, RestMarkers
 from ..view.sensor import MarkerSensor
 
-# Strain against disagreement with the picture, with lengths in pitches. The former decides how much of a displacement is taken for
-# sideways, the latter only smooths: the result hardly changes over a decade of either.
+# Weights of the in-plane strain and of the bending energy relative to the misfit in the image, lengths in pitches. The first separates
+# in-plane from apparent displacement, the second only smooths. Chosen: results change little over a decade of either.
 SIDEWAYS, DOWN = 3.0, 1e-3
-_NEAREST_CLAMP = 0.3  # pitches
+_NEAREST_CLAMP = 0.3  # pitches: least distance from a marker to the clamp in the Laplacian, which bounds its weight. Chosen
 
 
 class SheetSurface:
-    """The sheet in its untouched state.
+    """The untouched sheet.
 
-    rest: (K, 2) m, nominal places of all markers over the sensor's x and y, row by row; rows, columns: of the grid; size: (2,) m of the
+    rest: (K, 2) m, nominal marker positions in sensor x and y, row by row; rows, columns: of the grid; size: (2,) m of the
     clamped sheet. Raises BadArgument where these do not fit together.
     """
 
@@ -37,8 +37,11 @@ class SheetSurface:
         self._bending = DOWN * self._laplacian @ self._laplacian
 
     def depths(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
-        """Depths w (K,), m, under the untouched plane, of markers that appear at place (K, 2), m, in it, shift (K, 2) from where they
-        appear untouched, to eyes (K, 3), m; a marker that is not seen (NaN) is taken to be between its neighbours."""
+        """Depths (K,), m, under the untouched plane.
+
+        place, shift: (K, 2) m, apparent positions and displacements in the plane; eye: (K, 3) m. A marker that is not seen (NaN) is
+        interpolated from its neighbours.
+        """
         seen = np.isfinite(shift).all(1)
         if not seen.any():
             return np.full(len(shift), np.nan)
@@ -49,7 +52,7 @@ class SheetSurface:
         return cho_solve(cho_factor(left), right)
 
     def _fill(self, values: np.ndarray, seen: np.ndarray) -> np.ndarray:
-        """values (K, 2) with those not seen from their neighbours, without strain."""
+        """values (K, 2), those not seen interpolated (harmonic)."""
         if seen.all():
             return values
         filled = values.copy()
@@ -58,14 +61,14 @@ class SheetSurface:
         return filled
 
     def places(self, place: np.ndarray, shift: np.ndarray, eye: np.ndarray) -> np.ndarray:
-        """Places (K, 3), m, sensor frame, of markers; see depths. NaN for a marker that is not seen."""
+        """Positions (K, 3), m, sensor frame; arguments as of depths. NaN for a marker that is not seen."""
         depth = self.depths(place, shift, eye)
         share = depth / -eye[:, 2]
         return np.column_stack([place - share[:, None] * (place - eye[:, :2]), np.where(np.isfinite(place[:, 0]), -depth, np.nan)])
 
 
 def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """(K, K) minus the Laplacian over a grid (rows, columns, 2) of places, m, in units of the mean pitch, zero at the clamp."""
+    """(K, K) negative Laplacian on a grid (rows, columns, 2), m, in units of the mean pitch, with zero displacement at the clamp."""
     rows, columns = grid.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     flat = grid.reshape(-1, 2)
@@ -84,7 +87,7 @@ def _laplacian(grid: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 class SheetPlaces:
-    """Places of a sheet's markers; make_view: see RestMarkers. Raises BadArgument for a sensor that is no sheet with a grid."""
+    """3D positions of a sheet's markers; make_view: see RestMarkers. Raises BadArgument for a sensor that is no sheet with a grid."""
 
     def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView]):
         self._surface = SheetSurface(sensor.grid(), sensor.rows, sensor.columns, sensor.size)
@@ -92,10 +95,10 @@ class SheetPlaces:
         self.renew()
 
     def renew(self) -> None:
-        """A new reference is taken."""
+        """Start with a new reference."""
         self._rest = RestMarkers(self._count, self._make_view)
 
     def locate(self, _image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Places (N, 3), m, sensor frame, of tracks; NaN for one without an untouched place. Raises BadFrame where there is no view."""
+        """Positions (N, 3), m, sensor frame, of tracks; NaN without an untouched position. Raises BadFrame where there is no view."""
         field = self._rest.field(tracks)
         return self._surface.places(field.rest + field.shift, field.shift, field.eye)[tracks.id]

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact on an inflated dome as paper air_cushion_contact has it: how much the mean distance from each marker to its five nearest has
-changed, the four largest of these changes, their weighted place (eqs 1 to 4), and a cubic for the depth (eq 5).
+"""Contact on an inflated dome by paper air_cushion_contact: change of each marker's mean distance to its five nearest neighbours, weighted
+centroid of the four largest changes (eqs 1 to 4), cubic for the depth (eq 5).
 """
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ import numpy as np
 
 from ...errors import BadArgument, BadCalibration
 from .marker_depth import Cubic, common_rest, rising_cubic
-from ..touches.cross_validation import held_out_spread
+from ..touches.cross_validation import cross_validation_rmse
 from ..touches.presses import Presses
 from ..touches.touch import OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor, first_touch_height, rest_points
 
-NEAREST, LARGEST = 5, 4
-RANGE = 3.0   # pitches: the four lie within this of the largest
-QUIET = 2.0   # times the largest mean change in untouched frames: what is less is no touch
-LEAST = 2e-4  # m, the same where no untouched frame was recorded
+NEAREST, LARGEST = 5, 4  # neighbours; changes (eq 2)
+RANGE = 3.0   # pitches from the largest change within which the others are searched; the paper gives no number. Chosen
+QUIET = 2.0   # detection threshold over the largest mean change in untouched frames. Chosen
+LEAST = 2e-4  # m, least detection threshold. Chosen
 
 
 def neighbours(rest: np.ndarray) -> np.ndarray:
-    """(K, 5) numbers of the five nearest markers to each, at rest (K, 2) m. Raises BadCalibration where fewer are known."""
+    """(K, 5) ids of the five nearest neighbours of each marker at rest (K, 2) m. Raises BadCalibration where fewer are known."""
     apart = np.hypot(*(rest[:, None] - rest[None]).transpose(2, 0, 1))
     apart[~np.isfinite(apart)] = np.inf
     np.fill_diagonal(apart, np.inf)
     if np.isfinite(rest).all(1).sum() <= NEAREST:
-        raise BadCalibration(f'{NEAREST + 1} markers at least must be seen; check the picture of the untouched dome')
+        raise BadCalibration(f'at least {NEAREST + 1} markers must be seen; check the image of the untouched dome')
     return np.argsort(apart, axis=1)[:, :NEAREST]
 
 
 def distance_changes(field: MarkerField, near: np.ndarray) -> np.ndarray:
-    """(K,) m, how much the mean distance (eq 1) to those of near (K, 5) that are seen has changed; NaN for a marker that is not seen."""
+    """(K,) m, absolute change of the mean distance (eq 1) to the neighbours near (K, 5) that are seen; NaN for a marker not seen."""
     now = field.rest + field.shift
 
     def mean_distance(places):
-        """(K,) m, of places (K, 2) to those of their neighbours that are seen."""
+        """(K,) m, of places (K, 2) to the neighbours that are seen."""
         distances = np.hypot(*(places[near] - places[:, None]).transpose(2, 0, 1))
         both = seen[near] & seen[:, None]
         return np.where(both, distances, 0.0).sum(1) / np.where(both.any(1), both.sum(1), np.nan)
@@ -60,7 +60,7 @@ def four_largest(changes: np.ndarray, places: np.ndarray, reach: float) -> tuple
 
 
 class PaperCushion:
-    """The paper's method on a dome (or any sheet of markers). Tells one touch at the most."""
+    """The paper's method on a dome; detects one touch at most."""
 
     def __init__(self, rest: np.ndarray, points: np.ndarray, cubic: Cubic, sensor: MarkerSensor, numbers: Mapping):
         self.rest, self.points, self.cubic, self.sensor = rest, points, cubic, sensor
@@ -68,13 +68,13 @@ class PaperCushion:
         self.quiet, self.place_sigma, self.depth_sigma = (float(numbers[k]) for k in ('quiet', 'place_sigma', 'depth_sigma'))
 
     def measure(self, field: MarkerField) -> tuple[np.ndarray, float] | None:
-        """Place (2,) m over the sensor's x and y, and mean change, m."""
+        """Place (2,) m in sensor x and y, and mean change, m; None where nothing changed. Raises BadArgument for another pattern."""
         if len(field) != len(self.rest):
             raise BadArgument(f'calibrated for {len(self.rest)} markers, got a field of {len(field)}')
         return four_largest(distance_changes(field, self.near), self.points[:, :2], RANGE * max(self.sensor.pitch))
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame, with the errors of held-out presses as covariance; empty where nothing touches."""
+        """The touch of one frame, with the cross-validation RMSE as covariance; empty without contact."""
         found = self.measure(field)
         if found is None or not found[1] > self.quiet:
             return []
@@ -86,10 +86,10 @@ class PaperCushion:
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Numbers for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
+        """Parameters for the calibration file. Raises BadCalibration where the presses determine no rising cubic."""
         numbers = cls._numbers(presses, sensor)
-        spread = held_out_spread(lambda some: cls.from_fitted(cls._numbers(some, sensor), sensor), presses)
-        return numbers | dict(zip(('place_sigma', 'depth_sigma'), spread))
+        rmse = cross_validation_rmse(lambda some: cls.from_fitted(cls._numbers(some, sensor), sensor), presses)
+        return numbers | dict(zip(('place_sigma', 'depth_sigma'), rmse))
 
     @classmethod
     def _numbers(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -106,10 +106,10 @@ class PaperCushion:
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> PaperCushion:
-        """Back from the calibration file. Raises BadCalibration where something is missing."""
+        """From the calibration file. Raises BadCalibration where something is missing."""
         try:
             rest, eye = np.array(fitted['rest'], float), np.array(fitted['eye'], float)
             cubic = Cubic(np.array(fitted['coefficients'], float), float(fitted['top']), float(fitted['sigma']))
             return cls(rest, rest_points(rest, eye, sensor), cubic, sensor, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
-            raise BadCalibration(f'the cushion\'s method cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
+            raise BadCalibration(f'the cushion\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong

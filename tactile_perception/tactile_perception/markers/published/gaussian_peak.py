@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact point from the depths of a grid of markers: Gaussians through the deepest and two neighbours each way
-(paper areal_sensor_contact_position, eqs 8 to 13), with what to do where such a fit has no answer.
+"""Contact point from the depths of a grid of markers: Gaussian fits through the deepest marker and two neighbours on each side
+(paper areal_sensor_contact_position, eqs 8 to 13), with fall-backs where such a fit has no peak.
 
-The ways, tried in this order, by the name that an estimate carries: '' the paper's two fits; 'weighted' the same with each log weighted by
-its depth, from three neighbours on; 'two_dimensional' one Gaussian over five by five markers; 'centroid' weighted by depth.
+Methods in the order tried, by the reason of the estimate: '' the paper's two fits; 'weighted' the same with log depths weighted by depth,
+from three markers on; 'two_dimensional' one Gaussian over five by five markers; 'centroid' weighted by depth.
 """
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-REACH = 2      # neighbours each way
-LEAST = 0.02   # of the greatest depth: what is less has no log worth fitting
-ABROAD = 1.0   # pitches that the peak of a fit may lie from the deepest marker
-FLAT = 1e-3    # log depth: what falls by less over the neighbours is a flat top, without a peak
-TALL = 1.5     # times the deepest marker, the highest peak that is believed
+REACH = 2      # neighbours on each side (paper, eq 13)
+LEAST = 0.02   # of the greatest depth: shallower markers are mostly noise, which the log amplifies. Chosen
+ABROAD = 1.0   # pitches, largest distance of a valid peak from the deepest marker. Chosen: beyond it another marker would be deepest
+FLAT = 1e-3    # log depth: a fit that falls by less over the neighbours has no peak. Chosen
+TALL = 1.5     # largest height of a valid peak over the deepest marker. Chosen
 
 
 @dataclass(frozen=True)
 class GridPoint:
-    """place: (2,) m; depth: m; reason: '' or the name of the fall-back; at_edge: the deepest marker stands on the border of the grid."""
+    """place: (2,) m; depth: m; reason: '' or the name of the fall-back; at_edge: the deepest marker is on the border of the grid."""
 
     place: np.ndarray
     depth: float
@@ -44,9 +44,9 @@ def gaussian(x: np.ndarray, y: np.ndarray, weight: np.ndarray | None = None) -> 
 
 
 def grid_point(depth: np.ndarray, places: np.ndarray, pitch: tuple[float, float]) -> GridPoint | None:
-    """The contact point of depths (rows, columns) m, NaN where not known, of markers at places (rows, columns, 2) m, NaN where not known.
+    """The contact point of depths (rows, columns) m of markers at places (rows, columns, 2) m, both NaN where unknown.
 
-    None where no marker is deep.
+    None where no marker has a positive depth.
     """
     depth = np.where(np.isfinite(places).all(-1) & np.isfinite(depth), depth, np.nan)
     if not np.nanmax(depth, initial=0.0) > 0:
@@ -62,7 +62,7 @@ def grid_point(depth: np.ndarray, places: np.ndarray, pitch: tuple[float, float]
 
 
 def _lines(depth, places, row, column):
-    """Along x and along y: places and depths of the markers up to REACH away, NaN beyond the border."""
+    """Along x and along y: places and depths of the markers within REACH of the deepest, fewer at the border."""
     for axis in (0, 1):
         index = (column, row)[axis] + np.arange(-REACH, REACH + 1)
         index = index[(index >= 0) & (index < depth.shape[1 - axis])]
@@ -71,7 +71,7 @@ def _lines(depth, places, row, column):
 
 
 def _two_fits(depth, places, row, column):
-    """The paper's: all five markers each way, none at or under zero."""
+    """The paper's fits: five markers along each axis, all of positive depth."""
     lines = list(_lines(depth, places, row, column))
     if not all(len(y) == 2 * REACH + 1 and (y > 0).all() for _, y in lines):
         return np.full(2, np.nan), np.nan

@@ -1,11 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Depth of each marker from its area and its displacement (paper areal_sensor_contact_position, eqs 1 to 7), made safe.
+"""Depth of each marker from its area and its displacement (paper areal_sensor_contact_position, eqs 1 to 7), with fall-backs.
 
-The paper presses all markers with a plate; here fingertip presses are known, so a marker learns from the presses that it is nearest to:
-it is held to stand as deep as the tip. Area and displacement are taken as growth (log of the area's ratio) and apparent displacement in the
-viewing plane, so that a marker without presses of its own can borrow its neighbours' polynomials: growth as it is, displacement in
-proportion to the distance from the eye's foot.
+A marker is calibrated with the fingertip presses nearest to it; it is assumed as deep as the tip. Area and displacement are expressed as
+growth (log of the area ratio) and apparent displacement in the viewing plane. So a marker without presses of its own can use its
+neighbours' polynomials: growth unchanged, displacement in proportion to the distance from the eye's foot point.
 """
 from __future__ import annotations
 
@@ -17,10 +16,10 @@ import numpy as np
 from ...errors import BadCalibration
 from ..view.marker_field import MarkerField
 
-NEAR_FOOT = 0.5  # pitches: a marker nearer to the eye's foot is hardly displaced by depth; its displacement tells nothing
-LENDERS = 4      # calibrated markers that one without calibration borrows from
-_BELOW = 0.05    # of the calibrated range: what lies further below none is outside
-_SLOPES = np.linspace(0.0, 1.0, 21)  # of the calibrated range, where a polynomial must rise
+NEAR_FOOT = 0.5  # pitches: depth hardly displaces a marker nearer to the eye's foot point; only its area is used. Chosen
+LENDERS = 4      # calibrated neighbours that an uncalibrated marker interpolates between. Chosen
+_BELOW = 0.05    # of the calibrated range: a value further below zero is out of range. Chosen
+_SLOPES = np.linspace(0.0, 1.0, 21)  # of the calibrated range: places at which a polynomial must rise
 
 
 @dataclass(frozen=True)
@@ -32,13 +31,13 @@ class Cubic:
     sigma: float
 
     def __call__(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Depths, m, and whether x lies outside the calibrated range, where the depth is that of the nearest end."""
+        """Depths, m, clamped to the calibrated range, and whether x lies outside it."""
         inside = np.clip(x, 0.0, self.top)
         return np.polyval(np.append(self.coefficients[::-1], 0.0), inside), (x > self.top) | (x < -_BELOW * self.top)
 
 
 def rising_cubic(x: np.ndarray, depth: np.ndarray) -> Cubic | None:
-    """The polynomial of eq 1 or 2 through the untouched state, of the highest degree up to 3 that rises over its range; None: no such."""
+    """The polynomial of eq 1 or 2 through zero, of the highest degree up to 3 that rises over its range; None where none does."""
     top = float(x.max(initial=0.0))
     if top <= 0:
         return None
@@ -54,7 +53,7 @@ def rising_cubic(x: np.ndarray, depth: np.ndarray) -> Cubic | None:
 
 
 def weights(sigma_area: float, sigma_shift: float) -> tuple[float, float]:
-    """Weights of area and displacement (eqs 5, 7); a half each where both deviations vanish, all to one where the other is NaN."""
+    """Weights of area and displacement (eqs 5, 7); equal where both deviations vanish, 1 and 0 where one is NaN."""
     if np.isnan(sigma_area) or np.isnan(sigma_shift):
         return float(np.isnan(sigma_shift)), float(np.isnan(sigma_area))
     both = sigma_area + sigma_shift
@@ -70,7 +69,7 @@ class MarkerDepths:
 
     def __init__(self, rows: list, rest: np.ndarray, reach: np.ndarray, pitch: float):
         if not rows:
-            raise BadCalibration('no marker stands under a press; record presses at places on the sheet, near markers')
+            raise BadCalibration('no marker is under a press; record presses on the sheet, near markers')
         self.rows, self.rest, self.reach, self.pitch = rows, rest, reach, pitch
         self._lender, self._share = self._lend()
         self._area, self._moved = _Cubics([row[2] for row in rows]), _Cubics([row[3] for row in rows])
@@ -95,7 +94,7 @@ class MarkerDepths:
         return depth.sum(1) / np.where(told > 0, told, np.nan), outside.any(1)
 
     def _lend(self) -> tuple[np.ndarray, np.ndarray]:
-        """(K, LENDERS) rows that each marker takes from, and with what shares: its own alone where it has one."""
+        """(K, LENDERS) rows that each marker interpolates, and their weights; its own row alone where it has one."""
         known = np.array([row[0] for row in self.rows])
         far = np.nan_to_num(np.hypot(*(self.rest[:, None] - self.rest[known]).transpose(2, 0, 1)), nan=1.0)
         lender = np.argsort(far, axis=1)[:, :LENDERS]
@@ -111,7 +110,7 @@ class MarkerDepths:
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> MarkerDepths:
-        """Back from the calibration file. Raises BadCalibration where something is missing."""
+        """From the calibration file. Raises BadCalibration where something is missing."""
         try:
             rows = [(row['marker'], row['reach'], _cubic(row['area']), _cubic(row['shift'])) for row in numbers['rows']]
             return cls(rows, np.array(numbers['rest'], float), np.array(numbers['reach'], float), float(numbers['pitch']))
@@ -120,7 +119,7 @@ class MarkerDepths:
 
 
 class _Cubics:
-    """Several cubics at once; those that are None tell NaN."""
+    """Several cubics at once; a None gives NaN."""
 
     def __init__(self, cubics: list):
         nothing = Cubic(np.full(3, np.nan), np.nan, np.nan)
@@ -144,7 +143,7 @@ def _cubic(numbers: Mapping) -> Cubic | None:
 
 
 def fit_marker_depths(presses, pitch: float) -> MarkerDepths:
-    """From Presses at known places on a sheet; pitch in m. Raises BadCalibration where no marker stands under a press."""
+    """Fit to Presses on a sheet; pitch in m. Raises BadCalibration where no marker is under a press."""
     rest, eye = common_rest(presses.fields)
     reach = np.hypot(*(rest - eye[:, :2]).T)
     under: dict[int, list] = {}
@@ -165,7 +164,7 @@ def fit_marker_depths(presses, pitch: float) -> MarkerDepths:
 
 
 def common_rest(fields) -> tuple[np.ndarray, np.ndarray]:
-    """Untouched places (K, 2) m and eyes (K, 3) m over all fields that see a marker; NaN where none does."""
+    """Median untouched positions (K, 2) m and eyes (K, 3) m over the fields that see a marker; NaN where none does."""
     rest, eye = np.stack([f.rest for f in fields]), np.stack([f.eye for f in fields])
     return _middle(rest), _middle(eye)
 

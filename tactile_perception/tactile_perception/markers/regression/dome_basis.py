@@ -1,11 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a dome's surface moves under a round tip, learned from presses, whatever the place: displacement as a function of where a point lies
-as seen from the touch.
+"""Basis of the displacement of a dome's surface under a round tip, learned from presses: a function of position relative to the touch.
 
-The dome is a sphere, so a dent is much the same wherever it is, but for the slope on which the tip comes down. Vertical, outward and
-sideways displacement are splines of the angle from the touch, times the first harmonics of the direction, each with the power of the
-slope's sine that symmetry asks for, times a parabola in depth. What a camera sees of all this is linear in the splines' coefficients.
+The dome is a sphere, so a dent depends on its place only through the slope there. Vertical, outward and tangential displacement are
+splines of the angle from the touch times the first harmonics of the azimuth, each with the power of the slope's sine that symmetry
+requires, times a cubic in depth without constant. Apparent displacement is linear in the splines' coefficients.
 """
 from __future__ import annotations
 
@@ -16,24 +15,24 @@ from scipy.interpolate import BSpline
 
 from ...common.spherical_cap import Cap
 
-KNOTS = np.array([0.0, 0.06, 0.12, 0.18, 0.25, 0.34, 0.45, 0.6, 0.8, 1.1, 1.5])  # rad from the touch
-NEAR = 0.065                      # rad: within this, directions fade, since at the touch itself there is none
+KNOTS = np.array([0.0, 0.06, 0.12, 0.18, 0.25, 0.34, 0.45, 0.6, 0.8, 1.1, 1.5])  # rad from the touch. Chosen: dense where it is steep
+NEAR = 0.065                      # rad: azimuthal modes fade to zero within it, where the azimuth is undefined. Chosen
 ORDERS = 3                        # of depth
-ORDER_RIDGE = np.array([0.2, 1.0, 3.0])
-ROUGH = 30.0                      # times that, against kinks along the splines
-SHALLOW = 0.2                     # of the deepest press: down to this, a dent is as wrong as it is deep
-ANCHORS = np.array([0.0, 0.08, 0.16, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2])  # rad from the touch
-ANCHOR = 0.01                     # times the weight of a marker's place: that of what is roughly known there
-NEAREST = 0.1                     # of a point's height over the eye
-NEARER = (0.5, 2.5)               # times, at the most, that a point comes nearer to the eye
-UNLIKE = 3.0                      # a press that is further off than so many medians is unlike the others
+ORDER_RIDGE = np.array([0.2, 1.0, 3.0])  # ridge of each order. Chosen
+ROUGH = 30.0                      # ridge of second differences along the splines. Chosen
+SHALLOW = 0.2                     # of the deepest press: above it, model errors are in proportion to depth. Chosen
+ANCHORS = np.array([0.0, 0.08, 0.16, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2])  # rad from the touch, of the prior on displacement. Chosen
+ANCHOR = 0.01                     # weight of that prior over that of a marker. Chosen
+NEAREST = 0.1                     # least height of a point over the eye, of its untouched height. Chosen
+NEARER = (0.5, 2.5)               # limits of the magnification of a point by its displacement. Chosen
+UNLIKE = 3.0                      # times the median residual: presses beyond it are down-weighted as outliers. Chosen
 MODES = 8
-LOG_DEPTH, LOG_SHAPE = 2, 3       # parameters of a dent: place of the tip (x, y), m, logs of its depth and of that its shape is taken from
+LOG_DEPTH, LOG_SHAPE = 2, 3       # parameters of a dent: x, y of the tip, m; logs of its depth and of the depth of its shape, m
 
 
 class Dent:
-    """rest: (K, 2) m, eye: (K, 3) m as in MarkerField, points: (K, 3) m on the dome. towards: part of the way from tip to apex at which the
-    touch lies; unit: m, of depth. coefficients: (MODES, ORDERS, splines), None while being learned.
+    """rest: (K, 2) m, eye: (K, 3) m as in MarkerField; points: (K, 3) m on the dome; towards: tip radius over the distance of the
+    centres of tip and dome; unit: m, of depth; coefficients: (MODES, ORDERS, splines), None before the fit.
     """
 
     def __init__(self, rest: np.ndarray, eye: np.ndarray, points: np.ndarray, cap: Cap, plane_z: float, towards: float, unit: float,
@@ -49,7 +48,7 @@ class Dent:
         return self.seen_at(self.moved(dent))
 
     def seen_at(self, moved: np.ndarray) -> np.ndarray:
-        """(K, 2) m, apparent displacement of points that moved by (K, 3) m; none comes nearer to the eye than by NEAREST."""
+        """(K, 2) m, apparent displacement of points that moved by (K, 3) m, their height over the eye limited by NEAREST."""
         level = np.maximum(self.level + moved[:, 2], NEAREST * self.level)
         return (self.place + moved[:, :2]) * (self.height / level)[:, None] - self.out
 
@@ -74,8 +73,8 @@ class Dent:
         return np.exp(dent[LOG_DEPTH]) / self.unit * (np.exp(dent[LOG_SHAPE]) / self.unit) ** np.arange(ORDERS)
 
     def equations(self, shift: np.ndarray, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rows (2 n, MODES * ORDERS * splines), and what they should give (2 n,), m, for a press whose shift (K, 2)
-        was seen at n markers.
+        """Rows (2 n, MODES * ORDERS * splines) and targets (2 n,), m, of the linear fit to a press with shift (K, 2) m at n markers
+        seen.
         """
         angle, modes = self._modes(place)
         seen = np.isfinite(shift).all(1) & np.isfinite(angle)
@@ -86,9 +85,9 @@ class Dent:
         return rows.reshape(2 * seen.sum(), -1), shift[seen].ravel()
 
     def anchors(self, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Rows, and what they should give (n,), m: that the skin roughly goes down under the tip, and less and less around it.
+        """Rows and targets (n,), m, of the prior: the skin goes down by depth under the tip, and by less with the log of the distance.
 
-        A dome that shrinks towards the eye looks the same as ever, so that markers alone do not tell how far anything moves.
+        One camera does not observe the scale of the dome about the eye, so markers alone leave the displacement undetermined.
         """
         angle, turn = (part.ravel() for part in np.meshgrid(ANCHORS, [0.0, np.pi / 2, np.pi]))
         along, up = _frame(place, self.towards, self.cap.curvature_radius)
@@ -107,7 +106,7 @@ class Dent:
         return self.table[low] * (1 - part) + self.table[low + 1] * part
 
     def _modes(self, tip: np.ndarray, points: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Angles (K,) rad from the touch, and the directions (K, MODES, 3) of the modes, of points (K, 3) m from the dome's centre."""
+        """Angles (K,) rad from the touch and displacement (K, MODES, 3) of the modes, at points (K, 3) m from the dome's centre."""
         points = self._from_centre if points is None else points
         ahead, touch = _frame(tip, self.towards, self.cap.curvature_radius)
         sine, along = float(np.hypot(*touch[:2])), ahead[:2] / np.hypot(*ahead[:2])
@@ -125,7 +124,7 @@ class Dent:
 
 
 def _frame(tip: np.ndarray, towards: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (3,) at the touch of a tip at (2,) m on a sphere of radius, m: down the slope along it, and out of it."""
+    """Unit vectors (3,) at the touch of a tip at (2,) m on a sphere of radius, m: downhill tangent, and normal."""
     place = tip * (1 - towards)
     reach = float(np.hypot(*place))
     along = place / reach if reach > 1e-9 else np.array([1.0, 0.0])
@@ -146,9 +145,9 @@ class DentFit:
         self._penalty = _penalty(dent.table.shape[1]) * np.trace(self._first[0]) / len(self._first[1])
 
     def coefficients(self, ridge: float) -> np.ndarray:
-        """(MODES, ORDERS, splines), held back by ridge, of the data's own weight.
+        """(MODES, ORDERS, splines) of the ridge regression; ridge: relative to the data.
 
-        Once a first answer tells how near to the eye points come, those nearer are worth more pixels, and presses unlike the others less.
+        A first solution gives the magnification of each point, which weights its pixels, and the outlying presses, which it down-weights.
         """
         first = self._solve(self._first, ridge)
         return self._solve(self._normal(self._weights(first)), ridge)
@@ -171,7 +170,7 @@ class DentFit:
         return np.linalg.solve(normal[0] + ridge * self._penalty, normal[1]).reshape(MODES, ORDERS, -1)
 
     def _weights(self, coefficients: np.ndarray) -> list[np.ndarray]:
-        """Of each equation."""
+        """Weights of the equations of each press."""
         dent = self._dent.with_coefficients(coefficients)
         nearer, off = [], []
         for shift, place, depth in zip(self._shifts, self._places, self._depths):
@@ -191,7 +190,7 @@ def _penalty(splines: int) -> np.ndarray:
 
 
 def _spline_table() -> tuple[np.ndarray, float]:
-    """Cubic splines over KNOTS (all zero beyond the last) at even steps of angle."""
+    """Cubic B-splines on KNOTS (zero beyond the last), tabulated at even steps of angle; that step, rad."""
     knots = np.concatenate([[KNOTS[0]] * 3, KNOTS, [KNOTS[-1]] * 3])
     angle = np.linspace(0, KNOTS[-1], 551)
     table = BSpline.design_matrix(np.minimum(angle, KNOTS[-1] * (1 - 1e-12)), knots, 3).toarray()[:, :-1]

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""One or several learned dents (dome_basis) that explain a frame of a dome best, by Gauss-Newton steps from a library of starts."""
+"""Fit of one or two learned dents (dome_basis) to a frame of a dome: Gauss-Newton from the best match in a library of starts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,22 +10,22 @@ import numpy as np
 from .dome_basis import LOG_DEPTH, LOG_SHAPE, Dent
 from ..view.marker_field import MarkerField
 
-STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4])
-LIMIT = np.array([0.01, 0.01, 0.5, 0.5])  # of one step
-LEAST = np.array([1e2, 1e2, 0.1, 0.1])  # 1/m^2 and 1: what is known of parameters that nothing shows, over variance
-SETTLED = 3e-3           # of LIMIT
-FAINTEST, DEEPEST = -14.0, 2.0  # log of the least depth, m; times the deepest press: the greatest
-ITERATIONS = 10
-FOLLOW = 3               # iterations for which derivatives are taken anew
-SHAPE_SIGMA = 0.03       # log: how much deeper or shallower a dent may look than it is
-MISFIT, MISFIT_TOP = 0.02, 0.006  # of a marker's displacement, and of the greatest: what a dent is wrong by
-RINGS, DEPTHS = (0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42), (0.15, 0.4, 0.7, 1.0)  # of rim radius and deepest press, to start from
-APART = 2.2              # pitches: the starts of two touches are no nearer
+STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4])  # of the finite differences: m, m, log, log
+LIMIT = np.array([0.01, 0.01, 0.5, 0.5])  # of one Gauss-Newton step. Chosen
+LEAST = np.array([1e2, 1e2, 0.1, 0.1])  # 1/m^2 and 1: prior information, for unobservable parameters. Chosen
+SETTLED = 3e-3           # of LIMIT: a smaller step ends the iteration. Chosen
+FAINTEST, DEEPEST = -14.0, 2.0  # bounds of depth: log of m; times the deepest press. Chosen
+ITERATIONS = 10          # at most
+FOLLOW = 3               # first iterations, in which the Jacobian is renewed. Chosen
+SHAPE_SIGMA = 0.03       # standard deviation of log shape depth over depth. Chosen
+MISFIT, MISFIT_TOP = 0.02, 0.006  # model error over a marker's displacement, and over the greatest. Chosen
+RINGS, DEPTHS = (0.0, 0.07, 0.14, 0.21, 0.28, 0.35, 0.42), (0.15, 0.4, 0.7, 1.0)  # starts, of rim radius and deepest press. Chosen
+APART = 2.2              # pitches: least distance of two touches. Chosen
 
 
 @dataclass(frozen=True)
 class DentFound:
-    """parameters: (n, 4) of n dents; covariance: (4 n, 4 n); squares: sum of squares of what is left, over its expected error."""
+    """parameters: (n, 4) of n dents; covariance: (4 n, 4 n); squares: sum of the squared normalised residuals."""
 
     parameters: np.ndarray
     covariance: np.ndarray
@@ -33,7 +33,7 @@ class DentFound:
 
 
 class DentSolver:
-    """noise: m, of displacements where a field does not tell; deepest: m, of the presses it was learned from; pitch: m, of markers."""
+    """noise: m, of displacements, where a field has no sigma; deepest: m, calibrated press; pitch: m, of markers."""
 
     def __init__(self, dent: Dent, noise: float, deepest: float, pitch: float):
         self.dent, self.noise = dent, noise
@@ -47,17 +47,17 @@ class DentSolver:
         self._both = np.where(apart >= APART * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def score(self, field: MarkerField) -> float:
-        """How many standard deviations of noise the best of the starting dents stands out by."""
+        """Match of the best starting dent, in standard deviations of noise."""
         match = self._shown @ np.nan_to_num(field.shift).ravel()
         return float((match / np.sqrt(self._sizes)).max() / np.median(self._sigma(field)[field.seen]))
 
     def start(self, field: MarkerField) -> np.ndarray:
-        """(1, 4), the starting dent that is nearest."""
+        """(1, 4), the starting dent with the least squared residual."""
         match = self._shown @ np.nan_to_num(field.shift).ravel()
         return self._starts[[np.argmin(self._sizes - 2 * match)]]
 
     def start_of_two(self, field: MarkerField) -> np.ndarray:
-        """(2, 4), the two starting dents that together are nearest."""
+        """(2, 4), the two starting dents whose sum has the least squared residual."""
         match = self._shown @ np.nan_to_num(field.shift).ravel()
         return self._starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
 
@@ -66,7 +66,7 @@ class DentSolver:
         return sum(self.dent.moved(one) for one in found.parameters)
 
     def solve(self, field: MarkerField, starts: np.ndarray) -> DentFound:
-        """The dents near starts (n, 4) that explain a field best."""
+        """Least-squares fit of n dents to a field, from starts (n, 4)."""
         parameters, seen = starts.copy(), np.repeat(field.seen, 2)
         shift = np.where(seen, np.nan_to_num(field.shift).ravel(), 0.0)
         weight = np.where(seen, self._weight(field), 0.0)
@@ -93,7 +93,7 @@ class DentSolver:
         columns = []
         for k, one in enumerate(parameters):
             others = sum(moved[:k] + moved[k + 1:], np.zeros_like(moved[k]))
-            for number, step in enumerate(np.diag(STEPS)):  # the depth leaves the fields of the place as they are
+            for number, step in enumerate(np.diag(STEPS)):  # the modes depend on the place alone
                 field = fields[k] if number >= LOG_DEPTH else self.dent.fields((one + step)[:2])
                 columns.append(self.dent.seen_at(others + self.dent.powers(one + step) @ field).ravel() - told)
         return np.nan_to_num(np.stack(columns, axis=1)) / np.tile(STEPS, len(parameters))
@@ -107,7 +107,7 @@ class DentSolver:
 
 
 def _with_prior(parameters, normal, pull):
-    """Normal equations that hold the depth of a dent's shape near its depth."""
+    """Normal equations with the prior that a dent's shape depth is near its depth."""
     for k, one in enumerate(parameters):
         alike = np.zeros(4 * len(parameters))
         alike[[4 * k + LOG_DEPTH, 4 * k + LOG_SHAPE]] = -1.0, 1.0
@@ -117,7 +117,7 @@ def _with_prior(parameters, normal, pull):
 
 
 def _library(rim_radius: float, deepest: float) -> np.ndarray:
-    """(S, 4) dents all over the dome."""
+    """(S, 4) starting dents all over the dome."""
     starts = []
     for ring in RINGS:
         count = max(1, round(2 * np.pi * ring / RINGS[1]))

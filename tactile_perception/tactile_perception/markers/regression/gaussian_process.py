@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Gaussian-process regression with a Matern 5/2 kernel, even or odd under the mirrors of a sheet; lengths, height and noise by evidence."""
+"""Gaussian-process regression with a Matern 5/2 kernel, even or odd under a sheet's mirror symmetries; hyperparameters by evidence."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
 MIRRORS = np.array([(1, 1), (-1, 1), (1, -1), (-1, -1)], float)
-MOST_FOR_EVIDENCE = 120  # points that the hyperparameters are found from
+MOST_FOR_EVIDENCE = 120  # points used for the hyperparameters. Chosen: the time grows with the cube
 _ROOT = np.sqrt(5.0)
 
 
@@ -21,7 +21,7 @@ def parity_signs(parity: tuple[int, int]) -> np.ndarray:
 class MirrorGP:
     """inputs: (N, D), the first two mirrored; values: (N,); noise: (N,) known standard deviations of the values.
 
-    hyper: (D + 2,) logs of the lengths, of the height and of further noise, both over the values' root mean square.
+    hyper: (D + 2,) log length scales, log amplitude and log noise, the latter two over the values' RMS.
     """
 
     def __init__(self, inputs, values, noise, parity, hyper=None):
@@ -37,14 +37,14 @@ class MirrorGP:
         return float(self._row(at) @ self._dual * self.scale)
 
     def sigma(self, at: np.ndarray) -> float:
-        """Its standard deviation at (D,), further noise included."""
+        """Standard deviation of the value at (D,), noise included."""
         white = solve_triangular(self._factor, self._row(at), lower=True)
         height, noise = np.exp(2 * self.hyper[-2:])
         top = height * (self.signs @ _matern((at * self._flips() - at) / np.exp(self.hyper[:-2])))
         return float(self.scale * np.sqrt(max(top - white @ white, 0.0) + noise))
 
     def left_out(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Errors (N,) and standard deviations (N,) of each value as told without its group."""
+        """Errors (N,) and standard deviations (N,) of the prediction of each value from the other groups (leave-group-out)."""
         inverse = cho_solve((self._factor, True), np.eye(len(self.values)))
         errors, sigmas = np.zeros(len(groups)), np.zeros(len(groups))
         for group in np.unique(groups):
@@ -60,7 +60,7 @@ class MirrorGP:
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> MirrorGP:
-        """Back from the calibration file."""
+        """From the calibration file."""
         inputs, values, noise = (np.array(numbers[name], float) for name in ('inputs', 'values', 'noise'))
         return cls(inputs, values, noise, tuple(numbers['parity']), numbers['hyper'])
 
@@ -84,7 +84,7 @@ class MirrorGP:
         width = np.append(np.full(inner, 0.7), [1.0, 1.0])
 
         def cost(hyper):
-            """Negative logarithm of the evidence, and of what is expected of hyper."""
+            """Negative log posterior of the hyperparameters."""
             try:
                 lower = np.linalg.cholesky(self._covariance(hyper, some))
             except np.linalg.LinAlgError:
@@ -101,6 +101,6 @@ def _matern(gaps: np.ndarray) -> np.ndarray:
 
 
 def mirror_groups(places: np.ndarray) -> np.ndarray:
-    """(N,) the same number for places (N, 2) m that are mirror images of each other, to within a millimetre."""
+    """(N,) group ids: places (N, 2) m that are mirror images of each other, within a millimetre, share one."""
     _, group = np.unique(np.round(np.abs(places), 3), axis=0, return_inverse=True)
     return group.ravel()

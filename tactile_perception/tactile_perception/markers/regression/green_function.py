@@ -1,29 +1,29 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bell into which a round tip presses a clamped sheet, and how its markers then appear: few parameters, no mechanics of the material.
+"""Parametric deflection (bell) of a clamped sheet under a round tip and the apparent displacement of its markers; no material model.
 
-The bell is a power of the clamped rectangle's Green function, rounded where the tip stands (strip solution and images; the clamp is met
-exactly). Stretching draws the markers sideways too; to second order in the slopes that follows from the bell alone (plane elasticity of an
-incompressible sheet, Foeppl and von Karman), but for factors that calibration finds.
+The bell is a power of the clamped rectangle's Green function, rounded at the tip (strip solution with image sources; exactly zero at the
+clamp). Stretching also displaces the markers in the plane: to second order in the slopes this follows from the bell alone (plane elasticity
+of an incompressible sheet, Foeppl and von Karman), up to factors that calibration fits.
 """
 from __future__ import annotations
 
 import numpy as np
 
 POISSON = 0.5                # of an incompressible sheet
-MODES, SPANS = (9, 7), (18, 14)  # sine modes of the drawing along the sheet, and points at which slopes are taken
-SOFTENING = (1.0, 6.0)       # per slope squared: drawing grows less than the slope squared as the sheet gets steep
-ROUNDING = 1.0               # how the bell's tip is rounded: 2 a paraboloid that ends slowly, 0 one that ends at once
+MODES, SPANS = (9, 7), (18, 14)  # sine modes of the in-plane displacement along x and y, and points for slopes. Chosen
+SOFTENING = (1.0, 6.0)       # per slope squared: saturation of the in-plane displacement at steep slopes. Chosen
+ROUNDING = 1.0               # transition from the rounded tip to the Green function: 0 abrupt, 2 slow. Chosen
 PLACE, DEPTH, ROUND, POWER = slice(0, 2), 2, 3, 4  # of the parameters (x, y, log depth, log tip width, log power, carried x, y)
-CARRIED = slice(5, 7)        # m, how far the tip has taken the sheet along; none where there are only five parameters
-_IMAGE, _SIGN = (part.reshape(-1, 1) for part in np.meshgrid([-1.0, 0.0, 1.0], [1.0, -1.0]))  # of the source beyond the clamps
+CARRIED = slice(5, 7)        # m, lateral displacement of the sheet at the tip by a drag; zero where there are only five parameters
+_IMAGE, _SIGN = (part.reshape(-1, 1) for part in np.meshgrid([-1.0, 0.0, 1.0], [1.0, -1.0]))  # image sources beyond the clamps
 _OWN = 1                     # the source itself among its images
-_FLOOR = 1e-6                # of the bell's height
+_FLOOR = 1e-6                # of the bell's height, least Green function for its power
 
 
 class SheetBell:
-    """size: (2,) m of the sheet; rest: (K, 2) m, eye: (K, 3) m: markers, as in MarkerField; radius: m, of a marker, over which its place is
-    averaged. draw: factors of the softened drawings and of the hold that the tip has on the sheet.
+    """size: (2,) m of the sheet; rest: (K, 2) m, eye: (K, 3) m as in MarkerField; radius: m, of a marker, over whose disc its position is
+    averaged; draw: (3,) factors of the in-plane displacement: two saturations, and friction at the tip.
     """
 
     def __init__(self, size: np.ndarray, rest: np.ndarray, eye: np.ndarray, radius: float, draw: np.ndarray = (0.3, 0.3, 0.3)):
@@ -32,7 +32,7 @@ class SheetBell:
         self.count = len(rest)
         edges = [(np.arange(n) + 0.5) / n * side - side / 2 for n, side in zip(SPANS, self.size)]
         points = np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 2)
-        self._loads = _drawing(points, self.size)
+        self._loads = _in_plane(points, self.size)
         self._modes = np.nan_to_num(_modes(rest, self.size))
         self._places = _Places(np.vstack([rest, points]), self.size)
 
@@ -48,7 +48,7 @@ class SheetBell:
         return np.minimum(deep[:, :count], 0.9 * self.height), steep, green[:, :count]
 
     def _sideways(self, parameters, slope, green):
-        """Displacement (n, K, 2, 3) m along the sheet by factors of one."""
+        """In-plane displacement (n, K, 2, 3) m for factors of one."""
         squares = np.stack([slope[..., 0]**2, slope[..., 0] * slope[..., 1], slope[..., 1]**2], axis=1)
         steep = squares[:, 0] + squares[:, 2]
         at_tip = _modes(parameters[:, PLACE], self.size)
@@ -60,14 +60,13 @@ class SheetBell:
         return np.stack([*drawn, -held[:, None] * green[..., None]], axis=-1)
 
     def appear(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent displacement (n, K, 2) m of the bell itself, and that along the sheet by factors of one (n, K, 2, 3)."""
+        """Apparent displacement (n, K, 2) m due to depth, and due to in-plane displacement for factors of one (n, K, 2, 3)."""
         deep, slope, green = self.bell(parameters)
         zoom = self.height / (self.height - deep)
         return self.out * (zoom - 1)[..., None], self._sideways(parameters, slope, green) * zoom[..., None, None]
 
     def predict(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Apparent displacement (n, 2 K) m, as the factors have it, and depths (n, K) m; parameters: (n, 5), or (n, 7) with what is
-        carried."""
+        """Apparent displacement (n, 2 K) m and depths (n, K) m; parameters: (n, 5), or (n, 7) with a drag."""
         deep, slope, green = self.bell(parameters)
         zoom = self.height / (self.height - deep)
         drawn = self._sideways(parameters, slope, green) @ self.draw
@@ -77,7 +76,7 @@ class SheetBell:
 
 
 class _Places:
-    """Where the Green function is read: its parts that do not depend on the source."""
+    """Evaluates the Green function at fixed places; keeps the terms that do not depend on the source."""
 
     def __init__(self, places: np.ndarray, size: np.ndarray):
         self.k, self.size = np.pi / size[1], size
@@ -123,8 +122,8 @@ def _mode_slopes(places: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.n
     return along.reshape(len(places), -1), across.reshape(len(places), -1)
 
 
-def _drawing(points: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """(2 n, 3 P): weights of the modes of displacement along the sheet by the slopes' products (xx, xy, yy) at P points."""
+def _in_plane(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """(2 n, 3 P): coefficients of the in-plane modes from the slopes' products (xx, xy, yy) at P points."""
     along, across = _mode_slopes(points, size)
     none = np.zeros_like(along)
     xx, yy, xy = np.hstack([along, none]), np.hstack([none, across]), np.hstack([across, along]) / 2

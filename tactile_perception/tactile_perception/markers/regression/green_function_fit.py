@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bell that fits the displacement of a sheet's markers best, with a prior on its shape (Gauss-Newton).
+"""Gauss-Newton fit of a bell to the displacement of a sheet's markers, with a prior on its shape.
 
-What the bell cannot tell is left to smooth displacements along the sheet (sine modes), which are integrated out. Where the calibration
-holds drags, how far the tip has carried the sheet along is fitted too.
+Smooth in-plane displacements (sine modes) that the bell does not explain are marginalised. Where the calibration contains drags, the
+lateral displacement of the sheet at the tip is fitted too.
 """
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ import numpy as np
 
 from .green_function import CARRIED, DEPTH, PLACE, ROUND, SheetBell
 
-STEPS = np.array([1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-6, 1e-6])  # of the parameters, for derivatives
-ITERATIONS, DERIVED = 8, 2  # at most, and those at the beginning for which derivatives are taken
-DRAGGED = 12          # the same, both, where the tip may carry the sheet along
-SETTLED = 8e-3        # of the largest step allowed: smaller ones end the search
-MODES = 4             # of sideways displacement, each way
-ASTRAY = 0.1          # of the sheet's short side, the furthest that one step goes
-MISFIT, MISFIT_TOP = 0.003, 0.015  # of the greatest depth, and of the marker's own: what a bell is wrong by
-SIDEWAYS = 0.02       # of the depth, times depth over a fifth of the short side: what drawing is wrong by
+STEPS = np.array([1e-6, 1e-6, 1e-4, 1e-4, 1e-4, 1e-6, 1e-6])  # of the finite differences, in the parameters' units
+ITERATIONS, DERIVED = 8, 2  # at most; first iterations, in which the Jacobian is renewed. Chosen
+DRAGGED = 12          # both of these, where drags are fitted. Chosen
+SETTLED = 8e-3        # of the step limit: a smaller step ends the iteration. Chosen
+MODES = 4             # marginalised in-plane modes along each axis. Chosen
+ASTRAY = 0.1          # of the short side: limit of one step. Chosen
+MISFIT, MISFIT_TOP = 0.003, 0.015  # model error of depth over the greatest depth, and over the marker's own. Chosen
+SIDEWAYS = 0.02       # model error of in-plane displacement over depth, at a depth of a fifth of the short side. Chosen
 
 
 @dataclass(frozen=True)
 class ShapePrior:
-    """log tip width and log power are linear in (1, log depth over a twentieth of the short side, x^2, y^2 over the half sides squared)
-    with these coefficients (2, 4), to within sigma (2,)."""
+    """Log tip width and log power, linear in (1, log of depth over a twentieth of the short side, x^2, y^2 over the half sides squared).
+
+    coefficients: (2, 4); sigma: (2,) standard deviations.
+    """
 
     coefficients: np.ndarray
     sigma: np.ndarray
@@ -34,7 +36,7 @@ class ShapePrior:
 
 @dataclass(frozen=True)
 class BellFit:
-    """parameters: (7,) as in green_function; covariance: (7, 7); misfit: mean square of the residuals over what was expected."""
+    """parameters: (7,) as in green_function; covariance: (7, 7); misfit: mean square of the normalised residuals."""
 
     parameters: np.ndarray
     covariance: np.ndarray
@@ -42,14 +44,14 @@ class BellFit:
 
 
 def broad_prior(size: np.ndarray) -> ShapePrior:
-    """Before calibration: a tip of some hundredths of the sheet, a power of one."""
+    """Before calibration: a tip width of some hundredths of the sheet, a power of one."""
     coefficients = np.zeros((2, 4))
     coefficients[0, :2] = np.log(0.07 * min(size)), 0.4
     return ShapePrior(coefficients, np.array([0.5, 0.05]))
 
 
 class BellFitter:
-    """Fits bells to apparent displacements (K, 2) m of known noise (K,) m. drag: m, by which a tip may carry the sheet along (sigma)."""
+    """Fits bells to apparent displacements (K, 2) m of known noise (K,) m. drag: m, standard deviation of lateral displacement."""
 
     def __init__(self, bell: SheetBell, rest: np.ndarray, prior: ShapePrior, drag: float = 0.0):
         self.bell, self.prior, self.drag = bell, prior, drag
@@ -58,12 +60,12 @@ class BellFitter:
         self._reach = np.hypot(*bell.out.T)
 
     def shape_basis(self, parameters: np.ndarray) -> np.ndarray:
-        """(4,) what the shape's prior is linear in."""
+        """(4,) regressors of the shape's prior."""
         x, y = (parameters[PLACE] / self.half)**2
         return np.array([1.0, parameters[DEPTH] - np.log(self.short / 20), x, y])
 
     def fit(self, shift: np.ndarray, sigma: np.ndarray, start: np.ndarray, hold: bool = False) -> BellFit:
-        """start: (3,) place m and log depth, kept where hold. Markers that are not seen are left out."""
+        """Fit to shift (K, 2) m, NaN where not seen, with sigma (K,) m; start: (3,) place, m, and log depth, fixed if hold."""
         known = np.repeat(np.isfinite(shift).all(1) & np.isfinite(self._reach), 2)
         observed = np.where(known, shift.ravel(), 0.0)
         parameters = np.append(start, np.zeros(4))
@@ -109,7 +111,7 @@ class BellFitter:
 
 
 class _System:
-    """Normal equations with the sideways modes integrated out."""
+    """Normal equations with the in-plane modes marginalised."""
 
     def __init__(self, weight, modes, stiff):
         self.weight, self.modes = weight[:, None], np.where(weight[:, None] > 0, modes, 0.0)
@@ -117,7 +119,7 @@ class _System:
         self.inverse = np.linalg.inv(self.weighted.T @ self.modes + np.diag(stiff))
 
     def reduce(self, slope, residual):
-        """Normal matrix, right side and square of what is left of slope (N, P) and residual (N,) once the modes have taken their part."""
+        """Normal matrix, right side and weighted squared residual of slope (N, P) and residual (N,), modes marginalised."""
         both = np.column_stack([slope, residual])
         crossed = self.weighted.T @ both
         normal = both.T @ (both * self.weight) - crossed.T @ (self.inverse @ crossed)

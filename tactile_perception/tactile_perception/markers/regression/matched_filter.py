@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a sheet is touched at all, and roughly where: the displacement field against bells all over the sheet (matched filter)."""
+"""Detection of a touch and its coarse place: matched filter of the displacement field with bells all over the sheet."""
 from __future__ import annotations
 
 import numpy as np
@@ -9,18 +9,17 @@ from .green_function import SheetBell
 from ..touches.presses import Presses
 from ..view.marker_field import MarkerField
 
-NODES, EDGE = (15, 11), 0.86     # bells along the sheet, the outermost at this part of the half side
-DEPTH, WIDTH = 0.03, 0.07        # of the short side, of these bells
-DEEPEST = 1.0                    # of the short side: no sheet is dented deeper
-SPREAD = 0.03                    # of a bell's depth: what displacements sideways amount to; weighs places near the eye's foot
-SEEN = 12                        # markers: with fewer nothing is told
-SURE = 7.0                       # standard deviations of noise that a touch must stand out by
-QUIETER = 1.5                    # times the greatest score of untouched frames in the calibration, the same
-NOISE = 2e-5                     # m, of displacements where neither fields nor untouched frames tell
+NODES, EDGE = (15, 11), 0.86     # template bells along x and y; place of the outermost over the half side. Chosen
+DEPTH, WIDTH = 0.03, 0.07        # depth and width of the templates over the short side. Chosen
+DEEPEST = 1.0                    # of the short side: a deeper match is rejected. Chosen
+SEEN = 12                        # markers needed. Chosen
+SURE = 7.0                       # detection threshold, standard deviations of noise. Chosen
+QUIETER = 1.5                    # detection threshold over the greatest score of untouched calibration frames. Chosen
+NOISE = 2e-5                     # m, of displacements, where neither fields nor untouched frames give it. Chosen
 
 
 class BellStart:
-    """rest_noise: m, of displacements per axis, where a field does not tell its own; quiet: the greatest score of untouched frames."""
+    """rest_noise: m, of displacements per axis, where a field has no sigma; quiet: the greatest score of untouched frames."""
 
     def __init__(self, bell: SheetBell, rest_noise: float, quiet: float):
         nodes = [np.linspace(-EDGE, EDGE, n) * side / 2 for n, side in zip(NODES, bell.size)]
@@ -37,7 +36,7 @@ class BellStart:
         return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.rest_noise / 2), self.rest_noise)
 
     def scores(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
-        """For each bell, how many standard deviations of noise it stands out by, and its depth over that of the template."""
+        """For each template, the match in standard deviations of noise, and the depth over the template's."""
         known = np.repeat(field.seen, 2)
         shift = np.where(known, field.shift.ravel(), 0.0)
         match, size = self.templates @ shift, self._squares @ known
@@ -46,8 +45,7 @@ class BellStart:
         return match / (np.sqrt(size) * noise), match / size
 
     def find(self, field: MarkerField) -> np.ndarray | None:
-        """(3,) place m and log depth of the bell that stands out most; None where none does, hardly any marker is seen, or no sheet
-        could be so deep."""
+        """(3,) place, m, and log depth of the best match; None below the threshold, for too few markers, or deeper than DEEPEST."""
         if field.seen.sum() < SEEN:
             return None
         score, depth = self.scores(field)
@@ -58,7 +56,7 @@ class BellStart:
 
 
 def quiet_noise(presses: Presses) -> float:
-    """m, standard deviation of displacements per axis: of untouched frames, or what the fields tell, whichever is more."""
+    """m, standard deviation of displacements per axis: the larger of that of untouched frames and the fields' own sigma."""
     still = [field.shift for field, on in zip(presses.fields, presses.touching) if not on]
     told = np.concatenate([field.sigma for field in presses.fields])
     known = [np.sqrt(np.nanmean(np.square(still)))] if still else []

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact point of a marker sheet by smooth regression of the whole displacement field.
+"""Contact point of a marker sheet by regression on the whole displacement field.
 
-Features first, then what they are wrong by: the bell that fits the field best (green_function_fit) stands within a millimetre of the tip;
-its error, a smooth function of the tip's true place and depth, is learned from presses and their mirror images (Gaussian process), and the
-place and depth that explain the features are solved for. Learned this way round, few places are enough, and nothing is drawn to them.
+The parameters of the best fitting bell (green_function_fit) are the features. Their errors, smooth functions of the tip's true place and
+depth, are learned from the calibration presses and their mirror images (Gaussian process). An estimate solves for the place and depth that
+predict the features; this inverse regression is not biased towards the calibrated places.
 """
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from ..touches.touch import AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
 
-FEWEST = 6                      # presses
-ROUNDS = 3                      # of learning the drawing's factors and the shape in turn
-TOOLS = np.array([0.1, 0.01])   # log tip width and log power: what other tips than the calibrated one add to the shape's spread
-PARITIES = ((-1, 1), (1, -1), (1, 1))  # of the features' errors in x, y and log depth
-BEYOND = 1.15                   # times the deepest calibrated press: deeper is out of range
-DRAG = 0.05                     # of the short side: how far a tip may carry the sheet along, where the calibration holds drags
-OWN_SHARE = 0.5                 # of the bell fit's own covariance: the rest of what it expects to be wrong by has been learned
-NARROWED = 1.5                  # half sides that the inputs' unit stands for
-TURNS = 4                       # of solving for place and depth; each brings it ten times nearer or more
+FEWEST = 6                      # presses needed for a fit. Chosen
+ROUNDS = 3                      # alternations of fitting the in-plane factors and the shape prior. Chosen
+TOOLS = np.array([0.1, 0.01])   # added standard deviation of log tip width and log power, for other tips. Chosen
+PARITIES = ((-1, 1), (1, -1), (1, 1))  # symmetry of the errors of x, y and log depth along x and y
+BEYOND = 1.15                   # times the deepest calibrated press: deeper is out of range. Chosen
+DRAG = 0.05                     # of the short side: standard deviation of drag, where the calibration contains drags. Chosen
+OWN_SHARE = 0.5                 # of the bell fit's covariance that the learned errors do not cover. Chosen
+NARROWED = 1.5                  # factor of places over half sides in the inputs. Chosen
+TURNS = 4                       # fixed-point iterations; each reduces the error tenfold or more
 
 
 class SheetRegression:
-    """Fitted for one sheet. Tells one touch at the most.
+    """Fitted to one sheet; detects one touch at most.
 
-    errors: of the features in x, y (m) and log depth, about mean_error in the last; reach: (2,) m, half of the calibrated rectangle; carry:
-    the tip stands where the sheet has its bell and so many times further as it has carried the sheet along, to within carry_sigma times.
+    errors: of the features x, y (m) and log depth, the last about mean_error; reach: (2,) m, half sides of the calibrated rectangle;
+    carry, carry_sigma: offset of the tip from the bell over the fitted drag, and its standard deviation.
     """
 
     def __init__(self, fitter: BellFitter, start: BellStart, errors: list[MirrorGP], numbers: Mapping):
@@ -48,13 +48,13 @@ class SheetRegression:
         self.reach = np.array(numbers['reach'], float)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touch of one frame; empty where the displacements are no more than noise. Raises BadArgument for another pattern."""
+        """The touch of one frame; empty where displacements do not exceed the noise. Raises BadArgument for another pattern."""
         if len(field) != self.fitter.bell.count:
             raise BadArgument(f'calibrated for {self.fitter.bell.count} markers, got a field of {len(field)}')
         begin = self.start.find(field)
-        return [] if begin is None else [self._told(self.fitter.fit(field.shift, self.start.noise(field), begin))]
+        return [] if begin is None else [self._touch(self.fitter.fit(field.shift, self.start.noise(field), begin))]
 
-    def _told(self, fit: BellFit) -> TouchEstimate:
+    def _touch(self, fit: BellFit) -> TouchEstimate:
         found = self._solve(fit.parameters[:3] + [*(self.carry * fit.parameters[CARRIED]), -self.mean_error])
         variance = self._variance(found, fit) * self.widen
         half, depth = self.fitter.half, float(np.exp(found[DEPTH]))
@@ -77,7 +77,7 @@ class SheetRegression:
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Numbers for the calibration file. Raises BadCalibration for too few presses."""
+        """Parameters for the calibration file. Raises BadCalibration for too few presses."""
         known = presses.touching & np.array([field.seen.sum() >= SEEN for field in presses.fields])
         straight = known & presses.straight()
         straight = straight if straight.sum() >= FEWEST else known
@@ -107,7 +107,7 @@ class SheetRegression:
         return numbers
 
     def _widening(self, fits, truth) -> float:
-        """What the variances have to be multiplied by, as presses at places left out with their mirror images tell; never less than 1."""
+        """Factor of the variances from cross-validation by place, mirror images together; at least 1."""
         squares = []
         for k, error in enumerate(self.errors):
             off, sigma = error.left_out(mirror_groups(truth[:, :2]))
@@ -116,7 +116,7 @@ class SheetRegression:
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetRegression:
-        """Back from the calibration file. Raises BadCalibration where something is missing."""
+        """From the calibration file. Raises BadCalibration where something is missing."""
         try:
             rest, eye = np.array(fitted['rest'], float), np.array(fitted['eye'], float)
             bell = SheetBell(np.array(sensor.size), rest, eye, float(fitted['radius']), np.array(fitted['draw'], float))
@@ -125,16 +125,16 @@ class SheetRegression:
             errors = [MirrorGP.from_numbers(numbers) for numbers in fitted['errors']]
             return cls(BellFitter(bell, rest, prior, float(fitted.get('drag', 0.0))), start, errors, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
-            raise BadCalibration(f'the regression cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
+            raise BadCalibration(f'the regression in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong
 
 
 def inputs(state: np.ndarray, half: np.ndarray, deepest: float) -> np.ndarray:
-    """(3,) what the errors are smooth functions of: place over the half sides, and depth, finer where it is small."""
+    """(3,) inputs of the Gaussian processes: place over the half sides, and a log of depth that is linear for shallow presses."""
     return np.append(NARROWED * state[PLACE] / half, np.log1p(np.exp(state[DEPTH]) / (0.2 * deepest)))
 
 
 def _learn_shape(bell: SheetBell, rest, touched: Presses, noise: float) -> BellFitter:
-    """Fits the drawing's factors and the shape's prior at the presses' true places and depths, in turn."""
+    """Fit the in-plane factors and the shape prior in turn, with places and depths fixed at the ground truth."""
     fitter = BellFitter(bell, rest, broad_prior(bell.size))
     states = np.column_stack([touched.position[:, :2], np.log(touched.depth)])
     for _ in range(ROUNDS):
@@ -156,13 +156,13 @@ def _learn_shape(bell: SheetBell, rest, touched: Presses, noise: float) -> BellF
 
 
 def _all_fitted(fitter: BellFitter, start: BellStart, presses: Presses) -> tuple[list[BellFit], np.ndarray]:
-    """Fits to all presses, and their true places, m, and log depths (N, 3)."""
+    """Fits to all presses, and their ground truth (N, 3): places, m, and log depths."""
     truth = np.column_stack([presses.position[:, :2], np.log(presses.depth)])
     return [_fitted(fitter, start, *pair) for pair in zip(presses.fields, truth)], truth
 
 
 def _carrying(fits: list[BellFit], truth: np.ndarray) -> tuple[float, float]:
-    """How many times further than it has carried the sheet the tip stands from the bell; and how far off that is, over what it carried."""
+    """Offset of the tip from the bell over the fitted drag, and its standard deviation."""
     off, carried = truth[:, :2] - np.array([fit.parameters[:2] for fit in fits]), np.array([fit.parameters[CARRIED] for fit in fits])
     size = np.hypot(*carried.T)
     sane = np.hypot(*off.T) < 3 * np.maximum(size, np.median(size))
@@ -172,7 +172,7 @@ def _carrying(fits: list[BellFit], truth: np.ndarray) -> tuple[float, float]:
 
 
 def _fitted(fitter: BellFitter, start: BellStart, field: MarkerField, truth) -> BellFit:
-    """As in use, from where the matched filter finds it; from the truth where that finds nothing."""
+    """Fit from the matched filter, as in use; from the ground truth where it detects nothing."""
     begin = start.find(field)
     return fitter.fit(field.shift, start.noise(field), truth if begin is None else begin)
 
@@ -182,7 +182,7 @@ def _quiet(start: BellStart, presses: Presses) -> float:
 
 
 def _marker_radius(field: MarkerField) -> float:
-    """m, of a disc as large as the middle marker, from its area in the image."""
+    """m, radius of a disc of the markers' median area."""
     seen = np.flatnonzero(np.isfinite(field.rest).all(1) & np.isfinite(field.uv - field.duv).all(1))
     gaps = [np.hypot(*np.diff(places[seen], axis=0).T) for places in (field.rest, field.uv - field.duv)]
     scale = np.median(gaps[0] / np.maximum(gaps[1], 1e-9))

@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a method says of a frame, presses with known truth, cross-validation, tracks and regions of touches."""
+"""Estimates of touch methods, presses with ground truth, cross-validation, tracking and contact regions."""

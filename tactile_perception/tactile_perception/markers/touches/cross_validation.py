@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Cross-validation of touch methods: errors at held-out presses, and the covariance that methods without one of their own state."""
+"""Cross-validation of touch methods: errors at held-out presses, and the covariance of methods that estimate none."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -16,10 +16,14 @@ from ..view.sensor import MarkerSensor
 
 @dataclass(frozen=True)
 class Score:
-    """Errors over presses: mean and 95th percentile of place (over x and y) and depth, m; squares: mean normalised squared error of
-    place and depth (1 where the stated covariance is honest); missed: presses not found; split: presses told as several; presses: in
-    all; false: touches told in untouched frames; place_median, depth_median: m, which presses too shallow to be located do not change; of
-    presses straight down and of drags, each counting half, where there are both. NaN where no press was found."""
+    """Errors over presses.
+
+    place_mean, place_95, depth_mean, depth_95: mean and 95th percentile of the errors of place (x and y) and depth, m; squares: mean
+    normalised squared error of place and depth (1 for a consistent covariance); missed: presses not detected; split: presses detected as
+    several touches; presses: number of presses; false: touches detected in untouched frames; place_median, depth_median: m, robust to
+    presses too shallow to be located; the mean of the medians over straight presses and over drags, where there are both. NaN where no
+    press was detected.
+    """
 
     place_mean: float
     place_95: float
@@ -39,13 +43,13 @@ class Score:
 
 
 def judge(method: TouchMethod, presses: Presses) -> Score:
-    """The errors of a method on presses by one tip each; of several touches told, the one nearest to the tip counts."""
+    """Errors of a method on presses by one tip each; of several touches detected, the one nearest to the tip counts."""
     found = [method.estimate(field) for field in presses.fields]
     return score(found, presses)
 
 
 def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarray | None = None) -> Score:
-    """The errors of the touches found, one list for each of the presses; straight: (M,) bool, those that are no drags, as far as known."""
+    """Errors of the touches found, one list for each press; straight: (M,) bool, presses that are no drags; None: unknown."""
     rows, missed, split, false, straight_down = [], 0, 0, 0, []
     straight = presses.touching if straight is None else straight
     for touches, position, depth, touching, down in zip(found, presses.position, presses.depth, presses.touching, straight):
@@ -68,8 +72,10 @@ def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarr
 
 @dataclass(frozen=True)
 class HeldOut:
-    """What a method told of presses at places that it was not fitted to. found: a list of touches for each of the presses; straight: (M,)
-    bool, those that are no drags."""
+    """Touches that a method found at held-out presses.
+
+    found: a list of touches for each press; straight: (M,) bool, presses that are no drags.
+    """
 
     found: list[list[TouchEstimate]]
     presses: Presses
@@ -81,9 +87,11 @@ class HeldOut:
 
 
 def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mapping | None = None) -> HeldOut:
-    """What a method of TOUCH_METHODS tells of presses at places that it was not fitted to; fitted: what fit gave for all of them, from
-    where methods that have fit_quickly(presses, sensor, fitted) find their way faster, if less exactly. Raises BadCalibration where no
-    place can be held out."""
+    """Cross-validate a method of TOUCH_METHODS by place.
+
+    fitted: result of fit for all presses, from which a method with fit_quickly(presses, sensor, fitted) starts: faster, less accurate.
+    Raises BadCalibration where no place can be held out.
+    """
     quick = getattr(method, 'fit_quickly', None)
     found, held_all = [], []
     straight = {id(field): down for field, down in zip(presses.fields, presses.straight())}
@@ -108,16 +116,16 @@ def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[f
     return float(np.hypot(*off)), abs(float(deep)), float(squares / 3)
 
 
-def held_out_spread(make: Callable[[Presses], TouchMethod], presses: Presses) -> tuple[float, float]:
-    """Root mean square errors, m, of place (each of x and y) and of depth over places left out; NaN where presses are at one place only.
+def cross_validation_rmse(make: Callable[[Presses], TouchMethod], presses: Presses) -> tuple[float, float]:
+    """Cross-validation RMSE, m, of place (per axis) and of depth; NaN where all presses are at one place.
 
-    make: fits a method to presses.
+    make: fits a method to presses; may raise BadCalibration, which skips the fold.
     """
     place, depth = [], []
     for fitting, held in presses.held_out():
         try:
             method = make(fitting)
-        except BadCalibration:  # what is left is too little
+        except BadCalibration:  # too few presses in this fold
             continue
         for field, position, deep in zip(held.fields, held.position, held.depth):
             for touch in method.estimate(field)[:1]:

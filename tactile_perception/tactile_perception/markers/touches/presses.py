@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Presses with known truth: what touch methods are fitted to, and judged by."""
+"""Presses with ground truth, to which touch methods are fitted and with which they are evaluated."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -11,18 +11,18 @@ import numpy as np
 from ...errors import BadArgument
 from ..view.marker_field import MarkerField
 
-SAME_PLACE = 1e-3  # m: presses nearer than this are at one place
-_STRAIGHT = 2e-4   # m: a tool that has gone sideways by more since it touched drags the surface with it
-_APART = 5e-3      # m: from one frame to the next, a tool does not drag that far: it was lifted in between
-_LIFTED = 0.6      # and so it was where its depth is less than this part of the depth before
+SAME_PLACE = 1e-3  # m: presses nearer than this are at one place; a stage repeats to less. Chosen
+_STRAIGHT = 2e-4   # m: largest sideways travel since first contact of a straight press. Chosen
+_APART = 5e-3      # m: a larger step between two frames means a new press, not a drag. Chosen
+_LIFTED = 0.6      # a depth below this share of the last depth means a new press, too. Chosen
 
 
 @dataclass(frozen=True)
 class Presses:
-    """M frames with what the stage knows of them.
+    """M frames with the ground truth of the stage that pressed.
 
-    fields: M MarkerFields; position: (M, 3) m, the tip, NaN where nothing touches; depth: (M,) m, 0 where nothing touches; segment: (M,)
-    int, which press; wrench: (M, 6) N and N m, NaN where not known; radius: (M,) m of the tool's tip, NaN where not known. Raises
+    fields: M MarkerFields; position: (M, 3) m, the tip, NaN without contact; depth: (M,) m, 0 without contact; segment: (M,)
+    int, number of the press; wrench: (M, 6) N and N m, NaN where unknown; radius: (M,) m of the tool's tip, NaN where unknown. Raises
     BadArgument where lengths differ.
     """
 
@@ -45,7 +45,7 @@ class Presses:
 
     @property
     def touching(self) -> np.ndarray:
-        """(M,) bool: frames in which the tool touches."""
+        """(M,) bool: frames with contact."""
         return (self.depth > 0) & np.isfinite(self.position).all(1)
 
     def select(self, keep: np.ndarray) -> Presses:
@@ -54,8 +54,8 @@ class Presses:
                        self.segment[keep], self.wrench[keep], self.radius[keep])
 
     def places(self, mirrored: bool = False) -> np.ndarray:
-        """(M,) int, number of the place pressed, counted from 0 in order of appearance; -1 where nothing touches; mirrored: a place has
-        that of its mirror images along x and y."""
+        """(M,) int, number of the place pressed, from 0 in order of appearance; -1 without contact. mirrored: mirror images along x and y
+        share a number."""
         place, known = np.full(len(self), -1), np.zeros((0, 2))
         for k in np.flatnonzero(self.touching):
             xy = np.abs(self.position[k, :2]) if mirrored else self.position[k, :2]
@@ -65,7 +65,7 @@ class Presses:
         return place
 
     def straight(self) -> np.ndarray:
-        """(M,) bool: frames in which the tool touches and has not gone sideways since it came down."""
+        """(M,) bool: frames with contact in which the tool has not moved sideways since first contact."""
         straight, before, start = self.touching.copy(), -1, np.zeros(2)
         for k in np.flatnonzero(self.touching):
             xy = self.position[k, :2]
@@ -75,8 +75,11 @@ class Presses:
         return straight
 
     def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
-        """Pairs (to fit, held out): in each, every so many-th place is held out with its mirror images, from which a method that knows the
-        sensor's symmetry would know it; untouched frames are always among those to fit."""
+        """Folds (training, held out) for cross-validation by place.
+
+        A place is held out together with its mirror images: a method that uses the sensor's symmetry would learn it from them. Untouched
+        frames are always in the training set.
+        """
         place = self.places(mirrored=True)
         place = place if place.max(initial=-1) > 0 else self.places()
         for fold in range(folds):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The contact region of touches by round tips, from depth and tip size."""
+"""Contact region of touches by round tips, from depth and tip radius."""
 from __future__ import annotations
 
 from math import log
@@ -13,16 +13,16 @@ from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor, dome_cap
 
 STICKING = 1
-_CORNERS = 36
-_STEEPEST = 0.95  # of the tip's radius: a tip is no more than a hemisphere
-_HALVINGS = 30
+_CORNERS = 36  # of an outline: the polygon has 0.5 % less area than the disc
+_STEEPEST = 0.95  # largest contact radius over tip radius; chosen, below a hemisphere's 1 where the slope is infinite
+_HALVINGS = 30  # of the bracket: to 1e-9 of it
 
 
 def contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
-    """Radius, m, of the patch in which a round tip of tip_radius touches a taut skin that is clamped clearance m away.
+    """Contact radius a, m, of a round tip of tip_radius, m, on a taut membrane clamped at a distance of clearance, m.
 
-    In the patch the skin follows the tip; from its edge a, where the slope is a / tip_radius, it falls off as a membrane without load
-    does, with the logarithm of the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
+    Within a the membrane follows the tip (a paraboloid, slope a / tip_radius at its edge); outside it solves Laplace's equation, so depth
+    is logarithmic in the distance: depth = a^2 / tip_radius (1/2 + ln(clearance / a)).
     """
     low, high = 0.0, float(min(_STEEPEST * tip_radius, clearance))
     for _ in range(_HALVINGS):
@@ -33,8 +33,10 @@ def contact_radius(depth: float, tip_radius: float, clearance: float) -> float:
 
 
 def clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
-    """Distance, m, at which a skin clamped round place (2,) m would have to be clamped on a circle to yield as this one does: the
-    conformal radius, of a disc (R^2 - r^2) / R; of a rectangle nearly from those of its two strips."""
+    """Conformal radius, m, of the clamped area at place (2,) m: radius of the circular membrane that is as compliant in its centre.
+
+    A disc's is (R^2 - r^2) / R; a rectangle's is approximated from those of its two strips.
+    """
     if not sensor.is_sheet:
         return float(max(sensor.rim_radius**2 - place @ place, 0.0) / sensor.rim_radius)
     size = np.asarray(sensor.size)
@@ -69,16 +71,16 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
 
 
 def _disc(touch: TouchEstimate, sensor: MarkerSensor, tip_radius: float) -> tuple[np.ndarray, float, np.ndarray]:
-    """Centre (3,) m and radius, m, of the disc whose rim is where the skin leaves the tip, and its normal (3,), outwards."""
+    """Centre (3,) m and radius, m, of the contact disc, whose rim is where the skin leaves the tip; its normal (3,), outwards."""
     tip = touch.radius if np.isfinite(touch.radius) else tip_radius
-    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a bulging skin comes off sooner
+    bend = 0.0 if sensor.is_sheet else 1 / dome_cap(sensor).curvature_radius  # a convex skin leaves the tip sooner
     radius = contact_radius(touch.depth, 1 / (1 / tip + bend), clearance(touch.position[:2], sensor))
     normal = sensor.normal(touch.position[:2] / (1 + tip * bend))
     return touch.position + [0.0, 0.0, tip] - np.sqrt(tip**2 - radius**2) * normal, radius, normal
 
 
 def _appears(place: np.ndarray, eye: np.ndarray, plane_z: float) -> np.ndarray:
-    """(N, 2) m: where place (3,) appears in the viewing plane from eyes (N, 3)."""
+    """(N, 2) m: projection of place (3,) m from eyes (N, 3) m onto the viewing plane."""
     share = (plane_z - eye[:, 2]) / (place[2] - eye[:, 2])
     return eye[:, :2] + share[:, None] * (place[:2] - eye[:, :2])
 

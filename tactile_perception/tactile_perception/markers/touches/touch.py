@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a touch method says of one frame."""
+"""The estimate of one touch, and the interface of touch methods."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -18,9 +18,10 @@ __all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'SATURATED', 'TouchEstimate',
 class TouchEstimate:
     """One touch.
 
-    position: (3,) m, sensor frame, where the object's foremost point stands (z = -depth on a sheet); depth: m, how far the object would
-    have to go back along z to just touch the untouched surface; covariance: (3, 3) m^2 of position; depth_sigma: m; radius: m of the
-    object's tip, NaN where not told; flags: of OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED; reason: '' or the name of the fall-back used.
+    position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet); depth: m, distance along z by which the object
+    would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of position; depth_sigma: m, standard deviation of
+    depth; radius: m of the object's tip, NaN where the method does not estimate it; flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED;
+    reason: '' or the name of the fall-back method used.
     """
 
     position: np.ndarray

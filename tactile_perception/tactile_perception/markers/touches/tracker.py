@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches from frame to frame: numbers that last while a touch does, and a Kalman filter for each."""
+"""Tracking of touches: persistent ids and a Kalman filter for each touch."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -11,28 +11,28 @@ from scipy.optimize import linear_sum_assignment
 from ...errors import BadArgument, BadFrame
 from .touch import TouchEstimate
 
-# Standard deviation of a touch's acceleration, m/s^2: a finger that is at 0.1 m/s after a third of a second.
+# Standard deviation of a touch's acceleration, m/s^2: a finger reaches 0.1 m/s after a third of a second. Chosen.
 ACCELERATION = 0.3
-_GATE = 20.0  # chi-square, four degrees of freedom: once in two thousand frames a touch would be beyond
-_SPEED = 0.3  # m/s, standard deviation of a new touch's velocity
-_LEAST = 1e-5  # m: no place is known better
-_MISSED = 3  # frames in a row that a touch may be missing and go on under its number
+_GATE = 20.0  # squared Mahalanobis distance: exceeded once in 2000 frames (chi-square, four degrees of freedom)
+_SPEED = 0.3  # m/s, standard deviation of a new touch's velocity. Chosen
+_LEAST = 1e-5  # m: least standard deviation of a measurement, which keeps covariances regular. Chosen
+_MISSED = 3  # consecutive missed frames after which a track ends. Chosen
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A touch under its number (never used again)."""
+    """A touch with its id, which is never reused."""
 
     id: int
     estimate: TouchEstimate
 
 
 class TouchTracker:
-    """Numbers touches, and filters them.
+    """Assigns ids to touches and filters them.
 
-    filtered: False gives each frame's own estimate. The filter follows place and depth with constant velocity and white acceleration
-    (standard deviation ACCELERATION), for any time between frames; a touch that moves evenly is not delayed, a sudden step of a touch
-    that stays within the gate is followed to nine tenths in 20 to 35 ms (sigma 0.1 mm, 30 to 200 frames a second).
+    filtered: False returns each frame's own estimate. The filter's model of place and depth is constant velocity with white acceleration
+    (standard deviation ACCELERATION), for any frame interval. A touch at constant velocity has no lag; a step within the gate is
+    followed to 90 % in 20 to 35 ms (sigma 0.1 mm, 30 to 200 frames per second).
     """
 
     def __init__(self, filtered: bool = True):
@@ -41,7 +41,7 @@ class TouchTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the present touches; numbers are not used again."""
+        """Drop all tracks; ids are not reused."""
         self._tracks: list[_Track] = []
         self._stamp_s: float | None = None
 
@@ -51,7 +51,7 @@ class TouchTracker:
             raise BadFrame(f'touches: stamp {stamp_s} s is not later than the last; frame skipped')
 
     def process(self, estimates: list[TouchEstimate], stamp_s: float) -> list[Touch]:
-        """The touches of a frame under their numbers. Raises BadFrame for a stamp that is not later than the last."""
+        """The touches of a frame with their ids. Raises BadFrame for a stamp that is not later than the last."""
         self.check(stamp_s)
         elapsed = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
@@ -97,7 +97,7 @@ class _Track:
         self._cov[4:, 4:] = _SPEED**2 * np.eye(4)
 
     def predict(self, elapsed: float) -> None:
-        """Go on at constant velocity for elapsed s."""
+        """Propagate at constant velocity over elapsed s."""
         move = np.eye(8)
         move[:4, 4:] = elapsed * np.eye(4)
         gain = np.vstack([0.5 * elapsed**2 * np.eye(4), elapsed * np.eye(4)])
@@ -105,13 +105,13 @@ class _Track:
         self._cov = move @ self._cov @ move.T + ACCELERATION**2 * gain @ gain.T
 
     def distance(self, estimate: TouchEstimate) -> float:
-        """Squared Mahalanobis distance of an estimate from where the touch is expected."""
+        """Squared Mahalanobis distance of an estimate from the predicted touch."""
         value, covariance = _measurement(estimate)
         off = value - self._state[:4]
         return float(off @ np.linalg.solve(self._cov[:4, :4] + covariance, off))
 
     def update(self, estimate: TouchEstimate) -> None:
-        """Joseph's form, which keeps the covariance symmetric and positive whatever the rounding."""
+        """Kalman update in Joseph's form, which keeps the covariance symmetric and positive definite despite rounding."""
         value, covariance = _measurement(estimate)
         gain = np.linalg.solve(self._cov[:4, :4] + covariance, self._cov[:4]).T
         rest = np.eye(8)
@@ -121,7 +121,7 @@ class _Track:
         self.missed = 0
 
     def filtered(self, estimate: TouchEstimate) -> TouchEstimate:
-        """The estimate with place, depth and covariance as filtered."""
+        """The estimate with filtered place, depth and covariance."""
         place = self._cov[:3, :3]
         return replace(estimate, position=self._state[:3].copy(), depth=float(max(self._state[3], 0.0)),
                        covariance=0.5 * (place + place.T), depth_sigma=float(np.sqrt(self._cov[3, 3])))

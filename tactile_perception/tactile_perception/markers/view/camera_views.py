@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The view of the markers that a sensor's cameras give."""
+"""Factory of marker views from a sensor's camera calibration."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -16,11 +16,11 @@ from .sensor import MarkerSensor
 
 def view_maker(sensor: MarkerSensor, matrices: tuple[np.ndarray, np.ndarray] | None, stitching: Mapping | None,
                pose: tuple[np.ndarray, np.ndarray] | None = None) -> Callable[[np.ndarray], MarkerView] | None:
-    """What makes a view of untouched markers' places (K, 2) px; None where the camera is not calibrated.
+    """A function that makes the view from untouched positions (K, 2) px; None where the camera is not calibrated.
 
-    matrices: K (3, 3) and distortion (5,) of the camera; stitching: numbers of a calibration, of an image stitched from two; pose:
-    rotation (3, 3) and translation (3,) m of the camera; a dome's markers do not tell it. Raises BadArgument for numbers that
-    are no stitching.
+    matrices: K (3, 3) and distortion (5,) of the camera; stitching: calibration of an image stitched from two cameras; pose: rotation
+    (3, 3) and translation (3,) m of the camera, needed for a dome, whose markers do not determine it. Raises BadArgument for an
+    invalid stitching.
     """
     if stitching is not None:
         return partial(_known_view, stitched_view(stitching_from_dict(stitching, 'calibration: stitching')))
@@ -40,5 +40,5 @@ def _sheet_view(matrices: tuple[np.ndarray, np.ndarray], sensor: MarkerSensor, r
 
 
 def stitched_view(stitching: Stitching) -> StitchedView:
-    """The view of a picture that was stitched so."""
+    """The view of an image with that stitching."""
     return StitchedView(1 / stitching.scale, np.asarray(stitching.origin, float), stitching.seam, stitching.eyes)

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the image to the field of markers: the place in the viewing plane where each marker appears, the eye that sees it, what the
-untouched markers look like, and the field of each frame from it, the one form in which all touch methods read them."""
+"""The marker field, the input of all touch methods: apparent marker positions in the viewing plane relative to the untouched markers."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -21,12 +20,12 @@ from .sensor import MarkerSensor
 
 @dataclass(frozen=True)
 class MarkerField:
-    """One frame; K is the number of markers of the pattern, entry k belongs to marker k, NaN where it is not seen.
+    """The markers of one frame; K markers in the pattern, entry k belongs to marker k, NaN where it is not seen.
 
-    rest, shift: (K, 2) m, untouched place and displacement as they appear in the viewing plane (where the ray from the eye to the marker
-    meets it); growth: (K,) log of area there now over area untouched; eye: (K, 3) m, sensor frame, where the camera that sees the marker
-    stands; sigma: (K,) m, standard deviation of shift per axis, NaN where not known; uv, duv: (K, 2) px, area: (K,) px^2: the same
-    in the image.
+    rest, shift: (K, 2) m, untouched position and displacement, both apparent: projected from the eye onto the viewing plane; growth: (K,)
+    log of apparent area over untouched apparent area; eye: (K, 3) m, sensor frame, centre of the camera that sees the marker; sigma: (K,)
+    m, standard deviation of shift per axis, NaN where unknown; uv, duv: (K, 2) px, area: (K,) px^2: position, displacement and area in
+    the image.
     """
 
     rest: np.ndarray
@@ -47,42 +46,43 @@ class MarkerField:
         return np.isfinite(self.shift).all(1)
 
 
-FEWEST = 12  # markers that a pose is taken from
-FARTHEST, FARTHEST_PX = 10.0, 1e5  # m, px: what appears farther out is no marker
+FEWEST = 12  # markers needed for a pose. Chosen
+FARTHEST, FARTHEST_PX = 10.0, 1e5  # m, px: farther positions are invalid. Chosen: far outside any sensor and image
 
 
 class MarkerView(Protocol):
-    """What turns image places into apparent places in the viewing plane."""
+    """Maps image positions to apparent positions in the viewing plane."""
 
     metres_per_px: float
 
-    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Apparent places (N, 2), m, of image places uv (N, 2), px; the eyes (N, 3), m, that see them; the area (N,), m^2, that a pixel
-        covers there. NaN where uv is."""
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Apparent positions (N, 2), m, of uv (N, 2), px; the eyes (N, 3), m, that see them; the area (N,), m^2, of a pixel there. NaN
+        where uv is."""
 
 
 class CameraView:
-    """One camera, its lens distortion taken off, that looks at the plane z = plane_z of the sensor frame."""
+    """One camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame."""
 
     def __init__(self, camera: CameraModel, plane_z: float = 0.0):
         self.camera, self.plane_z = camera, plane_z
         self._away = plane_z - camera.centre[2]
         self.metres_per_px = abs(self._away) / camera.matrix[0, 0]
 
-    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See MarkerView."""
         camera = self.camera
         flat = undistorted(uv, camera.matrix, camera.distortion)
         rays = flat @ camera.rotation[:2] + camera.rotation[2]
         xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
         xy[~(np.abs(xy) < FARTHEST).all(axis=1)] = np.nan
-        # From the image to the plane without distortion, and from there to the viewing plane, which is a homography of this determinant.
-        area = self._away**2 / np.abs(rays[:, 2])**3 / (camera.matrix[0, 0] * camera.matrix[1, 1] * _swelling(flat, camera.distortion))
+        # Jacobian determinants: of the undistortion, and of the homography from the normalised image to the viewing plane.
+        area = self._away**2 / np.abs(rays[:, 2])**3 \
+            / (camera.matrix[0, 0] * camera.matrix[1, 1] * _distortion_area_ratio(flat, camera.distortion))
         return xy, np.tile(camera.centre, (len(xy), 1)), area
 
 
-def _swelling(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
-    """(N,) determinant of the slope of Brown's distortion (5,) at normalised places (N, 2): the growth of a small area."""
+def _distortion_area_ratio(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
+    """(N,) Jacobian determinant of Brown's distortion (5,) at normalised positions (N, 2)."""
     k1, k2, p1, p2, k3 = distortion
     x, y = flat.T
     square = x * x + y * y
@@ -96,9 +96,9 @@ def _swelling(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class StitchedView:
-    """An image of the metric plane, stitched from two cameras along the column seam, px.
+    """An image of the viewing plane, stitched from two cameras at column seam, px.
 
-    metres_per_px: its scale; origin: (2,) px, where the sensor frame's origin appears; eyes: (2, 3) m, the left and the right camera.
+    metres_per_px: its scale; origin: (2,) px, image of the sensor frame's origin; eyes: (2, 3) m, centres of the left and right camera.
     """
 
     metres_per_px: float
@@ -106,7 +106,7 @@ class StitchedView:
     seam: float
     eyes: np.ndarray
 
-    def look(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See MarkerView."""
         uv = np.asarray(uv, float).reshape(-1, 2)
         eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
@@ -124,12 +124,12 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
         raise BadArgument(f'the pose needs a flat grid of {len(grid)} markers, got {rest_uv.shape} of a {sensor.type}')
     seen = (np.abs(rest_uv) < FARTHEST_PX).all(1)
     if seen.sum() < FEWEST:
-        raise BadFrame(f'{seen.sum()} untouched markers are too few for the pose of the camera; {FEWEST} are needed')
+        raise BadFrame(f'{seen.sum()} untouched markers are too few for the camera pose; {FEWEST} are needed')
     flat = CameraModel(matrix, distortion)
     places = np.column_stack([grid[seen], np.zeros(seen.sum())])
     try:
         found, rotation, translation = cv2.solvePnP(places, rest_uv[seen], flat.matrix, flat.distortion)
-    except cv2.error:  # markers at one place, or farther out than a number goes
+    except cv2.error:  # coincident markers, or overflow
         found = False
     if not found:
         raise BadFrame('no pose of the camera fits the untouched markers; check camera_info, rows, columns and pitch')
@@ -137,12 +137,12 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 
 
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
-    """The field of one frame's tracks, whose numbers index rest_area (K,), px^2 (NaN: not known). Raises BadArgument for others."""
+    """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
     rest_area = np.asarray(rest_area, float)
     if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
-        raise BadArgument(f'marker numbers {tracks.id.min()} to {tracks.id.max()} do not fit a pattern of {len(rest_area)} markers')
+        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {len(rest_area)} markers')
     (now, rest), (eye, _), (pixel, rest_pixel) = (part.reshape(2, len(tracks), *part.shape[1:])
-                                                  for part in view.look(np.concatenate([tracks.uv, tracks.rest_uv])))
+                                                  for part in view.back_project(np.concatenate([tracks.uv, tracks.rest_uv])))
     with np.errstate(divide='ignore', invalid='ignore'):
         growth = np.log(tracks.area / rest_area[tracks.id] * (pixel / rest_pixel))
     growth[~np.isfinite(growth)] = np.nan
@@ -151,15 +151,15 @@ def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> 
     return MarkerField(**{name: scatter(np.asarray(value, float), tracks.id, len(rest_area)) for name, value in seen.items()})
 
 
-_MOVED = 0.3  # px: a reference that moved by more is another one
-_STILL = 0.3  # px: a marker that is displaced by less tells its untouched area
-_FRAMES = 30  # over which the untouched area is averaged
+_MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
+_STILL = 0.3  # px: a marker displaced by less counts as untouched. Chosen likewise
+_FRAMES = 30  # time constant, frames, of the average of the untouched area. Chosen
 
 
 class RestMarkers:
-    """Untouched places and areas of the K markers of a pattern, followed frame by frame.
+    """Untouched positions and areas of the K markers of a pattern, updated with each frame.
 
-    make_view: view of the untouched markers' places (K, 2) px, NaN where not seen; may raise BadFrame. uv: (K, 2) px; area: (K,) px^2.
+    make_view: makes the view from untouched positions (K, 2) px, NaN where not seen; may raise BadFrame. uv: (K, 2) px; area: (K,) px^2.
     """
 
     def __init__(self, count: int, make_view: Callable[[np.ndarray], MarkerView]):
@@ -170,7 +170,7 @@ class RestMarkers:
         self._view: MarkerView | None = None
 
     def field(self, tracks: DotTracks) -> MarkerField:
-        """The field of one frame, whose numbers are below K. Raises BadFrame where there is no view, BadArgument for other numbers."""
+        """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
         self._follow(tracks)
         if self._view is None or self._has_moved():
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
@@ -181,7 +181,7 @@ class RestMarkers:
         known = np.flatnonzero(inside & np.isfinite(tracks.duv).all(1))
         id = tracks.id[known]
         rest = tracks.uv[known] - tracks.duv[known]
-        anew = ~(np.abs(rest - self.uv[id]).max(1, initial=0.0) <= _MOVED)  # NaN is not
+        anew = ~(np.abs(rest - self.uv[id]).max(1, initial=0.0) <= _MOVED)  # NaN counts as changed
         self._frames[id[anew]] = 0
         self.uv[id] = rest
         still = known[np.abs(tracks.duv[known]).max(1, initial=0.0) <= _STILL]

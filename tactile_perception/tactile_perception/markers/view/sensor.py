@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sensors with markers on a surface, as far as contact estimation has to know them; where their untouched markers stand in space, and
-how high a tip stands that just touches."""
+"""Geometry of the sensors with markers: untouched marker positions in 3D, surface normals, height of first contact."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,9 +16,9 @@ from ...sensor_types import MARKER_SENSOR_TYPES
 class MarkerSensor:
     """A sheet clamped along a rectangle, or an inflated dome on a round rim.
 
-    type: as in the launch file; rows, columns: of the printed grid, 0 for a pattern that is no grid; pitch: (2,) m along x and y;
+    type: as in the launch file; rows, columns: of the printed grid, 0 for an irregular pattern; pitch: (2,) m along x and y;
     size: (2,) m of the clamped sheet, (0, 0) for a dome; rim_radius, height: m of a dome, 0 for a sheet. Raises BadArgument for
-    numbers that fit neither.
+    dimensions of neither.
     """
 
     type: str
@@ -46,7 +45,7 @@ class MarkerSensor:
         return 0.0 if self.is_sheet else self.height
 
     def normal(self, place: np.ndarray) -> np.ndarray:
-        """(3,) unit normal, outwards, of the untouched surface over place (2,) m; over a dome's rim and beyond it that of the rim."""
+        """(3,) unit normal, outwards, of the untouched surface over place (2,) m; outside a dome's rim that at the rim."""
         if self.is_sheet:
             return np.array([0.0, 0.0, 1.0])
         curvature = (self.rim_radius**2 + self.height**2) / (2 * self.height)
@@ -55,7 +54,7 @@ class MarkerSensor:
         return np.r_[across, np.sqrt(max(1 - across @ across, 0.0))]
 
     def grid(self) -> np.ndarray:
-        """(rows * columns, 2) nominal untouched places of the markers over the sensor's x and y, m, in the order of their numbers."""
+        """(rows * columns, 2) nominal untouched marker positions, m, in sensor x and y, in the order of the marker ids."""
         row, column = np.divmod(np.arange(self.rows * self.columns), max(self.columns, 1))
         middle = (self.columns - 1) / 2, (self.rows - 1) / 2
         return np.stack([column - middle[0], row - middle[1]], axis=1) * self.pitch
@@ -72,7 +71,7 @@ def dome_cap(sensor: MarkerSensor) -> Cap:
 
 
 def rest_points(rest: np.ndarray, eye: np.ndarray, sensor: MarkerSensor) -> np.ndarray:
-    """Places (K, 3) m of untouched markers that appear at rest (K, 2) m in the viewing plane to eyes (K, 3) m; NaN where not known."""
+    """Positions (K, 3) m of untouched markers that eyes (K, 3) m see at rest (K, 2) m in the viewing plane; NaN where unknown."""
     appear = np.column_stack([rest, np.full(len(rest), sensor.plane_z)])
     if sensor.is_sheet:
         return appear
@@ -82,7 +81,7 @@ def rest_points(rest: np.ndarray, eye: np.ndarray, sensor: MarkerSensor) -> np.n
 
 
 def first_touch_height(xy: np.ndarray, tip_radius: float, sensor: MarkerSensor) -> np.ndarray:
-    """Heights (N,) m of a round tip's lowest point as it comes down at xy (N, 2) m and just touches; NaN beyond the dome."""
+    """Heights (N,) m of a round tip's lowest point at first contact, coming down at xy (N, 2) m; NaN beyond the dome."""
     xy = np.atleast_2d(xy)
     if sensor.is_sheet:
         return np.zeros(len(xy))

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wrench with which a round tip presses straight down on a clamped sheet, by the sheet's mechanics, for any place, depth and tip.
+"""Wrench of a round tip pressed straight down on a clamped sheet, from membrane mechanics, for any place, depth and tip radius.
 
-Worked out for some places, depths and tips, and interpolated by polynomials. In units of shear modulus times thickness: a recorded wrench
-tells how much that is.
+Simulated for a set of places, depths and tips and interpolated by polynomials, in units of shear modulus times thickness; recorded wrenches
+determine that scale.
 """
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from ...errors import BadCalibration
 from ..mechanics.membrane_fem import SheetMaterial, press_sheet
 from ..mechanics.mesh import SheetMesh, least_length, spread
 
-NODES, LEVELS, SUBSTEPS = 4, 8, 3   # places along a quarter of the sheet, depths, and steps from one to the next
-DEGREES = (3, 3, 5)                 # of the polynomials in the nearness to the clamp along x and y, and in the root of the depth
-TIPS = 0.25                         # log of a tip's radius over the calibrated one, to either side
-DEEPER = 1.08                       # than the deepest calibrated press
-SPANS, SCALE = 7, 8e-3              # of the mesh: from the tip to the clamp; m, about a tip, less on a small sheet
-SOLVED, RIDGE = 0.9, 1e-7           # least share of presses with a balance; of the polynomials' weights
+NODES, LEVELS, SUBSTEPS = 4, 8, 3   # simulated places along a quarter of the sheet; depths; load steps between depths. Chosen
+DEGREES = (3, 3, 5)                 # of the polynomials in nearness to the clamp along x, y, and in the root of depth. Chosen
+TIPS = 0.25                         # simulated log radii, over the calibrated tip's, to either side. Chosen
+DEEPER = 1.08                       # simulated depth over the deepest calibrated press. Chosen
+SPANS, SCALE = 7, 8e-3              # of the mesh: spans from the tip to the clamp; m, span at the tip, less on a small sheet. Chosen
+SOLVED, RIDGE = 0.9, 1e-7           # least share of converged simulations; ridge of the polynomial fit. Chosen
 _NUMBERS = ('half', 'reach', 'deepest', 'radius', 'weights')
 
 
 def press_wrenches(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial) -> np.ndarray:
-    """(D, 6) force and moment about the tip, m^2 and m^3 (times shear modulus and thickness: N and N m), of a tip at mesh.place at rising
-    depths (D,) m; NaN where no balance is found.
+    """(D, 6) force, m, and moment about the tip, m^2 (times shear modulus and thickness: N and N m), of a tip at mesh.place at rising
+    depths (D,) m; NaN where the simulation does not converge.
     """
-    told = np.full((len(depths), 6), np.nan)
+    wrench = np.full((len(depths), 6), np.nan)
     for k, field in enumerate(press_sheet(mesh, depths, radius, material)):
         if np.isfinite(field).all():
             push = _nodal_forces(mesh, field, material)
             places = _node_places(mesh) + field - [*mesh.place, -depths[k]]
-            told[k] = np.concatenate([push.sum(axis=0), np.cross(places, push).sum(axis=0)])
-    return told
+            wrench[k] = np.concatenate([push.sum(axis=0), np.cross(places, push).sum(axis=0)])
+    return wrench
 
 
 def _nodal_forces(mesh: SheetMesh, field: np.ndarray, material: SheetMaterial) -> np.ndarray:
-    """(side * side, 3): by what the sheet is pushed at each node off the clamp, so that it is in balance: derivatives of its energy."""
+    """(side * side, 3) external force on each free node in equilibrium: gradient of the sheet's energy."""
     u = field[mesh.nodes]
     edges = np.einsum('egai,eik->egak', mesh.slope, u) + np.eye(2, 3)
     a, b = edges[..., 0, :], edges[..., 1, :]
@@ -58,7 +58,7 @@ def _nodal_forces(mesh: SheetMesh, field: np.ndarray, material: SheetMaterial) -
 
 
 def _node_places(mesh: SheetMesh) -> np.ndarray:
-    """(side * side, 3) m: where the nodes' splines have their middle in the untouched sheet."""
+    """(side * side, 3) m: Greville points of the nodes' splines in the untouched sheet."""
     knots = np.concatenate([[-1.0] * 2, np.linspace(-1, 1, mesh.spans + 1), [1.0] * 2])
     xi = (knots[1:-2] + knots[2:-1]) / 2
     x, y = (spread(xi, mesh.place[axis], mesh.half[axis], mesh.scale)[0] for axis in (0, 1))
@@ -66,9 +66,8 @@ def _node_places(mesh: SheetMesh) -> np.ndarray:
 
 
 class SheetWrench:
-    """half: (2,) m, of the sheet; reach: (2,) m, furthest place from the middle; deepest: m; radius: m, of the calibrated tip;
-    weights: (P, 6), of the polynomials, for how stiff the sheet is, its force's way sideways, and where the force stands beside the tip.
-    What lies further out is taken at the border.
+    """half: (2,) m, half sides of the sheet; reach: (2,) m, farthest place from the centre; deepest: m; radius: m, of the calibrated tip;
+    weights: (P, 6) of the polynomials for log stiffness, lateral force and moment. Arguments outside the range are clamped to it.
     """
 
     def __init__(self, half: np.ndarray, reach: np.ndarray, deepest: float, radius: float, weights: np.ndarray):
@@ -92,10 +91,10 @@ class SheetWrench:
         return (across[:, None] * (down[:, None] ** np.arange(DEGREES[2] + 1))[:, None]).reshape(len(depths), -1)
 
     @classmethod
-    def work_out(cls, size: np.ndarray, reach: np.ndarray, deepest: float, radius: float, material: SheetMaterial) -> SheetWrench:
-        """For a sheet of size (2,) m and presses up to reach (2,) m from the middle down to deepest, m, by tips of about radius, m.
+    def simulate(cls, size: np.ndarray, reach: np.ndarray, deepest: float, radius: float, material: SheetMaterial) -> SheetWrench:
+        """Simulate a sheet of size (2,) m, presses up to reach (2,) m from the centre, down to deepest, m, by tips of about radius, m.
 
-        Raises BadCalibration where no balance is found.
+        Raises BadCalibration where the simulation does not converge.
         """
         half = np.asarray(size, float) / 2
         scale = min(SCALE, 0.4 * float(half.min()))
@@ -104,23 +103,23 @@ class SheetWrench:
         shares = [np.sqrt(1 - np.exp(-nodes * far)) for far in table._far]
         presses = [(np.array(share), tip) for share in product(*shares) for tip in (-TIPS, TIPS)]
         work = partial(table._press, scale=scale, material=material)
-        rows, values, solved = zip(*in_parallel(work, presses, 'presses worked out for the wrench'))
+        rows, values, solved = zip(*in_parallel(work, presses, 'presses simulated for the wrench'))
         if np.mean(solved) < SOLVED:
-            raise BadCalibration(f'the sheet finds no balance for presses to {deepest * 1e3:.1f} mm with {material}; check size and depths')
+            raise BadCalibration(f'the simulation of presses to {deepest * 1e3:.1f} mm with {material} does not converge; check size, depths')
         rows, values = np.vstack(rows), np.vstack(values)
         table.weights = np.linalg.solve(rows.T @ rows + RIDGE * np.eye(rows.shape[1]), rows.T @ values)
         return table
 
     def _press(self, where: tuple[np.ndarray, float], scale: float, material: SheetMaterial) -> tuple[np.ndarray, np.ndarray, float]:
-        """Polynomials, what their weights should give, and the share of depths with a balance, for a press at a share (2,) of half by a tip
-        of a log radius over the calibrated one. Below the last balance found it goes on in a straight line.
+        """Rows and targets of the polynomial fit, and the share of converged depths, for a press at a share (2,) of half by a tip of a log
+        radius over the calibrated one. Deeper than the last converged depth, targets are extrapolated linearly.
         """
         share, tip = where
         mesh = SheetMesh(self.half * share, self.half, scale, SPANS)
         way = self.deepest * (np.arange(1, LEVELS * SUBSTEPS + 1) / (LEVELS * SUBSTEPS))**1.5
-        told = press_wrenches(mesh, way, self.radius * np.exp(tip), material)[SUBSTEPS - 1::SUBSTEPS]
+        wrench = press_wrenches(mesh, way, self.radius * np.exp(tip), material)[SUBSTEPS - 1::SUBSTEPS]
         depths, (x, y) = way[SUBSTEPS - 1::SUBSTEPS], share
-        stiff, force = np.log(np.maximum(-told[:, 2], 1e-12) / depths), told / told[:, 2:3]
+        stiff, force = np.log(np.maximum(-wrench[:, 2], 1e-12) / depths), wrench / wrench[:, 2:3]
         values = np.stack([stiff, force[:, 0] / x, force[:, 1] / y, force[:, 4] / x, force[:, 3] / y, force[:, 5] / (x * y)], axis=1)
         found = np.isfinite(values).all(1)
         if found[:2].all():
@@ -135,10 +134,10 @@ class SheetWrench:
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetWrench:
-        """Back from the calibration file. Raises KeyError, TypeError or ValueError for what is no such mapping."""
+        """From the calibration file. Raises KeyError, TypeError or ValueError for what is no such mapping."""
         return cls(*(numbers[name] for name in _NUMBERS))
 
 
 def _nearness(share: np.ndarray) -> np.ndarray:
-    """How near places are to the clamp; share: of half the sheet's side. The sheet gets stiffer with the logarithm of the distance."""
+    """Nearness to the clamp of places at a share of the half side: minus the log of the distance, in which stiffness is nearly linear."""
     return -np.log(1 - share**2)

@@ -1,12 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a touch and the field of markers about it to the wrench, fitted where the wrench was recorded.
+"""Wrench of a touch from its place, its depth and the lateral displacement of the markers around it, fitted to recorded wrenches.
 
-How hard a tip presses follows from where it stands and how deep: of a sheet by its mechanics (wrench.membrane), else by what was recorded.
-What it drags shows in the field: by how much the markers about it are displaced to one side. So normal force (its logarithm), the force's
-direction and where it stands beside the tip are told by factors that vary smoothly with place and depth (varying_coefficients), times
-place and
-dragging, each as the sensor's mirrors ask for. The moment is the force's at its place.
+The normal force follows from place and depth: of a sheet by its mechanics (wrench.membrane), else from the recorded presses. The lateral
+force shows in the mean displacement of the markers around the tip. The log of the normal force, the direction of the force and the moment
+about the tip over the normal force are linear in features of place and drag that have the sensor's mirror symmetries, with coefficients
+that vary smoothly with place and depth (varying_coefficients).
 """
 from __future__ import annotations
 
@@ -22,25 +21,24 @@ from .varying_coefficients import VaryingFactors
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
 
-FEWEST = 6             # presses that a map is fitted to, at the least
-MOST = 250             # presses kept; of more, evenly spread ones
-ABOUT = 1.5            # marker pitches: about a tip, whose markers tell how it drags
-SHALLOW = 0.1          # of the deepest press: what is less deep is less sure by its square
-FLOOR = 0.02           # of the deepest press: less deep ones are not fitted to, and dragging is told over no less
-BEYOND = 3.0           # times the deepest press: nothing is known of so deep ones
-EXCITED = 0.01         # of the largest force or moment: an axis whose values spread less is refused
-PLACES = 3             # with fewer (mirror images counted once) those left out cannot tell what an axis is worth
+FEWEST = 6             # presses needed for a fit. Chosen
+MOST = 250             # presses used; an even selection of more. Chosen: the time of a fit grows with the cube
+ABOUT = 1.5            # marker pitches: Gaussian width of the neighbourhood whose mean displacement is the drag. Chosen
+SHALLOW = 0.1          # of the deepest press: shallower presses have more noise, with the inverse square of depth. Chosen
+FLOOR = 0.02           # of the deepest press: shallower presses are left out, and drag is divided by no less. Chosen
+BEYOND = 3.0           # times the deepest press: deeper touches have no wrench (NaN). Chosen
+EXCITED = 0.01         # of the largest force or moment: an axis with a smaller standard deviation is not reported. Chosen
+PLACES = 3             # with fewer places (mirror images count once), cross-validation does not decide on axes. Chosen
 AXES = ('Fx', 'Fy', 'Fz', 'Mx', 'My', 'Mz')
-_FEATURES = (3, 2, 2, 2, 2, 3)  # of each part: normal force, its way along x and y, and the moment about the tip, over the normal force
+_FEATURES = (3, 2, 2, 2, 2, 3)  # numbers of features: log normal force; lateral force x, y and moment about the tip over normal force
 _PARTS = len(_FEATURES)
 
 
 def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrench | None = None) -> dict:
-    """Numbers of a map, fitted to the presses whose wrench is known; mechanics: of a sheet, if known, which are taken where they tell
-    presses at places left out better than none.
+    """Parameters of a map fitted to the presses with a known wrench; mechanics: of a sheet, used if it lowers the cross-validation error.
 
-    Among the numbers: held_out_force and held_out_moment, median relative errors at places left out with their mirror images; told: which
-    axes are. Raises BadCalibration for too few presses.
+    held_out_force, held_out_moment: median relative cross-validation errors; told: axes that are reported. Raises BadCalibration for too
+    few presses.
     """
     deepest = float(presses.depth.max(initial=0.0))
     known = presses.touching & np.isfinite(presses.wrench).all(1) & (presses.wrench[:, 2] < 0) & (presses.depth > FLOOR * deepest)
@@ -55,13 +53,13 @@ def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrenc
 
 
 class _Features:
-    """What the factors depend on, and what they are multiplied with. half: (2,) m, by which places are told; width: m, about a tip."""
+    """State and features of a touch. half: (2,) m, unit of places; width: m, of the neighbourhood of a tip."""
 
     def __init__(self, half, deepest: float, width: float, is_sheet: bool, base: SheetWrench | None):
         self.half, self.deepest, self.width, self.is_sheet, self.base = np.array(half, float), deepest, width, is_sheet, base
 
     def __call__(self, field: MarkerField, place: np.ndarray, depth: float) -> tuple[np.ndarray, list[np.ndarray]]:
-        """State (D,), and features of each part; NaN where too few markers are seen about the tip."""
+        """State (D,), and the features of each output; NaN where too few markers are seen around the tip."""
         away = np.exp(np.sum((field.rest - place[:2])**2, axis=1) / (-2 * self.width**2))
         away[~(field.seen & np.isfinite(away))] = 0.0
         weight = away.sum()
@@ -74,12 +72,12 @@ class _Features:
         return np.array([*folded, np.sqrt(depth / self.deepest)]), parts
 
     def plain(self, place: np.ndarray, depth: float, radius: float = float('nan')) -> np.ndarray:
-        """(6,) wrench about the tip by the mechanics, or one that is in proportion to the depth."""
+        """(6,) wrench about the tip by the mechanics, or a normal force in proportion to depth."""
         return self.base(place[:2], depth, radius) if self.base else np.array([0.0, 0.0, -depth, 0.0, 0.0, 0.0])
 
 
 class WrenchMap:
-    """A fitted map. numbers: as fit_wrench_map makes them. Raises BadCalibration where something is missing."""
+    """A fitted map. numbers: result of fit_wrench_map. Raises BadCalibration where something is missing."""
 
     def __init__(self, numbers: Mapping):
         try:
@@ -93,44 +91,44 @@ class WrenchMap:
             if shapes != [(count, features) for features in _FEATURES] + [(_PARTS, inputs), (_PARTS,)]:
                 raise ValueError('shapes do not agree')
         except (KeyError, TypeError, ValueError, IndexError) as wrong:
-            raise BadCalibration(f'the wrench map cannot be read from the calibration ({wrong!r}); calibrate anew') from wrong
+            raise BadCalibration(f'the wrench map in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong
         self._part, self._dual = np.repeat(np.arange(_PARTS), _FEATURES), np.hstack(duals)
         self._starts = np.searchsorted(self._part, np.arange(_PARTS))
         self._widths = 1 / self._lengths**2
 
     def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
         """(6,) N and N m at the sensor frame's origin, of a frame with this touch alone; NaN for an axis that the calibration did not
-        excite, where too few markers are seen about the touch, and far beyond the calibrated depth."""
+        excite, where too few markers are seen around the touch, and beyond BEYOND times the calibrated depth."""
         if not 0 < touch.depth < BEYOND * self._features.deepest:
             return np.full(6, np.nan)
         place = np.asarray(touch.position, float)
         state, parts = self._features(field, place, touch.depth)
         near = np.exp(-0.5 * (self._states - state)**2 @ self._widths.T)
         factors = np.einsum('nf,nf->f', near[:, self._part], self._dual)
-        told = np.add.reduceat(factors * np.concatenate(parts), self._starts)
-        told[0] += self._scale
-        wrench = _assembled(told, self._features.plain(place, touch.depth, touch.radius), place)
+        outputs = np.add.reduceat(factors * np.concatenate(parts), self._starts)
+        outputs[0] += self._scale
+        wrench = _assembled(outputs, self._features.plain(place, touch.depth, touch.radius), place)
         return np.where(self._told, wrench, np.nan)
 
 
-def _taken_apart(wrench: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """(6,) parts that make a wrench of the plain one."""
+def _outputs(wrench: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """(6,) outputs of the map: correction of the plain wrench to a wrench."""
     about = wrench[3:] - np.cross(place, wrench[:3])
     over, plainly = np.array([*wrench[:2], *about]) / wrench[2], np.array([*plain[:2], *plain[3:]]) / plain[2]
     return np.append(np.log(wrench[2] / plain[2]), over - plainly)
 
 
-def _assembled(told: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """The wrench (6,) at the origin that has these parts."""
-    normal = plain[2] * np.exp(told[0])
-    way_x, way_y, *about = told[1:] * normal + np.array([*plain[:2], *plain[3:]]) / plain[2] * normal
+def _assembled(outputs: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """The wrench (6,) at the origin from the outputs (6,) of the map."""
+    normal = plain[2] * np.exp(outputs[0])
+    way_x, way_y, *about = outputs[1:] * normal + np.array([*plain[:2], *plain[3:]]) / plain[2] * normal
     x, y, z = place
     return np.array([way_x, way_y, normal, y * normal - z * way_y + about[0], z * way_x - x * normal + about[1],
                      x * way_y - y * way_x + about[2]])
 
 
 class _Fit:
-    """A map fitted to presses, and its relative errors of force and moment at places left out."""
+    """A map fitted to presses, with its relative cross-validation errors of force and moment."""
 
     def __init__(self, presses: Presses, sensor: MarkerSensor, base: SheetWrench | None):
         half = np.array(sensor.size) / 2 if sensor.is_sheet else np.full(2, sensor.rim_radius)
@@ -139,10 +137,10 @@ class _Fit:
         seen = np.array([np.isfinite(np.concatenate(parts)).all() for _, parts in told])
         presses, told = presses.select(seen), [row for row, good in zip(told, seen) if good]
         if len(told) < FEWEST:
-            raise BadCalibration(f'markers about the tip are seen in {len(told)} presses only, too few for a wrench map')
+            raise BadCalibration(f'markers around the tip are seen in only {len(told)} presses; {FEWEST} are needed for a wrench map')
         self._states = np.array([state for state, _ in told])
         plain = np.array([self._features.plain(place, depth) for place, depth in zip(presses.position, presses.depth)])
-        apart = np.array([_taken_apart(*row) for row in zip(presses.wrench, plain, presses.position)])
+        apart = np.array([_outputs(*row) for row in zip(presses.wrench, plain, presses.position)])
         self._scale = float(np.median(apart[:, 0]))
         apart[:, 0] -= self._scale
         unsure = 1 + (SHALLOW * self._features.deepest / presses.depth)**2
@@ -174,13 +172,13 @@ class _Fit:
 
 
 def _relative(error: np.ndarray, truth: np.ndarray) -> float:
-    """Median of the errors' sizes over the truth's, of those with a truth of 5 % of the largest and more."""
+    """Median relative error over the samples whose truth is at least 5 % of the largest."""
     size = np.linalg.norm(truth, axis=1)
     good = size > 0.05 * size.max()
     return float(np.median(np.linalg.norm(error[good], axis=1) / size[good])) if good.any() else float('nan')
 
 
 def _mirror_groups(places: np.ndarray, pitch: float) -> np.ndarray:
-    """(N,) the same number for places (N, 2) m within one square of a pitch, and for their mirror images."""
+    """(N,) group ids: places (N, 2) m in one square of a pitch share one, with their mirror images."""
     _, group = np.unique(np.round(np.abs(places) / pitch), axis=0, return_inverse=True)
     return group.ravel()

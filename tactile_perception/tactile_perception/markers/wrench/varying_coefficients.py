@@ -1,25 +1,25 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Linear maps whose factors vary smoothly with the state: value = sum over features of feature times factor(state).
+"""Varying-coefficient regression: value = sum over features of feature times coefficient(state).
 
-Each factor is a Gaussian process (squared exponential) around zero; its lengths, the factors' sizes and the noise are those of the greatest
-evidence.
+Each coefficient is a zero-mean Gaussian process with a squared exponential kernel; length scales, amplitudes and noise maximise the
+evidence (marginal likelihood).
 """
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-MOST = 120                     # values that the hyperparameters are found from
-LENGTH, LENGTHS = 1.0, (-0.5, 3.5)  # logs of the factors' lengths over the states' spread: expected; least and largest
-SIZES, NOISES = (-5.0, 3.0), (-7.0, 0.0)  # the same of a factor's share of the values, and of the noise in them
-_LEAST = 1e-8
+MOST = 120                     # values used for the hyperparameters. Chosen: the time grows with the cube
+LENGTH, LENGTHS = 1.0, (-0.5, 3.5)  # log length scales over the states' standard deviation: prior mean; bounds. Chosen
+SIZES, NOISES = (-5.0, 3.0), (-7.0, 0.0)  # bounds of the log amplitudes and of the log noise, over the values' RMS. Chosen
+_LEAST = 1e-8  # variance added to the diagonal for conditioning
 
 
 class VaryingFactors:
-    """states: (N, D); features: (N, F); values: (N,); unsure: (N,) by how much more noise each value has than the best.
+    """states: (N, D); features: (N, F); values: (N,); unsure: (N,) relative standard deviation of the noise.
 
-    What is left of it for use: lengths (D,) of the states' own unit, and dual (N, F), the factors' weights.
+    lengths: (D,) length scales in the states' units; dual: (N, F) weights for predictions.
     """
 
     def __init__(self, states: np.ndarray, features: np.ndarray, values: np.ndarray, unsure: np.ndarray):
@@ -35,13 +35,13 @@ class VaryingFactors:
         self.dual = self._rms * self._weights[:, None] * features * shares
 
     def left_out(self, groups: np.ndarray) -> np.ndarray:
-        """(N,) each value as told without those of its group."""
+        """(N,) prediction of each value from the other groups (leave-group-out)."""
         inverse = cho_solve(self._factor, np.eye(len(self._values)))
-        told = np.zeros(len(groups))
+        predicted = np.zeros(len(groups))
         for group in np.unique(groups):
             held = groups == group
-            told[held] = self._values[held] - np.linalg.solve(inverse[np.ix_(held, held)], self._weights[held])
-        return told * self._rms
+            predicted[held] = self._values[held] - np.linalg.solve(inverse[np.ix_(held, held)], self._weights[held])
+        return predicted * self._rms
 
     def _covariance(self, hyper: np.ndarray, some) -> np.ndarray:
         count = self._states.shape[1]
@@ -55,7 +55,7 @@ class VaryingFactors:
         some = np.unique(np.linspace(0, len(self._values) - 1, min(MOST, len(self._values))).astype(int))
 
         def cost(hyper):
-            """Negative logarithm of the evidence, and of what is expected of hyper."""
+            """Negative log posterior of the hyperparameters."""
             try:
                 lower = np.linalg.cholesky(self._covariance(hyper, some))
             except np.linalg.LinAlgError:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stage of sheets and domes from message to message: what contact_point_node computes, process_bag computes by the same lines."""
+"""Contact estimation of marker sensors from messages to messages, for contact_point_node and process_bag."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
@@ -28,13 +28,13 @@ class TouchMessages(CameraSide):
         super().__init__(values)
         self.sensor = marker_sensor(values)
         if not values['calibration']:
-            raise BadArgument(f'parameter calibration is empty: a {self.sensor.type} tells touches once it is calibrated; record presses '
+            raise BadArgument(f'parameter calibration is empty: a {self.sensor.type} needs a calibration; record presses '
                               'at known places and run `ros2 run tactile_perception calibrate`')
         self.calibration = read_touch(values['calibration'], self.sensor.type, values)
 
     @property
     def needs_places(self) -> bool:
-        """Always: markers are seen in a metric plane."""
+        """Always: the viewing plane is metric."""
         return True
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):

@@ -170,7 +170,7 @@ def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> She
         return None
     reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
     try:
-        return SheetWrench.work_out(np.array(reader.sensor.size), reach, float(presses.depth.max()), float(model['library']['radius']),
+        return SheetWrench.simulate(np.array(reader.sensor.size), reach, float(presses.depth.max()), float(model['library']['radius']),
                                     SheetMaterial(**model['material']))
     except BadCalibration as error:
         reader.left_out.append(f'wrench: {error}')

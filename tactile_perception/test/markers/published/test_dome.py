@@ -48,5 +48,5 @@ def test_what_does_not_fit_is_refused(bell_presses):
         PaperCushion.from_fitted(fitted, SHEET).estimate(field(RING))
     with pytest.raises(BadCalibration, match='calibrate anew'):
         PaperCushion.from_fitted({}, SHEET)
-    with pytest.raises(BadCalibration, match='markers at least'):
+    with pytest.raises(BadCalibration, match='6 markers'):
         neighbours(RING[:5])

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.markers.touches.cross_validation import held_out, held_out_spread, score
+from tactile_perception.markers.touches.cross_validation import held_out, cross_validation_rmse, score
 from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.touches.touch import TouchEstimate
 
@@ -89,10 +89,10 @@ class Off:
 
 def test_the_spread_is_that_of_the_places_left_out(bell_presses):
     presses = bell_presses([(0, 0), (0, 0.002), (0, -0.002)], depths=(1e-3, 3e-3))
-    place, depth = held_out_spread(lambda some: Off(), presses)
+    place, depth = cross_validation_rmse(lambda some: Off(), presses)
     assert depth == pytest.approx(1e-3)
     assert place == pytest.approx(np.sqrt((3 * 1e-6 + 2 * 4e-6) / 6))
 
 
-def test_one_place_tells_no_spread(bell_presses):
-    assert np.isnan(held_out_spread(lambda some: Off(), bell_presses([(0, 0)]))).all()
+def test_one_place_has_no_cross_validation(bell_presses):
+    assert np.isnan(cross_validation_rmse(lambda some: Off(), bell_presses([(0, 0)]))).all()

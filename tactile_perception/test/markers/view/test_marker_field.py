@@ -25,7 +25,7 @@ def test_the_pose_is_found_from_the_markers_seen():
     rest[::5] = np.nan
     view = camera_view(MATRIX, DISTORTION, rest, SENSOR)
     assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
-    xy, eye, _ = view.look(rest)
+    xy, eye, _ = view.back_project(rest)
     assert np.nanmax(np.abs(xy - SENSOR.grid())) < 1e-7 and np.isnan(xy[0]).all()
     assert eye[1] == pytest.approx(CAMERA.centre, abs=1e-7)
 
@@ -45,13 +45,13 @@ def test_lens_distortion_is_taken_off_areas():
     view = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR)
     corner = CAMERA.project(np.array([[0.027, 0.018, 0], [0.0271, 0.018, 0], [0.027, 0.0181, 0]]))
     px = abs(np.linalg.det(corner[1:] - corner[0]))
-    assert view.look(corner[:1])[2][0] * px == pytest.approx(1e-8, rel=1e-3)
-    assert view.look(corner[:1])[2][0] / view.look([[321.0, 238.0]])[2][0] > 1.03
+    assert view.back_project(corner[:1])[2][0] * px == pytest.approx(1e-8, rel=1e-3)
+    assert view.back_project(corner[:1])[2][0] / view.back_project([[321.0, 238.0]])[2][0] > 1.03
 
 
 def test_a_stitched_image_has_an_eye_on_each_side():
     view = StitchedView(2e-4, np.array([300.0, 200.0]), 310.0, np.array([[-0.03, 0, -0.05], [0.03, 0, -0.05]]))
-    xy, eye, _ = view.look([[300.0, 200.0], [400.0, 250.0], [np.nan, np.nan]])
+    xy, eye, _ = view.back_project([[300.0, 200.0], [400.0, 250.0], [np.nan, np.nan]])
     assert xy[:2] == pytest.approx(np.array([[0, 0], [0.02, 0.01]])) and eye[:2, 0] == pytest.approx([-0.03, 0.03])
     assert np.isnan(xy[2]).all()
 
@@ -61,7 +61,7 @@ def test_what_does_not_fit_is_refused():
         camera_view(MATRIX, DISTORTION, np.zeros((4, 2)), SENSOR)
     with pytest.raises(BadFrame, match='too few'):
         camera_view(MATRIX, DISTORTION, np.full((117, 2), np.nan), SENSOR)
-    with pytest.raises(BadArgument, match='marker numbers'):
+    with pytest.raises(BadArgument, match='marker ids'):
         marker_field(tracks(GRID, np.arange(100)), np.ones(50), camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR))
 
 
@@ -107,6 +107,6 @@ def test_the_view_is_made_anew_only_for_a_reference_that_moved_or_new_markers():
     assert markers.area == pytest.approx(120.0)  # another reference, other areas
 
 
-def test_numbers_of_another_pattern_are_refused():
-    with pytest.raises(BadArgument, match='do not fit'):
+def test_ids_of_another_pattern_are_refused():
+    with pytest.raises(BadArgument, match='marker ids'):
         RestMarkers(2, lambda uv: VIEW).field(tracks_markers((0.0, 0.0), 100.0, id=(0, 3)))

@@ -50,7 +50,7 @@ def table():
     with pytest.MonkeyPatch.context() as patch:
         for name, value in {'NODES': 3, 'DEGREES': (2, 2, 4), 'LEVELS': 6, 'SUBSTEPS': 2, 'SPANS': 5}.items():
             patch.setattr(wrench_sheet, name, value)
-        yield SheetWrench.work_out(2 * HALF, np.array([0.019, 0.012]), 0.006, RADIUS, SheetMaterial())
+        yield SheetWrench.simulate(2 * HALF, np.array([0.019, 0.012]), 0.006, RADIUS, SheetMaterial())
 
 
 @pytest.mark.full
@@ -75,6 +75,6 @@ def test_the_table_comes_back_from_its_numbers(table):
 
 
 def test_a_sheet_without_balance_is_refused():
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(BadCalibration, match='no balance'):
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(BadCalibration, match='converge'):
         patch.setattr(wrench_sheet, 'press_sheet', lambda mesh, depths, *_: np.full((len(depths), mesh.side**2, 3), np.nan))
-        SheetWrench.work_out(2 * HALF, HALF / 2, 0.006, RADIUS, SheetMaterial())
+        SheetWrench.simulate(2 * HALF, HALF / 2, 0.006, RADIUS, SheetMaterial())

@@ -93,11 +93,11 @@ def test_presses_are_taken_where_they_were_and_drags_where_the_method_tells_them
 
 
 def test_a_sheet_has_the_mechanics_that_its_model_found(reader, fitted_to, monkeypatch):
-    def work_out(size, reach, deepest, radius, material):
+    def simulate(size, reach, deepest, radius, material):
         if radius < 1e-3:
             raise BadCalibration('the sheet finds no balance')
         return size, reach, deepest, radius, material.friction
-    monkeypatch.setattr(calibrate_markers.SheetWrench, 'work_out', work_out)
+    monkeypatch.setattr(calibrate_markers.SheetWrench, 'simulate', simulate)
     model = {'material': {'prestretch': 1.05, 'bending': 2e-7, 'friction': 0.6}, 'library': {'radius': 7e-3}}
     fit_wrench(recorded(STRAIGHT), reader, {'model': model})
     size, reach, *rest = fitted_to['mechanics']
