@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of the sheet's model: its numbers, the library of presses, and how far both can be trusted."""
+"""Calibration of the sheet model: identification, library of simulated presses, noise and remaining errors."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -19,23 +19,23 @@ from ..touches.presses import Presses
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
 
-DEEPER = 1.15         # presses are worked out to so many times the deepest calibrated one
-LIKELY_RADIUS = 7.5e-3  # m, of a fingertip, before it is fitted
-SCALE = 8e-3          # m, of the mesh about a tip; less on a small sheet
-STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # where no untouched frame tells
-QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # nothing is surer than this
-FEWEST_TOUCHING = 6
-MOST_SQUARES = 9.0    # normalised squared errors beyond three sigmas say little of the others
+DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
+LIKELY_RADIUS = 7.5e-3  # m, of a fingertip: start of the fit. Chosen
+SCALE = 8e-3          # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
+STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # noise without untouched frames. Chosen
+QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
+FEWEST_TOUCHING = 6   # presses needed. Chosen
+MOST_SQUARES = 9.0    # limit of normalised squared errors: outliers beyond three sigmas count no more
 FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
-QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # a third of the time
+QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # for cross-validation, in a third of the time
 
 
 @dataclass(frozen=True)
 class SheetCalibration:
-    """library: with the calibrated tip in its middle; material; marker_radius: m; eyes; noise: of fields, with the share by which the model
-    is wrong; place_error: m, and depth_share: standard deviations of what is left, of place and over depth; place_range: (2, 2) m, lowest
-    and highest x and y, deepest: m, calibrated; offset: (2,) m, by which places over x and y come out beside those of the presses: the
-    markers are not printed where the sensor frame has them.
+    """library: centred on the calibrated tip radius; material; marker_radius: m; eyes; noise: of fields, with the model error;
+    place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
+    calibrated minimum and maximum of x and y; deepest: m, calibrated; offset: (2,) m, bias of places in x and y, from markers printed
+    off their nominal positions.
     """
 
     library: SheetLibrary
@@ -51,11 +51,11 @@ class SheetCalibration:
 
     @property
     def found(self) -> SheetNumbers:
-        """What was fitted."""
+        """The identified parameters."""
         return SheetNumbers(self.library.plan.radius, self.material, self.marker_radius, self.eyes)
 
     def numbers(self) -> dict:
-        """As plain numbers for a calibration file."""
+        """As plain numbers, for a calibration file."""
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
                 'eye_shifts': self.eyes.shifts.tolist(), 'noise': asdict(self.noise), 'place_error': self.place_error,
                 'depth_share': self.depth_share, 'place_range': self.place_range.tolist(), 'deepest': self.deepest,
@@ -63,7 +63,7 @@ class SheetCalibration:
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
-        """Back from plain numbers. Raises BadCalibration where one is missing or of another kind."""
+        """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
             eyes = EyeShifts(np.array(numbers['eyes'], float).reshape(-1, 3), np.array(numbers['eye_shifts'], float).reshape(-1, 2))
             library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
@@ -74,23 +74,23 @@ class SheetCalibration:
             offset = np.array(numbers['offset'], float).reshape(2)
             return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest, offset)
         except (KeyError, TypeError, ValueError) as error:
-            raise BadCalibration(f"the sheet's model in the calibration file cannot be read ({error}); run calibrate again") from None
+            raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
 
 def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = FINE,
                     start: SheetNumbers | None = None) -> SheetCalibration:
-    """The calibration of a sheet from presses by one round tip; start: numbers from where to seek its own. Raises BadCalibration where
-    the presses cannot determine it.
+    """Calibrate a sheet from presses by one round tip; start: initial parameters. Raises BadCalibration where the presses do not determine
+    them.
     """
     if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
-        raise BadCalibration(f'the model of a sheet needs a flat sheet and {FEWEST_TOUCHING} presses at known places, not '
+        raise BadCalibration(f'the sheet model needs a flat sheet and {FEWEST_TOUCHING} presses at known places, got '
                              f'{presses.touching.sum()} on {sensor.type}')
     half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
     plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **fineness)
     usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
     if usable.sum() < FEWEST_TOUCHING:
-        raise BadCalibration(f'{usable.sum()} presses stand further from the clamp than {least_length(plan.scale) * 1e3:.1f} mm; the model '
-                             f'needs {FEWEST_TOUCHING}')
+        raise BadCalibration(f'{usable.sum()} presses are farther than {least_length(plan.scale) * 1e3:.1f} mm from the clamp; '
+                             f'{FEWEST_TOUCHING} are needed')
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
     numbers = fit_numbers(touching, plan, start)
@@ -101,16 +101,16 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
     noise = _noise(still, fields, truths, SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch)))
     inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
-    place_error, depth_share, offset = _left_over(found, truths)
+    place_error, depth_share, offset = _remaining_errors(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
     return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
                             deepest, offset)
 
 
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
-    """The noise of still fields, and the share of a marker's displacement by which the model is wrong beside it."""
+    """Noise of untouched fields, and the model error in proportion to a marker's displacement."""
     shift, growth = STILL.shift, STILL.growth
-    if still:  # their mean is what they are compared to: it hides a part
+    if still:  # unbiased: their own mean is the reference
         spare = np.sqrt(len(still) / max(len(still) - 1, 1))
         shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
         growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
@@ -125,9 +125,9 @@ def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Pre
     return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
 
 
-def _left_over(found: list, truths: list[Press]) -> tuple[float, float, np.ndarray]:
-    """Standard deviation of place, m, and of depth, over the depth, that the presses' own covariances leave unexplained, once places are
-    moved by what they are off in the middle, (2,) m, which is told too."""
+def _remaining_errors(found: list, truths: list[Press]) -> tuple[float, float, np.ndarray]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances, and the median offset (2,) m of places,
+    which is removed first."""
     error = np.array([inverse.tip(0)[0] - truth.vector[:3] for inverse, truth in zip(found, truths)])
     offset = np.median(error[:, :2], axis=0)
     error[:, :2] -= offset
@@ -138,7 +138,7 @@ def _left_over(found: list, truths: list[Press]) -> tuple[float, float, np.ndarr
 
 
 def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:
-    """The s >= 0 with which squares / (variance + s^2 scale), none counted as more than MOST_SQUARES, are 1 in the mean."""
+    """The s >= 0 for which squares / (variance + s^2 scale), limited to MOST_SQUARES, have mean 1."""
     def over(s: float) -> float:
         return float(np.mean(np.minimum(squares / (variance + s * s * scale), MOST_SQUARES)) - 1)
     largest = float(np.sqrt((squares / scale).max())) * 2 + 1e-12

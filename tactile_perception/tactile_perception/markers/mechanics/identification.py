@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Identification of a sheet: where the cameras really stand, and the few numbers of the sheet and of the calibrated tip (radius,
-prestretch, friction, bending), fitted to presses at known places."""
+"""Identification of a sheet from presses at known places: camera positions, tip radius, prestretch, friction and bending."""
 from __future__ import annotations
 
 import logging
@@ -22,14 +21,14 @@ from ..view.marker_field import MarkerField
 
 @dataclass(frozen=True)
 class EyeShifts:
-    """eyes: (G, 3) m, one for each camera, as the views say; shifts: (G, 2) m, how far from there over x and y they stand."""
+    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y."""
 
     eyes: np.ndarray
     shifts: np.ndarray
 
     @classmethod
     def of(cls, field: MarkerField) -> EyeShifts:
-        """No shifts yet, for the eyes of a field; those nearer to each other than a tenth of their distance to the sheet are one."""
+        """Zero shifts for the eyes of a field; eyes within a tenth of their distance to the sheet are one camera."""
         eyes: list[np.ndarray] = []
         for eye in field.eye[np.isfinite(field.eye).all(1)]:
             if not any(np.linalg.norm(eye - known) < 0.1 * abs(eye[2]) for known in eyes):
@@ -37,32 +36,31 @@ class EyeShifts:
         return cls(np.array(eyes).reshape(-1, 3), np.zeros((len(eyes), 2)))
 
     def shifted(self, field: MarkerField) -> MarkerField:
-        """The field as seen from where the eyes really stand."""
+        """The field with corrected eyes."""
         distance = np.linalg.norm(field.eye[:, None] - self.eyes, axis=2)
         eye = field.eye.copy()
         eye[:, :2] += self.shifts[np.argmin(np.nan_to_num(distance), axis=1)]
         return replace(field, eye=eye)
 
 
-MOST_PLACES = 4
+MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion
 ROUNDS = 12            # at most, on a coarse mesh; then a last one on the plan's
 COARSE = {'n': 7, 'levels': 7, 'substeps': 2}
-COARSE_PLACES = 3
-SETTLED = 0.03         # of the squares: when no more than this is gained, the way ends
-UNSOLVED = 3.0         # residual of presses without a balance
-SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: what tells a marker's place and area apart from the model, beside its noise
-SHARE = 2e-3           # and, of the depth (of the growth: per mm)
-PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # middle; sigma of the log
-MOVE = 0.1             # of a logarithm, over which derivatives are taken, and the unit of steps
-LARGEST = 0.7          # step of a logarithm
-EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: how far off eyes may be; over which derivatives are taken, and the unit of steps
+SETTLED = 0.03         # relative decrease of the cost: a smaller one ends the iteration. Chosen
+UNSOLVED = 3.0         # normalised residual of presses whose simulation does not converge. Chosen
+SHIFT, GROWTH = 1e-5, 4e-3  # m and 1: model error of a marker's position and log area, beside its noise. Chosen
+SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
+PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # median; sigma of log
+MOVE = 0.1             # finite difference of a log parameter, and its unit. Chosen
+LARGEST = 0.7          # limit of one step of a log parameter. Chosen
+EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class SheetNumbers:
-    """radius: m, of the calibrated tip; material; marker_radius: m; eyes: where the cameras stand."""
+    """radius: m, of the calibrated tip; material; marker_radius: m; eyes: camera positions."""
 
     radius: float
     material: SheetMaterial
@@ -70,42 +68,42 @@ class SheetNumbers:
     eyes: EyeShifts
 
     def values(self) -> np.ndarray:
-        """Logs of the radius, the prestretch over 1, friction and bending, then the shifts of the eyes."""
+        """Logs of radius, prestretch - 1, friction and bending, then the shifts of the eyes."""
         material = self.material
         return np.append(np.log([self.radius, material.prestretch - 1, material.friction, material.bending]), self.eyes.shifts)
 
-    def told(self) -> str:
-        """In words."""
+    def summary(self) -> str:
+        """For the log."""
         return (f'tip {self.radius * 1e3:.2f} mm, prestretch {self.material.prestretch:.3f}, friction {self.material.friction:.2f}, '
                 f'bending {self.material.bending:.1e} m^2')
 
 
 def fit_numbers(presses: Presses, plan: LibraryPlan, start: SheetNumbers | None = None) -> SheetNumbers:
-    """The numbers that fit the presses best, given weak expectations of a rubber sheet and a fingertip.
+    """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
 
-    start: of other presses of the same sheet and tip, from where the way is shorter. Gauss-Newton; slopes by differences at the start and
-    where the way seems to end, brought up to date by Broyden's formula, all on a coarse mesh but for the last step.
-    Raises BadCalibration where there are too few presses within plan.reach, or the mechanics find no balance.
+    start: initial parameters, as from other presses of the same sheet and tip. Gauss-Newton with a Jacobian by finite differences at the
+    start and at convergence and Broyden updates in between; on a coarse mesh but for the last step.
+    Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
     groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
     coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
-    fit = _NumbersFit(groups[:COARSE_PLACES], marker, replace(plan, **coarse), eyes)
-    descent = _Descent(fit, start)
+    fit = _NumbersFit(groups, marker, replace(plan, **coarse), eyes)
+    descent = _GaussNewton(fit, start)
     for turn in range(ROUNDS):
-        _log.info('numbers of the sheet, round %d of at most %d: %s, misfit %.3g', turn + 1, ROUNDS,
-                  fit.numbers(descent.values).told(), descent.misfit)
+        _log.info('sheet identification, iteration %d of at most %d: %s, misfit %.3g', turn + 1, ROUNDS,
+                  fit.numbers(descent.values).summary(), descent.misfit)
         if descent.step() < SETTLED and (start is not None or not descent.renew()):
             break
-    fine = _NumbersFit(groups[:COARSE_PLACES], marker, plan, eyes)
+    fine = _NumbersFit(groups, marker, plan, eyes)
     return fine.numbers(descent.last(fine))
 
 
 def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
-    """Presses at up to MOST_PLACES places, far from each other once the sheet is folded to one quarter, each by rising depth."""
+    """Presses at up to MOST_PLACES places, far apart when mirrored into one quarter of the sheet, each by rising depth."""
     place = np.where(np.abs(presses.position[:, :2] / plan.reach).max(1) <= 1, presses.places(), -1)
     groups = [presses.select(place == number) for number in np.unique(place[place >= 0])]
     if not groups:
-        raise BadCalibration(f'no press within {plan.reach * 1e3} mm of the middle: press farther from the clamp')
+        raise BadCalibration(f'no press within {plan.reach * 1e3} mm of the centre; press farther from the clamp')
     folded = np.array([np.abs(group.position[0, :2]) / plan.reach for group in groups])
     chosen = [int(np.argmin(folded.sum(1)))]
     while len(chosen) < min(MOST_PLACES, len(groups)):
@@ -117,7 +115,7 @@ def chosen_places(presses: Presses, plan: LibraryPlan) -> list[Presses]:
 
 
 def _by_depth(group: Presses) -> Presses:
-    """One press for each depth, rising."""
+    """One press for each depth, by rising depth."""
     depth, first = np.unique(np.round(group.depth, 5), return_index=True)
     keep = np.zeros(len(group), bool)
     keep[first] = True
@@ -128,7 +126,7 @@ def _by_depth(group: Presses) -> Presses:
 
 
 def marker_radius(presses: Presses) -> float:
-    """Radius, m, of the printed markers, from their area and from how their places in the image and on the sheet go together."""
+    """Radius, m, of the printed markers, from their area in the image and the affine map from image to sheet."""
     field = presses.fields[0]
     eyes, share = np.unique(field.eye[field.seen], axis=0, return_counts=True)
     seen = field.seen & (field.eye == eyes[np.argmax(share)]).all(1)
@@ -165,23 +163,23 @@ class _NumbersFit:
 
     @property
     def unit(self) -> np.ndarray:
-        """Of each value, a small step."""
+        """(V,) finite difference of each value."""
         return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
-        """What values (V,) leave unexplained, (N,) in standard deviations. Raises BadCalibration where they find no balance at all."""
+        """Normalised residual (N,) at values (V,). Raises BadCalibration where no simulation converges."""
         numbers = self.numbers(values)
         if not np.array_equal(self._solved[0], values[:4]):
             solve = partial(_solve, self._plan, numbers.radius, numbers.material)
-            self._solved = values[:4].copy(), in_parallel(solve, self._groups, 'places worked out for the numbers')
+            self._solved = values[:4].copy(), in_parallel(solve, self._groups, 'places simulated for the identification')
         parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
                  for group, solved in zip(self._groups, self._solved[1])
                  for field, depth, pressed in zip(group.fields, group.depth, solved)]
         residual = np.concatenate(parts, axis=None)
         if np.isinf(residual).all():
-            raise BadCalibration(f'the sheet finds no balance under these presses with {numbers}; check size, depths and markers')
+            raise BadCalibration(f'the simulation of these presses with {numbers} does not converge; check size, depths and markers')
         residual = np.where(np.isinf(residual), UNSOLVED, residual)
-        return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # beyond 3 sigma, by the root
+        return residual * np.minimum(1, np.sqrt(3 / np.maximum(np.abs(residual), 3)))  # robust: by the root beyond 3 sigma
 
     def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
@@ -196,14 +194,14 @@ class _NumbersFit:
 
 def _solve(plan: LibraryPlan, radius: float, material: SheetMaterial, group: Presses) -> np.ndarray:
     """(M, side * side, 3) fields of the M presses at one place."""
-    way = plan.way(group.depth)
+    way = plan.load_steps(group.depth)
     mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
     solved = press_sheet(mesh, way, radius, material)[np.searchsorted(way, group.depth)]
     return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
 
 
-class _Descent:
-    """The way to the values that fit best."""
+class _GaussNewton:
+    """Gauss-Newton iteration."""
 
     def __init__(self, fit: _NumbersFit, start: SheetNumbers | None):
         middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
@@ -215,11 +213,11 @@ class _Descent:
 
     @property
     def misfit(self) -> float:
-        """Mean square of the residuals over what is expected of them."""
+        """Mean square of the normalised residuals."""
         return float(np.mean(self._residual**2))
 
     def step(self) -> float:
-        """Try one step, go it if it makes things better, learn slopes from it, and tell what part of the squares it has gained."""
+        """Try one step, update the Jacobian from it, accept it if the cost falls, and return the relative decrease of the cost."""
         values = self._next(self._residual)
         residual, way = self._fit.residual(values), values - self.values
         scaled = way / self._fit.unit
@@ -231,14 +229,14 @@ class _Descent:
         return gain
 
     def renew(self) -> bool:
-        """Work the slopes out anew, by differences; False where they were so already."""
+        """Renew the Jacobian by finite differences; False where it is up to date."""
         if self._fresh:
             return False
         self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
         return True
 
     def last(self, fine: _NumbersFit) -> np.ndarray:
-        """The values after one step more, with the residual of a finer mesh."""
+        """The values after one more step, with the residual of a finer mesh."""
         return self._next(fine.residual(self.values))
 
     def _next(self, residual: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a press may be: the field seen, matched against those of presses all over the sheet."""
+"""Coarse place of a press: matched filter of the field with those of presses all over the sheet."""
 from __future__ import annotations
 
 import numpy as np
@@ -9,13 +9,13 @@ from .projection import Press, appearance, read_press
 from .reduced_model import SheetLibrary
 from ..view.marker_field import MarkerField
 
-GRID = (13, 11)          # places along x and y
-DEPTHS = (0.1, 0.4, 0.8)  # of the library's largest
-_MOVED = 1e-4            # m: an eye or a marker at rest that moved by more asks for new fields
+GRID = (13, 11)          # template places along x and y. Chosen
+DEPTHS = (0.1, 0.4, 0.8)  # template depths over the library's largest. Chosen
+_MOVED = 1e-4            # m: an eye or untouched marker that changed by more renews the templates. Chosen
 
 
 class SheetStart:
-    """Matches fields of the same untouched markers against a list of presses. shift, m, growth: standard deviations of a still field."""
+    """Matches fields of one marker pattern with templates. shift, m, growth: standard deviations of an untouched field."""
 
     def __init__(self, library: SheetLibrary, shift: float, growth: float):
         self._library, self._sigma = library, np.array([shift, shift, growth])
@@ -26,8 +26,8 @@ class SheetStart:
         self._rest = self._eye = np.zeros((0, 2))
 
     def best(self, field: MarkerField) -> tuple[Press, float]:
-        """The press that matches the field best, its depth to scale, and by how many standard deviations it stands out of the noise, which
-        is no less than what the press leaves unexplained."""
+        """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
+        whichever is larger."""
         self._renew(field)
         value = np.column_stack([field.shift, field.growth]) / self._sigma
         known = np.isfinite(value).ravel() & self._known
@@ -41,13 +41,13 @@ class SheetStart:
         return Press(self._between(score, k), depth), best / np.sqrt(max(left, 1.0))
 
     def _lengths(self, known: np.ndarray) -> np.ndarray:
-        """(P,) lengths of the presses' fields at the values that are known (3 K,)."""
+        """(P,) norms of the templates over the known values (3 K,)."""
         if not np.array_equal(known, self._last[0]):
             self._last = known, np.sqrt(np.maximum(self._fields**2 @ known.astype(np.float32), 1e-9))
         return self._last[1]
 
     def _between(self, score: np.ndarray, k: int) -> np.ndarray:
-        """(2,) m: where along x and y a parabola through the score of press k and of its neighbours is highest."""
+        """(2,) m: peak of the parabolas along x and y through the scores of press k and its neighbours."""
         place = self._presses[k].place.copy()
         grid = score.reshape(*GRID, len(DEPTHS))[..., k % len(DEPTHS)]
         at = np.divmod(k // len(DEPTHS), GRID[1])
@@ -59,7 +59,7 @@ class SheetStart:
         return place
 
     def _renew(self, field: MarkerField) -> None:
-        """Work the fields out anew where markers or eyes are others than last time; one that is not seen leaves what is known of it."""
+        """Renew the templates where markers or eyes changed; a marker that is not seen keeps its last position."""
         if len(self._rest) == len(field):
             rest, eye = np.where(np.isfinite(field.rest), field.rest, self._rest), np.where(np.isfinite(field.eye), field.eye, self._eye)
             moved = [(np.abs(now - before) >= _MOVED).any() or np.count_nonzero(np.isnan(now)) != np.count_nonzero(np.isnan(before))

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The mechanics of a sheet that a round tip presses: an incompressible neo-Hookean membrane, stretched and clamped, with a little bending.
+"""Finite elements of a sheet pressed by a round tip: incompressible neo-Hookean membrane, prestretched and clamped, with bending.
 
-Lengths in m; energies are per shear modulus times thickness, which only sets the force and cancels from every place.
+Lengths in m; energies per shear modulus times thickness, which scales the force but not the displacement.
 """
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from scipy.sparse.linalg import splu
 from ...errors import BadArgument
 from .mesh import SheetMesh
 
-STIFF = 4e7     # 1/m^3, pressure per penetration: a tip sinks in by a few micrometres
-STICK = 4e7     # 1/m^3, friction per slip of what sticks
-SOFT = 10e-6     # m: over this the pressure rises from none to STIFF, so that points come into contact smoothly
-STEPS = 24      # Newton steps at most, before the way is halved
-WHOLE = 9       # of them; the others are halved, which ends a jumping between sticking and slipping
-HALVINGS = 6    # of the way from one depth to the next, at most
-SETTLED = 1e-6  # m: largest last step
-STRIDE = 1.5e-3  # m: largest step taken at once
+STIFF = 4e7     # 1/m^3, penalty stiffness of contact: penetration is a few micrometres
+STICK = 4e7     # 1/m^3, penalty stiffness of sticking friction. Chosen: as STIFF
+SOFT = 10e-6     # m: half width of the transition into contact, which smooths the penalty. Chosen
+STEPS = 24      # Newton steps at most, before the load step is halved. Chosen
+WHOLE = 9       # first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
+HALVINGS = 6    # of a load step, at most. Chosen
+SETTLED = 1e-6  # m: largest last Newton step. Chosen: far below the noise of a marker
+STRIDE = 1.5e-3  # m: limit of a Newton step. Chosen
 
 
 @dataclass(frozen=True)
 class SheetMaterial:
-    """prestretch: of the clamped sheet, over 1; bending: m^2, bending stiffness over shear modulus times thickness; friction: coefficient
+    """prestretch: of the clamped sheet, above 1; bending: m^2, bending stiffness over shear modulus times thickness; friction: coefficient
     between tip and sheet. Raises BadArgument for numbers out of range.
     """
 
@@ -37,12 +37,12 @@ class SheetMaterial:
 
     def __post_init__(self):
         if not (1 < self.prestretch < 3 and 0 < self.bending < 1e-4 and 0 <= self.friction < 10):
-            raise BadArgument(f'sheet material: prestretch over 1, bending and friction positive are needed, got {self}')
+            raise BadArgument(f'sheet material: need 1 < prestretch < 3, 0 < bending < 1e-4 m^2 and 0 <= friction < 10, got {self}')
 
 
 @dataclass
 class _Touch:
-    """The integration points under the tip: which (E, 4), pressure and friction there, and the tangent (E, 4, 3, 3) of both."""
+    """Contact at the integration points: which are in contact (E, 4), pressure and friction, and their tangent (E, 4, 3, 3)."""
 
     on: np.ndarray
     force: np.ndarray
@@ -53,13 +53,13 @@ class _Touch:
 def press_sheet(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial) -> np.ndarray:
     """Displacement coefficients (D, side * side, 3), m, of the sheet pressed by a tip of radius, m, to each of the rising depths (D,), m.
 
-    The tip comes straight down at mesh.place; friction remembers the way. NaN from the first depth on at which no balance is found.
+    The tip comes straight down at mesh.place; friction depends on the path. NaN from the first depth that does not converge.
     """
     return _Press(mesh, radius, material).path(np.asarray(depths, float))
 
 
 class _Press:
-    """One press of a sheet, depth after depth."""
+    """One press, by load steps."""
 
     def __init__(self, mesh: SheetMesh, radius: float, material: SheetMaterial):
         self._mesh, self._radius, self._material = mesh, radius, material
@@ -73,7 +73,7 @@ class _Press:
         self._anchor = np.zeros(mesh.weight.shape + (3,))
 
     def path(self, depths: np.ndarray) -> np.ndarray:
-        """Displacements (D, ...), m, as the tip goes down to depths (D,), m, one after the other; NaN from where no balance is found."""
+        """Displacements (D, ...), m, at rising depths (D,), m; NaN from the first that does not converge."""
         fields = np.full((len(depths),) + self._u.shape, np.nan)
         for k, depth in enumerate(depths):
             if not self._reach(depth, HALVINGS):
@@ -82,7 +82,7 @@ class _Press:
         return fields
 
     def _reach(self, depth: float, halvings: int) -> bool:
-        """Go to depth at once, as the last step went on, or else in two halves; False where no way is found."""
+        """Load step to depth from an extrapolated start, or in two halves; False where it does not converge."""
         start, at = self._u.copy(), self._depth
         if at > self._before:
             self._u = start + (start - self._last) * min((depth - at) / (at - self._before), 2.0)
@@ -93,7 +93,7 @@ class _Press:
         return halvings > 0 and self._reach((at + depth) / 2, halvings - 1) and self._reach(depth, halvings - 1)
 
     def _settle(self, depth: float) -> bool:
-        """Newton's method to the balance at depth; False where it does not get there."""
+        """Newton's method for equilibrium at depth; False where it does not converge."""
         centre = np.array([*self._mesh.place, self._radius - depth])
         for turn in range(STEPS):
             residual, matrix, touch = self._balance(centre)
@@ -132,7 +132,7 @@ class _Press:
         return csc_matrix((data, mesh.indices, mesh.indptr), (len(mesh.free),) * 2)
 
     def _touch(self, offset: np.ndarray) -> _Touch:
-        """Pressure and Coulomb friction (return map on an elastic stick) at points offset (E, 4, 3), m, from the tip's centre."""
+        """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (E, 4, 3), m, from the tip's centre."""
         distance = np.linalg.norm(offset, axis=-1)
         on = distance < self._radius + SOFT
         q, r = offset[on], distance[on][:, None]
@@ -163,7 +163,7 @@ def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _membrane(edges: np.ndarray, squeeze: float) -> tuple[np.ndarray, np.ndarray]:
     """Stress (E, 4, 2, 3) and tangent (E, 4, 2, 3, 2, 3) of the energy (|a|^2 + |b|^2 + squeeze / |a x b|^2) / 2 by its edges.
 
-    edges (E, 4, 2, 3): a and b, the derivatives of the sheet's place by x and y; squeeze = prestretch^-6: the thickness gives way.
+    edges (E, 4, 2, 3): a and b, the derivatives of the sheet's position by x and y; squeeze = prestretch^-6: incompressible thinning.
     """
     a, b = edges[..., 0, :], edges[..., 1, :]
     aa, bb, ab = (np.sum(p * q, -1)[..., None] for p, q in ((a, a), (b, b), (a, b)))

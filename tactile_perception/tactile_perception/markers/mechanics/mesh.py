@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A mesh of quadratic B-splines over a clamped rectangular sheet, drawn together around the place that is pressed.
+"""A mesh of quadratic B-splines on a clamped rectangular sheet, refined around the place pressed.
 
 Along each axis the sheet is described by xi in [-1, 1] with 2 n equal spans; xi = 0 is the place pressed, and on either side, t = |xi|,
-the distance from it is scale * t + (length - scale) * t^3 with length the distance from there to the clamp. So one set of coefficients has
-the same meaning wherever the sheet is pressed, and a field's coefficients vary smoothly with the place.
+the distance from it is scale * t + (length - scale) * t^3 with length the distance from there to the clamp. So coefficients are comparable
+between places, and a field's coefficients vary smoothly with the place.
 """
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 
 
 def least_length(scale: float) -> float:
-    """How near to the clamp, m, the mesh can be centred: nearer, its map would fold."""
+    """Least distance, m, of the mesh's centre from the clamp; nearer, the map of the mesh is not monotonic."""
     return 0.75 * scale
 
 
 def may_be_pressed(places: np.ndarray, half: np.ndarray, scale: float) -> np.ndarray:
-    """(N,) bool: whether a mesh can be centred at places (N, 2), m, of a sheet of half (2,), m; not where a place is NaN."""
-    return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # just there is far enough, whatever the rounding
+    """(N,) bool: whether a mesh can be centred at places (N, 2), m, of a sheet of half (2,), m; False for NaN."""
+    return (half - np.abs(places)).min(axis=1) >= least_length(scale) * (1 - 1e-9)  # tolerance for rounding
 
 
 def locate(place: np.ndarray, pressed: np.ndarray, half: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """xi (2, N) of places (2, N), m, one row an axis, on a sheet of half (2,), m, pressed at (2,) m; and length - scale (2, N), m, there.
 
-    Raises BadArgument where pressed is too near to the clamp, or outside.
+    Raises BadArgument where pressed is outside, or too near to the clamp.
     """
     if not may_be_pressed(np.asarray(pressed)[None], half, scale).all():
-        raise BadArgument(f'pressed at {pressed} m: nearer than {least_length(scale)} m to the clamp at {half} m')
+        raise BadArgument(f'press at {pressed} m is nearer than {least_length(scale)} m to the clamp at {half} m; keep away from the clamp')
     pressed, half = np.asarray(pressed, float)[:, None], np.asarray(half, float)[:, None]
     cubics = half + pressed * [-1.0, 1.0] - scale  # (2, 2): on the far side, on the near side
     widths = np.sqrt(scale / (3 * np.maximum(np.abs(cubics), 1e-6 * scale)))
@@ -72,7 +72,7 @@ def basis(xi: np.ndarray, spans: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def uniform(fields: np.ndarray) -> np.ndarray:
-    """Coefficients (..., side, side, m) on open B-splines, zero at the clamp, as coefficients on uniform ones: the same fields."""
+    """Convert coefficients (..., side, side, m) on open B-splines, zero at the clamp, to uniform B-splines."""
     same = fields.copy()
     for axis in (-3, -2):
         same = np.moveaxis(same, axis, 0)
@@ -123,7 +123,7 @@ class SheetMesh:
         return what(a.reshape(-1, 1, 2, 1), b.reshape(1, -1, 1, 2)).reshape(-1, 4)
 
     def _number(self) -> None:
-        """Unknowns: three for each node off the clamp; and where each number of an element's matrix goes in the sparse one."""
+        """Unknowns: three for each free node; and the slot of each entry of an element's matrix in the sparse matrix."""
         inside = np.zeros((self.side, self.side), bool)
         inside[1:-1, 1:-1] = True
         self.free = np.flatnonzero(np.repeat(inside.ravel(), 3))

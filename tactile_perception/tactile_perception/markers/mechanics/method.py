@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches of a sheet by its mechanics: the presses that explain the whole field of markers (one straight down, one that is dragged, or
-several at once), and their uncertainty."""
+"""Touches of a sheet by model inversion: the presses (one straight, one dragged, or two at once) that best explain the marker field."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -13,28 +12,29 @@ from .calibration import QUICK, SheetCalibration, calibrate_sheet
 from .matched_filter import SheetStart
 from .projection import Press, read_press
 from .reduced_model import SheetLibrary
-from .solver import Inverse, Seen, SheetInverse, hindrance
+from .solver import Inverse, Seen, SheetInverse, interaction
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
 
-WRONG = 2.5         # misfit, from which on something else is looked for
-BETTER = 0.5        # of the misfit, below which a drag has that of a press straight down
-FAR_BETTER = 0.5    # the same of two presses
-HOPELESS = 4.0      # times that, above which it is not sought any further
-RIGHT = 4.0         # misfit, above which two presses are not believed
-APART = 2.2         # marker pitches between two tips, below which they are one
-SLIGHT = 0.12       # of the deeper press's depth: a slighter one beside it is not believed
-AGAIN = 2           # times that two presses are solved for anew, from where they were
-ALIKE = 0.3         # of the displacements: what has changed by less since the last frame may be what that frame showed
-SEARCHED = 15       # frames after which two presses that explain too little are sought anew
-UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # of what other tips move a place, and sink the sheet, by which that may be wrong
+# All chosen.
+WRONG = 2.5         # misfit from which other hypotheses are tried
+BETTER = 0.5        # largest misfit of a drag over that of a straight press
+FAR_BETTER = 0.5    # largest misfit of two presses over that of a drag
+HOPELESS = 4.0      # misfit of two presses, over that limit, above which their refinement is given up
+RIGHT = 4.0         # largest misfit of two presses
+APART = 2.2         # least distance of two tips, marker pitches
+SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
+AGAIN = 2           # refinements of two presses
+ALIKE = 0.3         # relative change of the field below which the last frame's solutions are starts
+SEARCHED = 15       # frames after which a rejected pair of presses is searched anew
+UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # relative errors of the corrections for other tips: place, and depth
 
 
 @dataclass(frozen=True)
 class Tip:
-    """vector: (3,) m, place and depth of a tip, and its covariance; log_radius: of its radius over the calibrated one."""
+    """vector: (3,) m, place and depth of a tip; covariance: (3, 3) m^2; log_radius: of its radius over the calibrated one."""
 
     vector: np.ndarray
     covariance: np.ndarray
@@ -43,8 +43,8 @@ class Tip:
 
 @dataclass
 class _Followed:
-    """The last frame's shift (K, 2) m; the last press straight down, drag, and two presses, that were looked at where one press does not
-    explain enough; whether two were told; how many frames ago they were sought."""
+    """State between frames. shift: (K, 2) m, of the last frame; straight, dragged, two: last solution of each hypothesis; told_two: whether
+    two presses were reported; age: frames since two were searched."""
 
     shift: np.ndarray
     straight: Inverse | None = None
@@ -54,7 +54,7 @@ class _Followed:
     age: int = 0
 
     def leads_to(self, field: MarkerField) -> bool:
-        """Whether a field is nearly that of the last frame."""
+        """Whether a field is similar to that of the last frame."""
         known = np.isfinite(self.shift) & np.isfinite(field.shift) if self.shift.shape == field.shift.shape else np.zeros(0, bool)
         if not known.any():
             return False
@@ -64,18 +64,18 @@ class _Followed:
 
 
 class SheetPresses:
-    """Explains fields by presses, frame after frame. pitch: m, of the markers."""
+    """Selects the hypothesis for each frame. pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
         self.forget()
 
     def forget(self) -> None:
-        """Nothing touches: what comes next is sought anew."""
+        """Drop the solutions of the last frame."""
         self._last = _Followed(np.zeros((0, 2)))
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:
-        """What explains a field; begin: where a press of it may be."""
+        """The presses that explain a field; begin: coarse place of one press."""
         last = self._last = replace(self._last, shift=field.shift) if self._last.leads_to(field) else _Followed(field.shift)
         last.age += 1
         seen = Seen(field)
@@ -93,24 +93,24 @@ class SheetPresses:
         return last.two if last.told_two else single
 
     def _continued(self, seen: Seen, last: Inverse, dragged: bool = False) -> Inverse:
-        """Presses from where the last were."""
+        """Solve from the last solution."""
         return self._inverse.solve(seen, last.presses, last.mixed, dragged, near=True)
 
     def _dragged(self, seen: Seen, straight: Inverse, last: Inverse | None) -> Inverse:
-        """One press that has dragged the sheet along, from where the last was, or from one straight down."""
+        """One dragged press, from the last solution, or from a straight press."""
         if last is not None:
             return self._continued(seen, last, dragged=True)
         return self._inverse.solve(seen, self._inverse.solve(seen, straight.presses, dragged=True).presses, dragged=True)
 
     def _followed(self, seen: Seen, last: Inverse | None, enough: float) -> Inverse | None:
-        """Two presses from where the last were; None where they have to be sought anew."""
+        """Two presses from the last solution; None where they have to be searched anew."""
         if last is None:
             return None
         two = self._continued(seen, last)
         return two if self._last.age < SEARCHED or two.misfit < WRONG and self._are_two(two, enough) else None
 
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
-        """Two presses: one, and another where it leaves most unexplained; given up where their misfit stays far from enough."""
+        """Two presses: one, and another from the matched filter of its residual; not refined where the misfit is far above enough."""
         self._last.age = 0
         told = np.zeros((len(field), 3))
         told[seen.index] = self._inverse.predict(one.presses, seen)[0]
@@ -121,7 +121,7 @@ class SheetPresses:
         return two
 
     def _are_two(self, two: Inverse, enough: float) -> bool:
-        """Whether two presses explain enough, and are no one that is taken for two."""
+        """Whether two presses explain the field well enough and are distinct."""
         if two.misfit > min(RIGHT, enough):
             return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
@@ -130,13 +130,13 @@ class SheetPresses:
 
 
 def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
-    """Where the tips of presses stand. One that comes down where others have inclined the sheet touches it uphill of its lowest point."""
+    """Tips of presses. A tip on a sheet that other presses incline touches it uphill of its lowest point, which is corrected here."""
     tips = []
     for k, press in enumerate(found.presses):
         vector, covariance = found.tip(k)
         if len(found.presses) > 1:
             alone = [read_press(library, other, press.place[None]) for other in found.presses]
-            others = (sum(alone) - alone[k] + found.mixed * hindrance(alone))[0]
+            others = (sum(alone) - alone[k] + found.mixed * interaction(alone))[0]
             radius, slope, sunk = library.plan.radius * np.exp(press.log_radius), others[1:, 2], -others[0, 2]
             vector = vector + np.append(-radius * slope, sunk + 0.5 * radius * slope @ slope)
             unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
@@ -145,16 +145,17 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
     return tips
 
 
-FEWEST = 10    # markers seen, below which nothing is told
-STANDS_OUT = 8.0  # sigmas by which a field must stand out of the noise
-SURE = 4.0     # sigmas by which the depth must
-BEYOND = 1.02  # of the calibrated depth, from where on it is out of range
-UNEXPLAINED = 8.0  # misfit, above which there may be several touches
-EDGE = 0.999   # of the reach of the library
+# All chosen.
+FEWEST = 10    # markers needed
+STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviations
+SURE = 4.0     # least depth of a touch, standard deviations
+BEYOND = 1.02  # times the calibrated depth: deeper is out of range
+UNEXPLAINED = 8.0  # misfit above which an estimate is ambiguous
+EDGE = 0.999   # of the library's reach, from which a touch is at the edge
 
 
 class SheetModelMethod:
-    """The 'model' method for sheets: see membrane_fem, reduced_model, mechanics.solver."""
+    """The 'model' method for sheets: inversion of membrane mechanics (membrane_fem, reduced_model, solver)."""
 
     def __init__(self, calibration: SheetCalibration, sensor: MarkerSensor):
         self._calibration = calibration
@@ -166,22 +167,21 @@ class SheetModelMethod:
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
-        """Numbers for the calibration file. Raises BadCalibration where the presses cannot determine the model."""
+        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
         return calibrate_sheet(presses, sensor).numbers()
 
     @classmethod
     def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
-        """As fit, on a coarser mesh and from the numbers fitted to more presses of the same sheet: in a fraction of the time, with
-        somewhat larger errors."""
+        """As fit, on a coarser mesh and from the parameters fitted to more presses of the same sheet: faster, slightly less accurate."""
         return calibrate_sheet(presses, sensor, QUICK, SheetCalibration.from_numbers(fitted).found).numbers()
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:
-        """The method with its numbers from a calibration file. Raises BadCalibration where they are of another kind."""
+        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty where nothing touches. Fits begin where those of the last frame ended, if that was alike."""
+        """The touches of one frame; empty without contact. Fits start from the last frame's solution if the field is similar."""
         if field.seen.sum() < FEWEST:
             return []
         field = self._calibration.eyes.shifted(field)

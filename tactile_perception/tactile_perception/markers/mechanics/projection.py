@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How the markers of a pressed sheet appear in the viewing plane: fields of presses, read at the markers and seen from the eye."""
+"""Projection of the markers of a pressed sheet onto the viewing plane, and its derivatives."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ import numpy as np
 from .mesh import locate
 from .reduced_model import LibraryPlan, SheetLibrary
 
-_DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # points whose mean is that of a disc, up to cubic terms
+_DISC = np.sqrt(0.5) * np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])  # quadrature points of a unit disc, exact to cubic terms
 
 
 @dataclass(frozen=True)
 class Press:
-    """A round tip on the sheet: place (2,) m, depth m as if it were alone, log of its radius over the calibrated one; dragged (2,) m, how
-    far it has taken the sheet under it along since it touched (place is where that was before).
+    """A round tip on the sheet. place: (2,) m, of first contact; depth: m, as if it were alone; log_radius: log of its radius over the
+    calibrated one; dragged: (2,) m, lateral displacement of the sheet under it since first contact.
     """
 
     place: np.ndarray
@@ -32,8 +32,8 @@ class Press:
 
 
 def read_press(library: SheetLibrary, press: Press, rest: np.ndarray, fields: np.ndarray | None = None) -> np.ndarray:
-    """What a press does to the sheet at rest (K, 2), m: (K, 3, 3), displacement and its derivatives by x and by y; fields: those of the
-    press, where they are known already."""
+    """(K, 3, 3): displacement of the sheet, m, at rest (K, 2), m, and its derivatives by x and y; fields: of the press, if computed
+    already."""
     fields = fields_of(library, press) if fields is None else fields
     deformed = read_field(fields[:, 0], library.plan, press.place, rest)
     if any(press.dragged):
@@ -57,12 +57,12 @@ def read_field(field: np.ndarray, plan: LibraryPlan, place: np.ndarray, rest: np
 def read_derivatives(library: SheetLibrary, press: Press, rest: np.ndarray, fields: np.ndarray | None = None) -> np.ndarray:
     """(K, 3, 3, 7): as read_press, then the derivatives of that by the press's vector.
 
-    What is dragged along fades towards the clamp as depth does: both follow the same equation, nearly.
+    A drag falls off towards the clamp as depth does: to first order both solve the same equation.
     """
     node, weights, carried = _weights(library.plan, press.place, rest)
     local = (fields_of(library, press) if fields is None else fields).reshape(-1, 15).take(node, axis=0)
     products = _products(weights, 6)
-    moving = np.empty((2, 3, *products.shape[1:]))  # how the products go along with the place
+    moving = np.empty((2, 3, *products.shape[1:]))  # derivatives of the products by the place
     for axis, along in ((0, [1, 3, 4]), (1, [2, 4, 5])):
         np.multiply(products[along], carried[axis, 0], out=moving[axis])
         moving[axis, 1 + axis] += products[along[0]] * carried[axis, 1]
@@ -87,14 +87,14 @@ def _products(weights: np.ndarray, count: int) -> np.ndarray:
 
 
 def _by_marker(products: np.ndarray) -> np.ndarray:
-    """(K, count, 9) of (count, 9, K), as matrix products have it."""
+    """(K, count, 9) contiguous, from (count, 9, K)."""
     orders, functions, markers = products.shape
     return np.ascontiguousarray(products.reshape(orders * functions, markers).T).reshape(markers, orders, functions)
 
 
 def _weights(plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes (K, 9) of the B-splines at rest; weights (3, 3, 2, K): value, first and second derivative, 1/m, 1/m^2, of three splines along
-    x and y; and how the sheet's coordinates go along with the press, (2, 2, K): share and its derivative by place, 1/m.
+    x and y; and derivatives of the mesh coordinates by the place pressed, (2, 2, K): relative, and their own by x or y, 1/m.
     """
     xi, cubic = locate(rest.T, place, plan.half, plan.scale)
     square, distance = xi * xi, np.abs(xi)
@@ -119,7 +119,7 @@ def _weights(plan: LibraryPlan, place: np.ndarray, rest: np.ndarray) -> tuple[np
 
 @lru_cache(maxsize=8)
 def _near_nodes(side: int) -> np.ndarray:
-    """(9,) numbers of the splines that are not zero on the first span along x and y, of so many a side."""
+    """(9,) indices of the nonzero splines on the first span along x and y, of side splines along each."""
     three = np.arange(3)
     return (three[:, None] * side + three).ravel()
 
@@ -127,7 +127,7 @@ def _near_nodes(side: int) -> np.ndarray:
 def appearance(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -> np.ndarray:
     """Shift, m, and growth (..., K, 3) in the plane z = 0 of points at rest (K, 2), m, seen from eye (K, 3), m.
 
-    deformed: (..., K, 3, 3) displacement and derivatives, as of read_fields. Growth is the log of the ratio of the areas.
+    deformed: (..., K, 3, 3) displacement and derivatives, as of read_field. Growth is the log of the ratio of the areas.
     """
     moved, by_x, by_y = deformed[..., 0, :], deformed[..., 1, :], deformed[..., 2, :]
     nearer = 1 / (eye[:, 2] - moved[..., 2])
@@ -165,7 +165,7 @@ def appearance_slopes(deformed: np.ndarray, rest: np.ndarray, eye: np.ndarray) -
 
 
 def disc_points(rest: np.ndarray, radius: float) -> np.ndarray:
-    """(K * 4, 2) points, m, that stand for discs of radius, m, at rest (K, 2)."""
+    """(K * 4, 2) quadrature points, m, of discs of radius, m, at rest (K, 2)."""
     return (rest[:, None] + radius * _DISC).reshape(-1, 2)
 
 

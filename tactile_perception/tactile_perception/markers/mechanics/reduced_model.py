@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a pressed sheet deforms, looked up instead of solved: presses worked out beforehand, few modes, smooth between them; and that
-library as plain whole numbers, as a calibration file keeps it."""
+"""Reduced model of a pressed sheet: modes of precomputed presses, interpolated over place, depth and tip radius; and its form in a
+calibration file."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,17 +16,17 @@ from ...errors import BadCalibration
 from .membrane_fem import SheetMaterial, press_sheet
 from .mesh import SheetMesh, least_length, uniform
 
-SPREAD = np.log(1.35)  # of the tip's radius, to either side of the calibrated one, that presses are worked out for
-DEPTH_POWER = 1.5      # depths stand closer together where contact begins
-TRUE = 1.5e-6          # m: modes below this root mean square over the sheet are left out
-UNSOLVED = 0.1         # of the presses may find no balance, as deep ones of a large tip beside the clamp
+SPREAD = np.log(1.35)  # simulated log tip radii, to either side of the calibrated one. Chosen
+DEPTH_POWER = 1.5      # grading of the depths: denser at first contact. Chosen
+TRUE = 1.5e-6          # m: modes below this RMS over the sheet are truncated. Chosen: below the noise of a marker
+UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
 
 @dataclass(frozen=True)
 class LibraryPlan:
-    """half: (2,) m of the sheet; radius: m, the middle one; depth: m, largest; scale: m, of the mesh; n: spans from the tip to the clamp;
-    order: nodes along a quarter of the sheet; levels: of depth; substeps: of the way from one level to the next.
+    """half: (2,) m, half sides of the sheet; radius: m, the middle one; depth: m, largest; scale: m, of the mesh; n: spans from the tip to
+    the clamp; order: nodes along a quarter of the sheet; levels: of depth; substeps: load steps between levels.
     """
 
     half: tuple[float, float]
@@ -40,7 +40,7 @@ class LibraryPlan:
 
     @property
     def reach(self) -> np.ndarray:
-        """(2,) m: presses are worked out up to this far from the middle."""
+        """(2,) m: largest distance of simulated presses from the centre."""
         return np.asarray(self.half) - 1.05 * least_length(self.scale)
 
     @property
@@ -48,8 +48,8 @@ class LibraryPlan:
         """(levels,) m, rising to the largest."""
         return self.depth * (np.arange(1, self.levels + 1) / self.levels) ** DEPTH_POWER
 
-    def way(self, stops: np.ndarray) -> np.ndarray:
-        """Depths, m, in steps fine enough for friction to be right, through the rising stops (D,), m."""
+    def load_steps(self, stops: np.ndarray) -> np.ndarray:
+        """Load steps, m, through the rising stops (D,), m, fine enough for path-dependent friction."""
         fine = self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
         between = fine[fine < 0.999 * stops[-1]]
         between = between[np.abs(between[:, None] - stops).min(1, initial=np.inf) > 0.2 * self.depth / len(fine)]
@@ -62,13 +62,13 @@ class LibraryPlan:
 
     @property
     def nodes(self) -> np.ndarray:
-        """(order,) places over reach, from 0 to 1."""
+        """(order,) Chebyshev nodes over reach, between 0 and 1."""
         return np.cos((2 * np.arange(self.order) + 1) * np.pi / (4 * self.order))
 
 
 @dataclass
 class ModeClass:
-    """The parts of one parity: odd (2,) bool along x and y; coefficients (order, order, 3, levels + 3, m); modes (m, h, h, 3) on one
+    """The modes of one parity: odd (2,) bool along x and y; coefficients (order, order, 3, levels + 3, m); modes (m, h, h, 3) on one
     quarter of the mesh.
     """
 
@@ -78,7 +78,7 @@ class ModeClass:
 
 
 class SheetLibrary:
-    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan, in single precision: to a nanometre."""
+    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan, in single precision (1 nm)."""
 
     def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):
         self.plan, self.classes = plan, classes
@@ -89,7 +89,7 @@ class SheetLibrary:
         self._reach = tuple(plan.reach.tolist())
 
     def _tabulate(self) -> np.ndarray:
-        """(levels + 3, 4 order^2 3, m): all coefficients, those of a class in the rows of its own polynomials."""
+        """(levels + 3, 4 order^2 3, m): coefficients of all classes; those of a class are in the rows of its polynomials."""
         order, levels = self.plan.order, self.plan.levels + 3
         table = np.zeros((2 * order, 2 * order, 3, levels, len(self._modes)))
         first = 0
@@ -103,7 +103,7 @@ class SheetLibrary:
         """(side * side, 5, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
         of the radius over the plan's; then their derivatives by place x, y, by depth and by log_radius.
 
-        What is outside of the plan is taken at its border.
+        Arguments outside the plan are clamped to it.
         """
         (x, by_x), (y, by_y) = (self._polynomials(float(place[axis]), self._reach[axis]) for axis in (0, 1))
         e = min(max(log_radius / SPREAD, -1.2), 1.2)
@@ -144,28 +144,26 @@ def _whole(part: ModeClass) -> np.ndarray:
 
 
 def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
-    """Work out the presses of plan on a sheet of that material. Raises BadCalibration where the mechanics find no
-    balance.
-    """
+    """Simulate the presses of plan on a sheet of that material. Raises BadCalibration where too many do not converge."""
     half_side = plan.n + 1
     places = plan.reach * np.stack(np.meshgrid(plan.nodes, plan.nodes, indexing='ij'), axis=-1).reshape(-1, 2)
-    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places worked out for the library')
+    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places simulated for the library')
     solved = np.zeros((plan.order, plan.order, 3, plan.levels + 1, 2 * half_side, 2 * half_side, 3))
     solved[:, :, :, 1:] = np.reshape(pressed, (plan.order, plan.order, 3, plan.levels, *solved.shape[4:]))
     if np.isnan(solved[..., 0, 0, 0]).mean() > UNSOLVED:
-        raise BadCalibration(f'the sheet finds no balance for presses to {plan.depth * 1e3:.1f} mm with {material}; check size and depths')
-    _bridge(solved, plan.depths)
+        raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check size and depths')
+    _extrapolate(solved, plan.depths)
     return SheetLibrary(plan, [_class(solved, odd, plan) for odd in ((0, 0), (0, 1), (1, 0), (1, 1))])
 
 
 def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> list[np.ndarray]:
-    """Fields of presses at one place, for each radius and depth."""
-    mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.way(plan.depths)
+    """Fields of the presses at one place, for each radius and depth."""
+    mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.load_steps(plan.depths)
     return [press_sheet(mesh, way, radius, material)[np.searchsorted(way, plan.depths)] for radius in plan.radii]
 
 
-def _bridge(solved: np.ndarray, depths: np.ndarray) -> None:
-    """Where no balance was found (NaN) from some depth on, go on in a straight line."""
+def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
+    """Extrapolate linearly over depth where a simulation did not converge (NaN)."""
     depths = np.concatenate([[0.0], depths])
     for level in range(2, solved.shape[3]):
         missing = np.isnan(solved[:, :, :, level, 0, 0, 0])
@@ -192,7 +190,7 @@ def _class(solved: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeC
 
 
 def _spline_fit(levels: int) -> np.ndarray:
-    """(levels + 3, levels + 1): from values at the levels 0 to levels to coefficients of uniform cubic B-splines, ends not a knot."""
+    """(levels + 3, levels + 1): from values at levels 0 to levels to coefficients of uniform cubic B-splines, not-a-knot ends."""
     rows = np.zeros((levels + 3, levels + 3))
     for k in range(levels + 1):
         rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
@@ -200,8 +198,8 @@ def _spline_fit(levels: int) -> np.ndarray:
     return np.linalg.inv(rows)[:, :levels + 1]
 
 
-_EACH = 60  # values of sixteen bits in one number, which stays below the largest floating-point number
-_LEVELS = 32000
+_EACH = 60  # 16-bit values in one integer, which stays below the largest double
+_LEVELS = 32000  # quantisation steps to either side of zero
 _PLAN = ('radius', 'depth', 'scale', 'n', 'order', 'levels', 'substeps')
 
 
@@ -214,29 +212,29 @@ def pack(values: np.ndarray) -> dict:
 
 
 def unpack(packed: Mapping, shape: tuple) -> np.ndarray:
-    """What was packed, in its shape. Raises BadCalibration where there are too few numbers, or others."""
+    """Inverse of pack. Raises BadCalibration where numbers are missing or invalid."""
     try:
         raw = b''.join(number.to_bytes(2 * _EACH, 'little') for number in packed['digits'])
         values = np.frombuffer(raw, '<u2').astype(float)[:int(np.prod(shape))] - _LEVELS
         return values.reshape(shape) * (float(packed['scale']) / _LEVELS)
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise BadCalibration(f'the presses kept in the calibration file cannot be read ({error}); run calibrate again') from None
+        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
 
 
 def library_numbers(library: SheetLibrary) -> dict:
-    """The library as a mapping of plain numbers."""
+    """The library as plain numbers."""
     classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
                 'coefficients': [pack(part.coefficients[..., k]) for k in range(len(part.modes))]} for part in library.classes]
     return {'half': list(library.plan.half), **{name: getattr(library.plan, name) for name in _PLAN}, 'classes': classes}
 
 
 def library_from_numbers(numbers: Mapping) -> SheetLibrary:
-    """The library of library_numbers. Raises BadCalibration for what is no such mapping."""
+    """Inverse of library_numbers. Raises BadCalibration for an invalid mapping."""
     try:
         plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
         classes = [_mode_class(part, plan) for part in numbers['classes']]
     except (KeyError, TypeError) as error:
-        raise BadCalibration(f'the presses kept in the calibration file cannot be read ({error}); run calibrate again') from None
+        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
     return SheetLibrary(plan, classes)
 
 

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a marker field to the presses that explain it: a start by matching against a list of fields, then Gauss-Newton.
+"""Inversion of the sheet model: Gauss-Newton for the presses that explain a marker field, with robust weights and priors.
 
-Several presses at once are taken as the sum of the fields that each would make alone, less a part of what they share: the sheet between
-them is tauter. What is wrong with that counts as noise of the markers which more than one of them moves.
+The field of several presses is the sum of the fields of each alone, less an interaction term: the sheet between them is tauter. The error
+of this approximation is noise of the markers that more than one press displaces.
 """
 from __future__ import annotations
 
@@ -16,32 +16,33 @@ from .projection import Press, appearance, appearance_slopes, disc_appearance, d
 from .reduced_model import SPREAD, SheetLibrary
 from ..view.marker_field import MarkerField
 
+# All chosen, but for SIZE.
 SIZE = 6               # of a press's vector
-RADIUS_SIGMA = 0.15    # of the log of the tip's radius, about the calibrated one
-DRAGGED = 0.25         # of the depth, sigma of how far the sheet is dragged along
-CARRIED = 0.5          # of how far the field is dragged: how far its tip stands beside the place where it touched
-UNSURE = 0.3           # of the same: sigma of that
-FARTHEST = 1.0         # of the largest depth, how far at most
-DOUBT = 3.0            # sigmas: what is farther off counts less
-NEAR = 2.5             # marker pitches from a press within which markers count as discs, farther away as points
-STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # largest step
-ROUNDS, FOLLOWED = 5, 3  # of Gauss-Newton, from a start somewhere near, and from one of a frame before
-MOVED = 4e-4           # m: when a press has moved or sunk by more, what discs show is worked out anew
-NEARLY = 4.0           # sigmas: after a step below, derivatives stay as they are
-SETTLED = 0.5          # sigmas: a step below is the last; what it leaves is a small part of it
+RADIUS_SIGMA = 0.15    # prior standard deviation of the log tip radius
+DRAGGED = 0.25         # prior standard deviation of drag over depth
+CARRIED = 0.5          # offset of the tip from the place of first contact over the drag
+UNSURE = 0.3           # standard deviation of that offset over the drag
+FARTHEST = 1.0         # largest drag over the largest depth
+DOUBT = 3.0            # sigmas: threshold of the Huber weights
+NEAR = 2.5             # marker pitches from a press within which markers are discs; farther away points
+STRIDE = np.array([5e-3, 5e-3, 4e-3, 0.3, 3e-3, 3e-3])  # limit of one step
+ROUNDS, FOLLOWED = 5, 3  # Gauss-Newton iterations from a coarse start, and from the last frame's solution
+MOVED = 4e-4           # m: change of place or depth from which the disc correction is renewed
+NEARLY = 4.0           # sigmas: after a smaller step the Jacobian is kept
+SETTLED = 0.5          # sigmas: a smaller step is the last
 SHALLOW = 1e-5         # m: least depth
-MIXED = 0.3, 0.35      # of the shared part: middle, sigma
-MOST_MIXED = -0.6, 0.9  # the same, least and largest
-BETWEEN = np.array([0.02, 0.02, 2.0])  # of the lesser of two presses' displacements, by which that is wrong (growth: 1/m)
+MIXED = 0.3, 0.35      # interaction factor: prior mean and standard deviation
+MOST_MIXED = -0.6, 0.9  # interaction factor: least and largest
+BETWEEN = np.array([0.02, 0.02, 2.0])  # error of the interaction over the lesser of two presses' displacements (growth: 1/m)
 
 
-_TIP = np.eye(3, SIZE) + CARRIED * np.eye(3, SIZE, 4) * [[1], [1], [0]]  # from a press's vector to its tip: place, and way dragged
+_TIP = np.eye(3, SIZE) + CARRIED * np.eye(3, SIZE, 4) * [[1], [1], [0]]  # from a press's vector to its tip: place and drag
 
 
 @dataclass(frozen=True)
 class FieldNoise:
-    """Standard deviations: shift, m, and growth of a still field; share_shift and share_growth (1/m) of a marker's own displacement, m, by
-    which the model is wrong.
+    """Standard deviations: shift, m, and growth of an untouched field; share_shift and share_growth (1/m): model error over a marker's
+    displacement, m.
     """
 
     shift: float
@@ -52,8 +53,8 @@ class FieldNoise:
 
 @dataclass(frozen=True)
 class Inverse:
-    """presses: found; covariance: (6 T, 6 T) of their vectors, several with one more row for how they hinder each other; misfit: mean
-    squared residual over its variance (about 1); mixed: how much several hinder each other, 0 of one."""
+    """presses: T; covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of several; misfit: mean squared
+    normalised residual (about 1); mixed: the interaction factor, 0 for one."""
 
     presses: list[Press]
     covariance: np.ndarray
@@ -61,14 +62,14 @@ class Inverse:
     mixed: float = 0.0
 
     def tip(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), wider where the fit is worse."""
+        """Place and depth (3,), m, of press k as if it were alone, and their covariance (3, 3), scaled by a misfit above 1."""
         vector, part = self.presses[k].vector, slice(SIZE * k, SIZE * (k + 1))
         unsure = UNSURE * np.hypot(*vector[4:]) * np.array([1, 1, 0])
         return _TIP @ vector, _TIP @ self.covariance[part, part] @ _TIP.T * max(self.misfit, 1.0) + np.diag(unsure**2)
 
 
 class Seen:
-    """The markers of a field that are seen: rest (N, 2), eye (N, 3), value (N, 3) shift and growth with 0 where known (N, 3) is False."""
+    """The N markers of a field that are seen: rest (N, 2), eye (N, 3), value (N, 3) shift and growth, 0 where known (N, 3) is False."""
 
     def __init__(self, field: MarkerField):
         self.index = np.flatnonzero(field.seen & np.isfinite(field.eye).all(1))
@@ -80,7 +81,7 @@ class Seen:
 
 
 class SheetInverse:
-    """Finds presses of a sheet. marker_radius: m; pitch: m, of the markers."""
+    """Fits presses to marker fields. marker_radius: m; pitch: m, of the markers."""
 
     def __init__(self, library: SheetLibrary, noise: FieldNoise, marker_radius: float, pitch: float):
         self._library, self._noise, self._marker_radius, self._near = library, noise, marker_radius, NEAR * pitch
@@ -89,8 +90,8 @@ class SheetInverse:
         self._least = np.array([*-library.plan.reach, SHALLOW, -SPREAD, -farthest, -farthest])
 
     def solve(self, seen: Seen, start: list[Press], mixed: float | None = None, dragged: bool = False, near: bool = False) -> Inverse:
-        """The presses, as many as start, that explain what is seen best; mixed: where to start with how they hinder each other; dragged:
-        whether they may have dragged the sheet along; near: whether start is near enough for few rounds."""
+        """Fit as many presses as start has. mixed: initial interaction factor; dragged: whether drags are free; near: whether start is the
+        last frame's solution, for which FOLLOWED iterations suffice."""
         count = len(start)
         state = np.concatenate([np.clip([press.vector for press in start], self._least, self._most).ravel(), self._mixing(start, mixed)])
         free = np.tile([True, True, True, True, dragged, dragged], count)
@@ -126,13 +127,13 @@ class SheetInverse:
 
     def _slopes(self, presses: list[Press], fields: list[np.ndarray], state: np.ndarray, seen: Seen,
                 free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Shift and growth (N, 3) of the markers' middles; their derivatives by the free part of the state, over standard deviations,
-        (P, 3 N); and the markers' weights (N, 3)."""
+        """Shift and growth (N, 3) of the markers' centres; their derivatives by the free state, times the weights, (P, 3 N); the weights
+        (N, 3)."""
         parts = [read_derivatives(self._library, press, seen.rest, field) for press, field in zip(presses, fields)]
         alone = [part[..., 0] for part in parts]
         slopes, whole = [part[..., 1:].reshape(-1, 9, SIZE) for part in parts], sum(alone)
         if len(presses) > 1:
-            hindered = hindrance(alone)
+            hindered = interaction(alone)
             whole = whole + state[-1] * hindered
             slopes.append(hindered.reshape(-1, 9, 1))
         slopes = appearance_slopes(whole, seen.rest, seen.eye) @ np.concatenate(slopes, axis=2).take(free, axis=2)
@@ -140,9 +141,9 @@ class SheetInverse:
         return appearance(whole, seen.rest, seen.eye), (slopes * weight[..., None]).reshape(-1, len(free)).T, weight
 
     def _appears(self, presses: list[Press], fields: list[np.ndarray], state: np.ndarray, seen: Seen) -> np.ndarray:
-        """Shift and growth (N, 3) of the markers' middles."""
+        """Shift and growth (N, 3) of the markers' centres."""
         alone = [read_press(self._library, press, seen.rest, field) for press, field in zip(presses, fields)]
-        return appearance(sum(alone) + (state[-1] * hindrance(alone) if len(presses) > 1 else 0.0), seen.rest, seen.eye)
+        return appearance(sum(alone) + (state[-1] * interaction(alone) if len(presses) > 1 else 0.0), seen.rest, seen.eye)
 
     @staticmethod
     def _mixing(presses: list[Press], mixed: float | None) -> np.ndarray:
@@ -150,7 +151,7 @@ class SheetInverse:
 
     @staticmethod
     def _prior(presses: list[Press], free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What the free part of the state is expected to be, and one over its variance, 0 where nothing is."""
+        """Prior mean and inverse variance of the free state; 0 without a prior."""
         middle, sure = np.zeros(SIZE * len(presses) + 1), np.zeros(SIZE * len(presses) + 1)
         for k, press in enumerate(presses):
             sure[SIZE * k + 3] = RADIUS_SIGMA**-2
@@ -159,14 +160,13 @@ class SheetInverse:
         return middle[free], sure[free]
 
     def predict(self, presses: list[Press], seen: Seen) -> tuple[np.ndarray, np.ndarray]:
-        """Shift and growth (N, 3) that presses would show, markers near them as discs; and the displacement (N, 3), m."""
+        """Predicted shift and growth (N, 3), markers near a press as discs; and the displacement (N, 3), m."""
         whole = sum(read_press(self._library, press, seen.rest) for press in presses)
         appears = appearance(whole, seen.rest, seen.eye)
         return appears + self._disc_correction(presses, [fields_of(self._library, press) for press in presses], seen), whole[:, 0]
 
     def _weight(self, seen: Seen, moved: list[np.ndarray]) -> np.ndarray:
-        """(N, 3) one over the standard deviation of shift and growth, 0 where not known, of markers that each press alone would displace
-        by (N, 3), m."""
+        """(N, 3) inverse standard deviations of shift and growth, 0 where unknown; moved: displacement (N, 3), m, by each press alone."""
         noise, amount = self._noise, np.sum(sum(moved)**2, axis=1)[:, None]
         each = np.sum(np.square(moved), axis=2)
         shared = (each.sum(0) - each.max(0))[:, None]
@@ -176,7 +176,7 @@ class SheetInverse:
         return seen.known / np.sqrt(np.maximum(own, told) + share * amount + BETWEEN**2 * shared)
 
     def _disc_correction(self, presses: list[Press], fields: list[np.ndarray], seen: Seen) -> np.ndarray:
-        """(N, 3): what markers near a press show more than their middle points would."""
+        """(N, 3): difference of discs and centre points for the markers near a press."""
         correction = np.zeros_like(seen.value)
         apart = np.min([np.abs(seen.rest - press.place).max(1) for press in presses], axis=0)
         near = np.flatnonzero(apart < self._near)
@@ -189,7 +189,7 @@ class SheetInverse:
         return correction
 
     def _within(self, state: np.ndarray, free: np.ndarray, step: np.ndarray, count: int) -> np.ndarray:
-        """The state after a step (P,) of its free part, no longer than STRIDE, within what the library and reason allow."""
+        """The state after a step (P,) of its free part, limited to STRIDE, and clamped to the bounds."""
         stride, number = np.zeros_like(state), SIZE * count
         stride[free] = step
         each = stride[:number].reshape(-1, SIZE)
@@ -201,14 +201,14 @@ class SheetInverse:
 
 
 def _damping(pull: float, before: float) -> float:
-    """What a step is multiplied with that would take back part of the last one: pull of the gradient along that one, now and before it.
-    Were it taken in full, the next would go too far again."""
+    """Factor of a step that partly reverses the last one; pull, before: gradient along the last step, now and before it. The full step
+    would overshoot again."""
     return before / (before - pull) if pull < 0 < before else 1.0
 
 
-def hindrance(deformed: list[np.ndarray]) -> np.ndarray:
-    """(N, 3, 3): height that the sheet lacks between presses that would alone do deformed (N, 3, 3), and its derivatives, for a factor
-    of one: for each two of them, the product of their depths over the sum."""
+def interaction(deformed: list[np.ndarray]) -> np.ndarray:
+    """(N, 3, 3): correction of height and its derivatives for presses that alone give deformed (N, 3, 3), for a factor of one: for each
+    pair, the product of their depths over the sum."""
     lacks = np.zeros_like(deformed[0])
     for one, other in combinations(deformed, 2):
         a, b = np.minimum(one[:, 0, 2], -1e-9), np.minimum(other[:, 0, 2], -1e-9)

@@ -105,7 +105,7 @@ class SheetWrench:
         work = partial(table._press, scale=scale, material=material)
         rows, values, solved = zip(*in_parallel(work, presses, 'presses simulated for the wrench'))
         if np.mean(solved) < SOLVED:
-            raise BadCalibration(f'the simulation of presses to {deepest * 1e3:.1f} mm with {material} does not converge; check size, depths')
+            raise BadCalibration(f'simulated presses to {deepest * 1e3:.1f} mm with {material} do not converge; check size and depths')
         rows, values = np.vstack(rows), np.vstack(values)
         table.weights = np.linalg.solve(rows.T @ rows + RIDGE * np.eye(rows.shape[1]), rows.T @ values)
         return table

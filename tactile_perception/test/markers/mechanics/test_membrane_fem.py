@@ -68,7 +68,7 @@ def test_a_recorded_press_is_reproduced():
         pytest.skip('set TACTILE_RECORDINGS to the folder of recordings to run this')
     truth = np.load(path)
     rest, press = truth['dot_rest_xyz'].astype(float), np.flatnonzero(truth['segment'] == 1)
-    way = PLAN.way(truth['depth'][press].astype(float))
+    way = PLAN.load_steps(truth['depth'][press].astype(float))
     solved = fields(truth['obj_p'][press[0], :2].astype(float), way, 7e-3, SheetMaterial(1.03, 2e-7, 0.6))
     for k, depth in zip(press, truth['depth'][press]):
         field = solved[np.argmin(np.abs(way - depth))]

@@ -12,7 +12,7 @@ from tactile_perception.markers.mechanics.identification import EyeShifts
 from tactile_perception.markers.mechanics.matched_filter import SheetStart
 from tactile_perception.markers.mechanics.method import SheetModelMethod, SheetPresses, Tip, tips_of
 from tactile_perception.markers.mechanics.projection import Press, appearance, read_press
-from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, hindrance
+from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, interaction
 from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 
 NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
@@ -28,13 +28,13 @@ def explained(field):
 def together(presses, mixed=0.4, seed=0):
     """The field of presses whose sum lacks a part of what they share."""
     each = [read_press(library(), press, GRID) for press in presses]
-    return field_of(appearance(sum(each) + mixed * hindrance(each), GRID, EYE), 2e-6, 2e-3, seed)
+    return field_of(appearance(sum(each) + mixed * interaction(each), GRID, EYE), 2e-6, 2e-3, seed)
 
 
 def test_the_sheet_between_two_presses_lacks_most_in_the_middle():
     places = np.array([[0.0, 0.0], [1e-6, 0.0], [0.01, 0.0]])
     each = [read_press(library(), Press(np.array([x, 0.0]), 3e-3), places) for x in (-0.01, 0.01)]
-    lacks = hindrance(each)
+    lacks = interaction(each)
     assert lacks[0, 0, 2] == pytest.approx(-each[0][0, 0, 2] / 2, rel=1e-6) and (lacks[:, 0, 2] > 0).all()
     assert lacks[1, 1, 2] == pytest.approx((lacks[1, 0, 2] - lacks[0, 0, 2]) / 1e-6, abs=2e-3)
     assert not lacks[..., :2].any()
