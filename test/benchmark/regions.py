@@ -24,7 +24,7 @@ from tactile_perception.common.dot_grid import to_grid
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.errors import TactileError
 from tactile_perception.evaluation.scores import f1, region_iou
-from tactile_perception.touchpad.contact.methods import Judgement, make_method
+from tactile_perception.touchpad.contact.methods import DotClassification, make_method
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
 from tactile_perception.touchpad.contact.tracker import ContactTracker
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
@@ -50,7 +50,7 @@ class Score:
     places: list = field(default_factory=list)
     times: list = field(default_factory=list)
 
-    def add(self, judged: Judgement, ids, xyz, truth, frame: int, cap: Cap) -> None:
+    def add(self, judged: DotClassification, ids, xyz, truth, frame: int, cap: Cap) -> None:
         """Judge one frame and the region drawn from it; the drawing is timed."""
         start = time.perf_counter()
         dots = ContactDots(ROWS, COLUMNS, ids, xyz, truth['dot_rest_xyz'][ids].astype(float), judged.score, judged.state)
@@ -80,13 +80,13 @@ class Labels:
     def __init__(self, truth):
         self.truth, self.frame = truth, -1
 
-    def judge(self, ids, xyz, stamp_s) -> Judgement:
+    def judge(self, ids, xyz, stamp_s) -> DotClassification:
         """States as they are."""
         self.frame += 1
         state = self.truth['dot_state'][self.frame][ids].astype(np.uint8)
         contact = self.truth['dot_contact'][self.frame].astype(float)
         score = label_score(to_grid(np.arange(len(contact)), contact, ROWS, COLUMNS)).ravel()[ids]
-        return Judgement(np.where(contact[ids] > 0, np.maximum(state, 1), 0), score, None, np.full(6, np.nan))
+        return DotClassification(np.where(contact[ids] > 0, np.maximum(state, 1), 0), score, None, np.full(6, np.nan))
 
 
 def load(name: str) -> tuple[dict, dict]:

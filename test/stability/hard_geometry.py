@@ -16,7 +16,7 @@ from tactile_perception.markers.published.gaussian_peak import grid_point
 from tactile_perception.markers.view.marker_field import CameraView
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
-from tactile_perception.touchpad.contact.relative_motion import ObjectMotion
+from tactile_perception.touchpad.contact.object_motion import ObjectMotion
 from tactile_perception.touchpad.contact.slip import friction_centre
 from tactile_perception.touchpad.contact.tracker import ContactTracker
 

@@ -21,7 +21,7 @@ from tactile_perception.markers.touches.tracker import TouchTracker  # noqa: E40
 from tactile_perception.pipeline.marker_stage import TouchStage  # noqa: E402
 from tactile_perception.touchpad.contact.published import PaperRegion  # noqa: E402
 from tactile_perception.touchpad.contact.region import ContactDots  # noqa: E402
-from tactile_perception.touchpad.contact.relative_motion import MotionEstimate, ObjectMotion  # noqa: E402
+from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion  # noqa: E402
 from tactile_perception.touchpad.contact.slip import SlipEstimator  # noqa: E402
 
 BEGUN = 10.0  # s: stamp of the last of what came before

@@ -15,7 +15,7 @@ from .residuals import Residuals
 from .sphere_presses import OnSphere, Press, dots_on_sphere
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.optics.colour import RING_PIXELS, RingColours
-from ..touchpad.optics.identification import Colours, OpticsPrior, as_rings, fit, fit_rest, model_from, rest_colours
+from ..touchpad.optics.identification import Colours, OpticsPrior, as_ring_colours, fit, fit_rest, model_from, rest_colours
 
 MINIMUM_DEPTH = 3e-4  # m: a shallower press holds too few dots on the sphere
 MINIMUM_SPAN = 1e-3   # m, between the shallowest and the deepest press
@@ -93,7 +93,7 @@ def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap:
     _require_coverage(rest, used, left_out)
     first = fit_rest(rest[0].image, rest[0].tracks.uv, camera, cap, prior)
     image = np.mean([p.image for p in rest], axis=0, dtype=np.float32)
-    ground = as_rings(rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest))), first, camera.centre)
+    ground = as_ring_colours(rest_colours(image, camera, cap, first.ring, first.noise * (RING_PIXELS / len(rest))), first, camera.centre)
     on_sphere, empty = _read(used, first, camera, sphere_radius)
     dots = sum(len(group.count) for group in on_sphere)
     if dots < MINIMUM_DOTS:

@@ -17,9 +17,9 @@ from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.untouched_shape import rest_suspicion
 from ..errors import BadArgument, BadFrame
-from ..touchpad.contact.methods import Judgement, make_method
+from ..touchpad.contact.methods import DotClassification, make_method
 from ..touchpad.contact.region import ContactDots, describe, find_regions
-from ..touchpad.contact.relative_motion import ObjectMotion
+from ..touchpad.contact.object_motion import ObjectMotion
 from ..touchpad.contact.slip import SlipEstimator
 from ..touchpad.contact.tracker import ContactTracker
 from ..touchpad.places import RestPlaces
@@ -94,7 +94,7 @@ class ContactStage:
             raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
         return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
 
-    def _describe(self, dots: ContactDots, judged: Judgement, stamp_s: float) -> ContactResult:
+    def _describe(self, dots: ContactDots, judged: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
         motion = self._motion.process(dots, stamp_s)
         contacts = self._contacts.process(dots, regions)
@@ -113,7 +113,7 @@ class ContactStage:
         return replace(contact, position_covariance=contact.position_covariance + np.outer(along, along))
 
 
-def _points(dots: ContactDots, judged: Judgement, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
+def _points(dots: ContactDots, judged: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
     """The points of all dots of the grid; rest: (K, 3) m, force: (K, 3) N or None."""
     xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(judged.state, dots.ids, len(rest), UNKNOWN)) if judged.whole is None \
         else (judged.whole.xyz, judged.whole.state)

@@ -13,11 +13,10 @@ from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
 from ..errors import BadArgument, BadFrame
 from .membrane.range_scale import RangeScale
-from .membrane.solver import Membrane
-from .membrane.state import MembraneState
+from .membrane.solver import Membrane, MembraneState
 from .optics.absorption import RestLight, WaterModel
 from .optics.colour import log_ratios
-from .optics.identification import fit_rest, follow_constants
+from .optics.identification import fit_rest, update_constants
 from .optics.surface_shape import SurfaceShape
 from .sensor import Touchpad
 
@@ -109,7 +108,7 @@ class DotPlaces:
     def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
-            follow_constants(self._calibrated, image, tracks.uv, self._camera)
+            update_constants(self._calibrated, image, tracks.uv, self._camera)
         self._scale, self._light, self._begun = RangeScale(self._water.scale_sigma), None, True
         bled, self._bled = self._water.bled(image, tracks, self._camera), None
         if bled is not None:

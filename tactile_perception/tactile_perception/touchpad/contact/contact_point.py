@@ -34,7 +34,7 @@ def quadratic_terms(offset: np.ndarray) -> np.ndarray:
     return terms.T
 
 
-def foremost_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def contact_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position (3,), m, of a contact on the present surface, its covariance (3, 3), m^2, and the unit normal (3,) of the surface there.
 
     The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where
@@ -149,7 +149,7 @@ def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarra
     return (found[:2] if square > 0 else np.full(2, np.nan)), np.eye(2), covariance
 
 
-def deepest(dots: ContactDots, region: Region, cap: Cap) -> float:
+def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
     """Depth, m: how far along z the object would have to go back to just touch the surface at rest.
 
     It is the largest height of the rest shape over the present surface in the region; a quadratic through the dots

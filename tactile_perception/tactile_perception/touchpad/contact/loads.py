@@ -15,7 +15,7 @@ from scipy import sparse
 from ...common.vectors import dot
 from ...errors import BadArgument
 from ..membrane.forces import MembraneMaterial
-from ..membrane.load import expectation, judge, likelihood_gain
+from ..membrane.load import contact_probability, expectation, log_likelihood_ratio
 from ..membrane.solver import Membrane
 
 # Load, to first order and as a share of the fluid's pressure, under which all dots are taken to be free: half of it is a touch.
@@ -50,7 +50,7 @@ class DotLoads:
         return np.array([*(carries @ self.force), *moment])
 
 
-class MembraneBalance:
+class LoadEstimator:
     """The balance of a rows x columns grid of dots in a membrane of this material, seen by a camera with its centre at origin (3,), m."""
 
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
@@ -66,7 +66,7 @@ class MembraneBalance:
             self._slopes = self._slopes_at_rest()
             self._linear = self._linear_loads()
 
-    def moves(self, ids: np.ndarray, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def displacements(self, ids: np.ndarray, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far all dots are from their rest places (K, 3), m, by places xyz (N, 3) of those seen, ids (N,), and which these are (K,)
         bool; the others moved as their neighbours. Raises BadArgument for ids outside the grid.
         """
@@ -79,7 +79,7 @@ class MembraneBalance:
         moved[ids] = xyz - rest[ids]
         return (moved if seen.all() else mesh.fill(moved, seen)), seen
 
-    def quiet(self, moved: np.ndarray) -> bool:
+    def unloaded(self, moved: np.ndarray) -> bool:
         """Whether dots that have moved (K, 3), m, from rest carry no load that could be a touch, to first order."""
         load = self._linear @ moved.ravel()
         return bool(max(load.max(), -load.min()) < _QUIET)
@@ -144,7 +144,7 @@ class MembraneBalance:
         hole = np.searchsorted(holes, mesh.stencil[slot, around[row]])
         matrix = np.zeros((len(around), len(holes)))
         matrix[row, hole] = np.einsum('nc,cn->n', self._slopes[slot, around[row]], rays[:, hole])
-        touched = judge(mesh, likelihood_gain(found.load, _PRESSURE_ROUNDS[-1]), (found.load > .5).astype(float))
+        touched = contact_probability(mesh, log_likelihood_ratio(found.load, _PRESSURE_ROUNDS[-1]), (found.load > .5).astype(float))
         weight, pull = expectation(found.load[around], touched[around], _FILL_MISFIT)
         normal = matrix.T @ (weight[:, None] * matrix) + np.eye(len(holes)) / _FILL_HOLD**2
         change = -np.linalg.solve(normal, matrix.T @ pull)

@@ -12,10 +12,10 @@ import numpy as np
 from ...common.contour import label_score
 from ...common.dot_grid import to_grid
 from .contact_score import around, contact_score
-from .loads import DotLoads, MembraneBalance
+from .loads import DotLoads, LoadEstimator
 from ..membrane.forces import MembraneMaterial
 from .published import PaperRegion
-from .stick_slip import DotStates
+from .stick_slip import StickSlipTracker
 
 class AllDots(NamedTuple):
     """All K dots of the grid, those not seen as the membrane has them. xyz: (K, 3) m; score, state: (K,); force: (K, 3) N on the sensor,
@@ -28,7 +28,7 @@ class AllDots(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Judgement:
+class DotClassification:
     """What a method says of the seen dots of one frame.
 
     state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the
@@ -48,30 +48,30 @@ class MembraneMethod:
 
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
         self._shape = rows, columns
-        self._balance = MembraneBalance(rows, columns, material, origin)
-        self._states = DotStates(rows, columns, origin)
+        self._balance = LoadEstimator(rows, columns, material, origin)
+        self._states = StickSlipTracker(rows, columns, origin)
 
     def renew(self, rest_xyz: np.ndarray) -> None:
         """Take the dots' rest places (K, 3), m."""
         self._balance.renew(rest_xyz)
 
-    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
+    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """The states of dots ids (N,) at xyz (N, 3), m."""
-        moved, seen = self._balance.moves(ids, xyz)
-        if self._balance.quiet(moved):
+        moved, seen = self._balance.displacements(ids, xyz)
+        if self._balance.unloaded(moved):
             return self._untouched(self._balance.membrane.rest + moved, seen, ids)
         loads = self._balance.loads(moved, seen)
         score = contact_score(self._balance.membrane, loads)
         state = self._states.update(loads, score)
         carries = self._carrying(loads, score)
-        return Judgement(state[ids], score[ids], loads.force[ids], loads.wrench(carries),
+        return DotClassification(state[ids], score[ids], loads.force[ids], loads.wrench(carries),
                          AllDots(loads.xyz, score, state, loads.force * carries[:, None]))
 
-    def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> Judgement:
+    def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> DotClassification:
         """Of a frame in which no dot at xyz (K, 3), m, carries a load."""
         self._states.rest(xyz, seen)
         whole = AllDots(xyz, np.zeros(len(xyz)), np.zeros(len(xyz), np.uint8), np.zeros(xyz.shape))
-        return Judgement(whole.state[ids], whole.score[ids], whole.force[ids], np.zeros(6), whole)
+        return DotClassification(whole.state[ids], whole.score[ids], whole.force[ids], np.zeros(6), whole)
 
     def _carrying(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
         """(K,) 1 for the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""
@@ -93,11 +93,11 @@ class PaperMethod:
         """Take the dots' rest places (K, 3), m."""
         self._rest = rest_xyz
 
-    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> Judgement:
+    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """The states of dots ids (N,) at xyz (N, 3), m."""
         state = self._region.process(ids, xyz, self._rest[ids], stamp_s).state
         score = label_score(to_grid(ids, (state > 0).astype(float), *self._shape)).ravel()[ids]
-        return Judgement(state, score, None, np.full(6, np.nan))
+        return DotClassification(state, score, None, np.full(6, np.nan))
 
 
 CONTACT_METHODS = {

@@ -11,7 +11,7 @@ from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
 from ...common.slip import next_state, planar_twist
 from ...errors import BadArgument, BadFrame
 from .region import ContactDots
-from .relative_motion import MotionEstimate
+from .object_motion import MotionEstimate
 
 _FEWEST = 6  # dots from which a twist or a centre is told
 _TOLD = 2.0  # a contact's movement is told where it is this many times its own doubt

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...common.statistics import median, robust_sigma
 from .loads import DotLoads
-from .object_motion import DotMotions, across_rays, lengths, moved_to
+from .twist_fit import DotMotions, across_rays, lengths, twist_about
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5
@@ -26,7 +26,7 @@ _LEAST_FRICTION = 0.05
 _MANY = 0.3
 
 
-class DotStates:
+class StickSlipTracker:
     """Follows the dots of a rows x columns grid seen from origin (3,) m, the camera's centre.
 
     tolerance: m a dot may lag behind the object in a frame and still stick; noise: standard deviation of a dot's motion across its ray, m
@@ -79,12 +79,12 @@ class DotStates:
 
     def _judge(self, state, touched, both):
         motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
-        held = None if self._twist is None else moved_to(self._twist, self._centre, motions.centre)
+        held = None if self._twist is None else twist_about(self._twist, self._centre, motions.centre)
         if held is not None and not self._in_touch(motions, held):
-            held = motions.kept_in_touch(held)
+            held = motions.constrained_to_normals(held)
         ratio, drag = self._friction(state, touched, both, motions, held)
         twist, self._gross = self._motion(motions, held, ratio, drag)
-        slips = lengths(motions.off(twist)) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
+        slips = lengths(motions.residuals(twist)) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
         self._twist, self._centre = twist, motions.centre
         self._slipping_share = slips.mean()
         self._learn(motions, twist, ratio, slips)
@@ -98,13 +98,13 @@ class DotStates:
         if self._still_frames >= self._rest_frames():
             return np.zeros(6), False
         if held is not None:
-            near = motions.follow(held, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
-            agree = np.count_nonzero(lengths(motions.off(near)) < 1.3 * fine)
+            near = motions.fit_robust(held, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
+            agree = np.count_nonzero(lengths(motions.residuals(near)) < 1.3 * fine)
             if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not self._gross and self._in_touch(motions, near):
                 return near, False
-            if self._left_behind(motions, held, ratio, drag):
+            if self._slides_on(motions, held, ratio, drag):
                 return held, True
-        return motions.follow(None, drag, 30 * fine, fine, 0.0, grip), False
+        return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False
 
     def _rest_frames(self):
         """For how many frames dots must stand still before the object is taken to rest."""
@@ -120,12 +120,12 @@ class DotStates:
 
     def _in_touch(self, motions, twist):
         """Whether the dots keep to the object along the normal, as all that touch must."""
-        off = motions.off_normal(twist)
+        off = motions.normal_residuals(twist)
         return abs(median(off)) < 2 * self.depth_noise and median(np.abs(off)) < 3 * self.depth_noise
 
-    def _left_behind(self, motions, held, ratio, drag):
+    def _slides_on(self, motions, held, ratio, drag):
         """Whether the dots have all left the held motion as gross slip leaves it."""
-        lag = -motions.off(held)
+        lag = -motions.residuals(held)
         size = lengths(lag) + 1e-12
         along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
         dragged = along.sum() / size.sum() > (.25 if self._gross else .5)
@@ -134,7 +134,7 @@ class DotStates:
 
     def _learn(self, motions, twist, ratio, slips):
         """Friction that slipping dots show, and the noise along the normal: slow means over frames."""
-        spread = robust_sigma(motions.off_normal(motions.kept_in_touch(twist)))
+        spread = robust_sigma(motions.normal_residuals(motions.constrained_to_normals(twist)))
         self.depth_noise += _SLOW * (max(spread, self.tolerance / 2) - self.depth_noise)
         seen = median(ratio[slips]) if slips.sum() >= _FEWEST else 0.0
         if seen > _LEAST_FRICTION:

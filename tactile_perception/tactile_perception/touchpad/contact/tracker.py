@@ -10,7 +10,7 @@ import numpy as np
 
 from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ...common.spherical_cap import Cap
-from .contact_point import deepest, foremost_point
+from .contact_point import contact_depth, contact_point
 from ...errors import BadArgument
 from .region import ContactDots, Region
 
@@ -67,8 +67,8 @@ class ContactTracker:
         return max(before.merged - 1, 0) if whole else 0
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
-        position, covariance, normal = foremost_point(dots, region)
-        depth = np.maximum(deepest(dots, region, self._cap), 0.0)
+        position, covariance, normal = contact_point(dots, region)
+        depth = np.maximum(contact_depth(dots, region, self._cap), 0.0)
         force = np.nan if dots.force is None else max(float(-region.moments.normal @ _force(dots, region)), 0.0)
         flags = self._flags(dots, region, position, depth, merged)
         return ContactEstimate(number, position, normal, float(depth), force, covariance, flags, region.members)

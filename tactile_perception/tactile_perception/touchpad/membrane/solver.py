@@ -1,12 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Places of the dots and the load on them, solved together: what is measured along the rays and what a membrane can do.
+"""Dot positions from measured ranges, regularised by the membrane's force balance.
 
-Off contact the membrane's elastic force and the fluid's pressure cancel; in contact what is left over is the object's pressure. Each dot is
-free (nothing left over but the mesh's misfit) or touched (a pressure about the fluid's own, loosely): a mixture with neighbours coupled,
-solved by reweighted Gauss-Newton steps in the dots' ranges, each one banded Cholesky solve. No tool shape, no motion, no history enters.
+Off contact the membrane's elastic force and the fluid's pressure cancel; in contact the residual is the object's pressure. Each dot is free
+(residual: the mesh's discretisation error) or touched (residual: roughly the fluid's pressure): a mixture model with coupled neighbours,
+solved by reweighted Gauss-Newton steps in the ranges, each one banded Cholesky solve. It assumes no object shape and no motion.
 """
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,24 +16,42 @@ from ...errors import BadArgument
 from .forces import MembraneForces, MembraneMaterial
 from .mesh import GridMesh
 from .range_scale import RangeScale
-from .state import MembraneState
 from .step import MembraneFrame, Slopes
 
-# What the mesh leaves over on a free dot, as a share of the fluid's pressure, in each step: with nothing to start from, and from the last
-# frame.
+# Standard deviation of a free dot's residual load (over the fluid's pressure) in each step of a cold start. Chosen: from loose to the
+# mesh's discretisation error.
 _COLD = (1.0, .7, .4, .25, .15, .2)
-#: Steps from one frame to the next by name of the pace: what is fast is a little less sure of small and new contacts.
+#: The same for each iteration from the last frame's state, by name: 'fast' is less certain of small and new contacts.
 PACES = {'full': (.4, .2), 'fast': (.4,)}
-# m: standard deviation of a range that is as good as known.
-_KNOWN = 3e-6
-_MOST = 4096  # dots: how each range tells of each load is a matrix of their number squared
+_KNOWN = 3e-6  # m, standard deviation of a range that counts as known; chosen
+_MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense K x K matrix (64 MB)
+
+
+@dataclass(frozen=True)
+class MembraneState:
+    """The membrane in one frame: all K dots of the grid in the order of their numbers, unseen ones interpolated.
+
+    places: (3, K) m, sensor frame; ranges: (K,) m from the camera's centre; touched: (K,) probability that the dot carries a load;
+    fluid_pressure: Pa; seen: (K,) bool.
+    """
+
+    places: np.ndarray
+    ranges: np.ndarray
+    touched: np.ndarray
+    fluid_pressure: float
+    seen: np.ndarray
+
+    @property
+    def xyz(self) -> np.ndarray:
+        """(K, 3) m, sensor frame."""
+        return self.places.T
 
 
 class Membrane:
-    """The membrane between the dots of a rows x columns grid that rest at rest_xyz (K, 3), m, in the order of their numbers.
+    """The membrane between the dots of a rows x columns grid with rest positions rest_xyz (K, 3), m, in the order of their numbers.
 
-    Rows of NaN in rest_xyz (dots that the reference did not see) are filled in from their neighbours. pace: a name in PACES. Raises
-    BadArgument for a wrong shape, too many dots, an unknown pace, or where less than half of the dots are known.
+    NaN rows of rest_xyz (dots missing from the reference) are interpolated. pace: a name in PACES. Raises BadArgument for a wrong shape,
+    too many dots, an unknown pace, or less than half of the rest positions.
     """
 
     def __init__(self, rest_xyz: np.ndarray, rows: int, columns: int, material: MembraneMaterial | None = None, pace: str = 'full'):
@@ -40,8 +60,7 @@ class Membrane:
         self.pace = pace
         self.mesh = GridMesh(rows, columns)
         if self.mesh.size > _MOST:
-            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the {_MOST} that it can be solved for; '
-                              'check rows and columns')
+            raise BadArgument(f'membrane: {rows} x {columns} dots are more than the maximum of {_MOST}; check rows and columns')
         self.material = material or MembraneMaterial()
         rest = np.asarray(rest_xyz, float)
         if rest.shape != (self.mesh.size, 3):
@@ -56,7 +75,7 @@ class Membrane:
         self.pitch = float(np.median(np.linalg.norm(np.diff(self.rest.reshape(rows, columns, 3), axis=1), axis=2)))
 
     def with_rest(self, rest_xyz: np.ndarray) -> Membrane:
-        """The same membrane with other rest places (K, 3), m, of its dots, for a reference that drifts: what is costly to find is kept."""
+        """The same membrane with other rest positions (K, 3), m, for a drifting reference; keeps the costly response matrix."""
         other = Membrane(rest_xyz, self.mesh.rows, self.mesh.columns, self.material, self.pace)
         other._response = self._response
         return other
@@ -64,12 +83,11 @@ class Membrane:
     def solve(self, origin: np.ndarray, rays: np.ndarray, ranges: np.ndarray, sigma: np.ndarray, ids: np.ndarray,
               previous: MembraneState | None = None, steps: tuple[float, ...] | None = None,
               scale: RangeScale | None = None) -> MembraneState:
-        """The membrane from measured ranges (N,) m +- sigma (N,) m along unit rays (N, 3) from origin (3,) to the dots numbered ids (N,).
+        """The state from measured ranges (N,) m along unit rays (N, 3) from origin (3,) to the dots ids (N,).
 
-        sigma is each range's own error; errors that neighbours share (of the optics' calibration) do not belong in it: they bend nothing.
-        A range that is NaN is left to the membrane. previous: the last frame's result, to start from. steps: the misfit allowed on free
-        dots in each step (more and smaller: closer to the answer), instead of the pace's. scale: the factor that the ranges share, used and
-        learnt. Raises BadArgument for ids outside the grid.
+        sigma: (N,) m, independent error of each range, without the errors that neighbours share; a NaN range is interpolated. previous: the
+        last frame's state, to start from. steps: standard deviation of a free dot's load in each step, instead of the pace's. scale: common
+        scale error of the ranges; it is applied and updated. Raises BadArgument for ids outside the grid.
         """
         ids = _checked_ids(ids, self.mesh.size)
         start, touched, pressure = (self.rest.T, None, self.material.rest_pressure) if previous is None else (
@@ -82,24 +100,22 @@ class Membrane:
         schedule = steps or (_COLD if frame.cold else PACES[self.pace])
         for index, misfit in enumerate(schedule):
             final = index == len(schedule) - 1
-            frame.step(misfit, renew=index > 0 or not frame.cold, doubt=index > 0 or final, final=final)
-        state = MembraneState(self.forces, frame.places, frame.ranges, frame.touched, frame.pressure, frame.seen)
+            frame.step(misfit, classify=index > 0 or not frame.cold, robust=index > 0 or final, final=final)
         if scale is not None:
-            scale.learn(frame, state, rest)
-        return state
+            scale.learn(frame, rest)
+        return MembraneState(frame.places, frame.ranges, frame.touched, frame.pressure, frame.seen)
 
     def _load_variance(self, frame: MembraneFrame) -> np.ndarray:
-        """Variance (K,) of a dot's load over the fluid's pressure, were it the only one unknown, by errors of the ranges."""
+        """Variance (K,) of each dot's load over the fluid's pressure from the range errors, all other loads known."""
         if self._response is None:
             self._response = self._squared_response(frame.rays)
         return 1 / np.maximum(self._response @ np.float32(frame.weight), np.float32(1e-3))
 
     def _squared_response(self, rays: np.ndarray) -> np.ndarray:
-        """(K, K) m^2: information about the load on one dot (rows), in fluid pressures, that each dot's range (columns) gives at unit
-        weight.
+        """(K, K) m^2: information about one dot's load (rows), in fluid pressures, from each dot's range (columns) at unit weight.
 
-        It is the square of how far the dots move along their rays under that load alone, less what the outermost dots, which no balance
-        holds, could make of it.
+        It is the squared displacement along the rays under that load alone, reduced by what the outermost dots, which have no balance,
+        can compensate.
         """
         rest = np.ascontiguousarray(self.rest.T)
         _, slopes, _, _, area = self.forces.along_rays(rest, rays, self.material.rest_pressure)
@@ -109,7 +125,7 @@ class Membrane:
         rows = dense[inner] / (self.material.rest_pressure * area[inner])[:, None]
         squared = np.zeros((size, size))
         squared[np.ix_(inner, inner)] = np.linalg.inv(rows[:, inner]).T**2
-        # posterior variance of each load with all others nearly fixed, and with its own balance taken out again
+        # posterior variance of each load with all others nearly fixed, then without its own balance
         stiff = 1e-3 * np.sqrt(squared[inner].sum(1).min())**-1 * _KNOWN
         posterior = np.einsum('ij,ji->i', rows, np.linalg.solve(np.eye(size) / _KNOWN**2 + rows.T @ rows / stiff**2, rows.T))
         alone = 1 / (1 / posterior - 1 / stiff**2) / _KNOWN**2
@@ -126,7 +142,7 @@ def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
 
 
 def fill_rest(mesh: GridMesh, rest: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """rest (K, 3) with unknown rows from a cubic surface over row and column fitted to the known ones."""
+    """rest (K, 3) with unknown rows from a bicubic polynomial in row and column, fitted to the known ones."""
     if known.all():
         return rest
     row, column = np.divmod(np.arange(mesh.size), mesh.columns)

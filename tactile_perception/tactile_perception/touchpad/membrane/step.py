@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""One frame of the membrane: measured ranges, the present estimate, and a step from it towards the answer."""
+"""One frame of the membrane: measured ranges, the current estimate, and its Gauss-Newton steps."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,23 +10,21 @@ from scipy.linalg import lapack
 
 from ...common.vectors import dot
 from .forces import MembraneForces
-from .load import confirm, expectation, judge, likelihood_gain
+from .load import contact_probability, drop_weak_patches, expectation, log_likelihood_ratio
 
-_LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0
-# m: how loosely dots are held to where they were; it matters to those that nothing else holds.
-_WEAK_HOLD = 1e-3
-# A range this many standard deviations off its neighbours', and off by this share of how far they went, has been spoiled.
-_STRAY_SIGMA, _STRAY_SHARE = 5.0, 0.7
-# m: slopes serve until this share of the dots has gone that far from where they were found (glare sends single ones astray).
-_NEAR, _MANY = 5e-4, 0.02
-# How much the weights of a step's equations may have changed for these to be kept: of any dot, and of all but some of them (the ranges'
-# weights vary by themselves, and hardly matter beside the loads').
+_LARGEST_STEP, _LARGEST_PRESSURE_STEP = 4e-4, 400.0  # m and Pa largest change in a step; chosen, about 0.3 pitches and 0.2 rest pressures
+_WEAK_HOLD = 1e-3  # m, standard deviation of the prior at the last position, for dots without other constraints; chosen
+# A range is an outlier if it is this many standard deviations and this share of its change off its neighbours; chosen.
+_OUTLIER_SIGMA, _OUTLIER_SHARE = 5.0, 0.7
+_NEAR, _MANY = 5e-4, 0.02  # m; chosen: the Jacobian is kept until more than this share of the dots has moved by more
+# Change of the weights up to which the factorisation is kept: of any dot, and of all but some dots; chosen. The weights of the ranges vary
+# more and matter less than those of the loads.
 _LARGEST_RISE, _RISE, _FALL, _SOME_LOADS, _SOME_RANGES = 8.0, 1.6, 0.6, 16, 60
 
 
 class Slopes:
-    """How the loads of a membrane change with the ranges: costly to find and slow to change, so kept from step to step and frame to
-    frame."""
+    """Jacobian of the loads by the ranges and its factorised normal equations, kept from step to step and frame to frame while nearly
+    constant."""
 
     def __init__(self, forces: MembraneForces):
         self._forces = forces
@@ -35,10 +33,10 @@ class Slopes:
         self._kept: dict[float, tuple[Equations, np.ndarray, np.ndarray]] = {}
 
     def at(self, places: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
-        """(9, K) N/m as MembraneForces.slopes, for these or for close places (3, K)."""
+        """(9, K) N/m as MembraneForces.slopes, at these places (3, K) or at near ones."""
         if self._places is not None:
-            gone = places - self._places
-            if np.count_nonzero(dot(gone, gone) > _NEAR**2) <= _MANY * gone.shape[1]:
+            moved = places - self._places
+            if np.count_nonzero(dot(moved, moved) > _NEAR**2) <= _MANY * moved.shape[1]:
                 return self._slopes
         self._places, self._slopes = places, self._forces.slopes(places, normal, rays, pressure)
         self._kept = {}
@@ -46,11 +44,10 @@ class Slopes:
 
     def equations(self, slopes: np.ndarray, weight: np.ndarray, by_pressure: np.ndarray, trust: np.ndarray,
                   keep: float | None) -> Equations | None:
-        """Equations of loads with slopes (9, K), weights weight (K,) and derivatives by_pressure (K,), and of ranges with weights trust
-        (K,); None where they have no solution.
+        """Normal equations of loads with slopes (9, K), weights weight (K,) and derivatives by_pressure (K,), and of ranges with weights
+        trust (K,); None where they are singular.
 
-        keep: under which they are kept, if at all. They say where a step goes, not where steps end, so that they serve from frame to frame
-        while about the same.
+        keep: key under which they are kept, None: not. Old equations change the path of the steps, not their fixed point.
         """
         kept = self._kept.get(keep)
         if kept and _alike(weight, kept[1], _SOME_LOADS) and _alike(trust, kept[2], _SOME_RANGES):
@@ -71,8 +68,8 @@ class Slopes:
 
 @dataclass(frozen=True)
 class Equations:
-    """Of all ranges and the fluid's pressure: Cholesky factor of the ranges' part, a lower band; border (K,), the pressure's column;
-    by_border (K,), the factor's answer to it; stiffness: of the pressure with the ranges free."""
+    """Bordered normal equations of all ranges and the fluid's pressure. factor: Cholesky factor of the ranges' part, a lower band;
+    border: (K,) the pressure's column; by_border: (K,) the ranges' part solved for it; stiffness: Schur complement of the pressure."""
 
     factor: np.ndarray
     border: np.ndarray
@@ -80,24 +77,23 @@ class Equations:
     stiffness: float
 
     def solve(self, by_ranges: np.ndarray, by_pressure: float) -> tuple[np.ndarray, float]:
-        """How ranges (K,) and pressure answer a gradient (K,) by the ranges and one by the pressure: moves down along it; the pressure's
-        part is not yet in the ranges'."""
+        """Descent step of ranges (K,) and pressure for a gradient by both; the ranges' step still lacks the pressure's part."""
         moved = lapack.dpbtrs(self.factor, by_ranges, lower=1)[0]
         return moved, -(by_pressure - float(self.border @ moved)) / self.stiffness
 
 
 def _alike(now: np.ndarray, then: np.ndarray, some: int) -> bool:
-    """Whether weights now (K,) are about those of then (K,) but for some, so that no step by their factor goes far beyond its end."""
+    """Whether weights now (K,) are close enough to those of then (K,), but for some, for their factorisation to be used."""
     if (now > _LARGEST_RISE * then).any():
         return False
     return np.count_nonzero(now > _RISE * then) + np.count_nonzero(now < _FALL * then) <= some
 
 
 class MembraneFrame:
-    """Ranges (N,) m with weights 1/sigma^2 along unit rays (N, 3) from origin (3,) to the dots ids (N,), and where the solution starts.
+    """Ranges (N,) m with standard deviations sigma (N,) m along unit rays (N, 3) from origin (3,) to the dots ids (N,), and the estimate.
 
-    forces, slopes: of the membrane; start: (3, K) m, where the dots were; touched: (K,) their probabilities or None; pressure: Pa. variance
-    (K,), of the loads by errors of the ranges, is set by whoever knows it.
+    forces, slopes: of the membrane; start: (3, K) m, last positions; touched: (K,) their probabilities or None; pressure: Pa. The caller
+    sets variance (K,), of the loads by range errors.
     """
 
     def __init__(self, forces: MembraneForces, slopes: Slopes, origin, rays, ranges, sigma, ids, start, touched, pressure):
@@ -117,10 +113,10 @@ class MembraneFrame:
         self.weight[ids] = np.where(good, weight, 0.0)
         self.pressure, self.misfit, self.variance = pressure, 1.0, np.zeros(size)
         self._system = None
-        self._begin(touched)
+        self._initialise(touched)
 
     def _all_rays(self, last, rays, ids):
-        """Unit rays (3, K): measured ones, and for dots not seen their last direction, last (3, K), moved as their neighbours moved."""
+        """Unit rays (3, K): measured ones; of unseen dots the last direction, last (3, K), plus the interpolated motion of neighbours."""
         if self.seen.all():
             full = np.empty_like(last)
             full[:, ids] = rays.T
@@ -130,13 +126,11 @@ class MembraneFrame:
         full = last + self.mesh.fill(moved.T, self.seen).T
         return full / np.sqrt(dot(full, full))
 
-    def _begin(self, touched):
-        """Start from the last frame, moved as the ranges of each dot and its neighbours have changed in the mean.
-
-        Where the surface has jumped (or there is no last frame) start from the measured ranges.
-        """
+    def _initialise(self, touched):
+        """Start from the last ranges plus their change, averaged over 3 x 3 dots; from the measured ranges without a last frame or where
+        the change is large."""
         gone = np.where(self.weight > 0, self.measured - self.ranges, 0.0)
-        self._leave_out_strays(gone)
+        self._reject_outliers(gone)
         has = self.weight > 0
         gone *= has
         self.cold = touched is None or np.count_nonzero(np.abs(gone) > 2 * _LARGEST_STEP) > 3
@@ -144,52 +138,51 @@ class MembraneFrame:
         self.ranges = self.ranges + (gone if self.cold else self.mesh.around(gone) / np.maximum(self.mesh.around(has.astype(float)), 1))
         self.anchor = self.ranges
 
-    def _leave_out_strays(self, gone):
-        """Take the weight off ranges that went, by gone (K,) m, where at most one neighbour went: along an edge there are two, glare spoils
-        one or two dots."""
+    def _reject_outliers(self, gone):
+        """Give no weight to ranges whose change gone (K,) m is shared by at most one neighbour: glare spoils one or two dots, an edge moves
+        more."""
         off = np.abs(gone - gone.take(self.mesh.around_index))
         with np.errstate(divide='ignore'):
-            alone = np.flatnonzero(np.count_nonzero(off > _STRAY_SIGMA / np.sqrt(self.weight), axis=0) >= len(off) - 1)
+            alone = np.flatnonzero(np.count_nonzero(off > _OUTLIER_SIGMA / np.sqrt(self.weight), axis=0) >= len(off) - 1)
         if len(alone) == 0:
             return
         second = np.argsort(off[:, alone], axis=0)[1]
         nearest, there = off[second, alone], gone[self.mesh.around_index[second, alone]]
-        self.weight[alone[nearest > _STRAY_SHARE * np.abs(there)]] = 0
+        self.weight[alone[nearest > _OUTLIER_SHARE * np.abs(there)]] = 0
 
     @property
     def places(self) -> np.ndarray:
         """(3, K) m."""
         return self.origin + self.ranges * self.rays
 
-    def step(self, misfit: float, renew: bool, doubt: bool, final: bool):
-        """One Gauss-Newton step with this misfit of free dots.
+    def step(self, misfit: float, classify: bool, robust: bool, final: bool):
+        """One Gauss-Newton step; misfit: standard deviation of a free dot's load.
 
-        renew: find the dots' probabilities anew first; doubt: give less weight to ranges that do not fit; final: drop patches without
-        proof.
+        classify: update the contact probabilities first; robust: reweight ranges by their residuals; final: drop insignificant patches.
         """
         places = self.places
-        leftover, by_pressure, normal, area = self.forces.balance(places, self.pressure)
+        residual, by_pressure, normal, area = self.forces.balance(places, self.pressure)
         scale = 1 / (self.pressure * area)
-        load = leftover * scale
-        if renew:
-            self._judge(load, misfit, final)
+        load = residual * scale
+        if classify:
+            self._classify(load, misfit, final)
         self.misfit = misfit
         weight, pull = (part * self.mesh.inner for part in expectation(load, self.touched, misfit))
         slopes = self._slopes.at(places, normal, self.rays, self.pressure)
-        self._move(slopes * scale, weight, pull, by_pressure * scale, doubt)
+        self._move(slopes * scale, weight, pull, by_pressure * scale, robust)
 
-    def _judge(self, load, misfit, final):
-        """What the measurements alone say of each load: without the pull of the dot's own expectation in the last step."""
+    def _classify(self, load, misfit, final):
+        """Update the contact probabilities from the measurements alone: without the pull of the dot's own prior in the last step."""
         pull = expectation(load, self.touched, self.misfit)[1]
-        gain = likelihood_gain(load + self.variance * pull, misfit, self.variance)
-        self.touched = judge(self.mesh, gain, self.touched)
+        gain = log_likelihood_ratio(load + self.variance * pull, misfit, self.variance)
+        self.touched = contact_probability(self.mesh, gain, self.touched)
         if final:
-            self.touched = confirm(self.mesh, gain, self.touched)
+            self.touched = drop_weak_patches(self.mesh, gain, self.touched)
 
-    def _move(self, slopes, weight, weighted_load, by_pressure, doubt):
-        """Solve for the ranges and the pressure together: the banded part by Cholesky, the pressure as its border."""
+    def _move(self, slopes, weight, weighted_load, by_pressure, robust):
+        """Solve for ranges and pressure together: banded Cholesky, bordered by the pressure."""
         misfit = self.ranges - self.measured
-        trust = self.weight / (1 + misfit**2 * self.weight / 16) if doubt else self.weight
+        trust = self.weight / (1 + misfit**2 * self.weight / 16) if robust else self.weight
         hold = 1 / _WEAK_HOLD**2
         gradient = self.mesh.transpose(slopes, weighted_load) + trust * misfit + hold * (self.ranges - self.anchor)
         equations = self._slopes.equations(slopes, weight, by_pressure, trust + hold, None if self.cold else self.misfit)
@@ -202,7 +195,7 @@ class MembraneFrame:
         self._system = equations, trust
 
     def answer(self, change: np.ndarray) -> tuple[np.ndarray, float]:
-        """How ranges (K,) m and pressure (Pa) would answer a change (K,), m, of all measured ranges, to first order."""
+        """First-order change of ranges (K,) m and pressure, Pa, for a change (K,), m, of all measured ranges."""
         if self._system is None:
             return np.zeros_like(change), 0.0
         equations, trust = self._system

@@ -153,10 +153,10 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     noise = _ring_noise(log_ratios(image, uv, radius).ratios, cap.meet(camera.centre, camera.rays(uv)))
     q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
-    return follow_constants(model, image, uv, camera) if share > RING else model
+    return update_constants(model, image, uv, camera) if share > RING else model
 
 
-def as_rings(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
+def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
     """Colours of the ground as the rings of a model read it, which sample nearer to dots: another colour where theirs has bled."""
     if model.ring_share <= RING:
         return ground
@@ -212,7 +212,7 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
     return float(np.sqrt(np.mean(np.einsum('ni,ij,nj->n', gain, covariance, gain)))) / dent
 
 
-def follow_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
+def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
     """A calibrated model after its lamps' colour, the white balance, the camera's noise or the way that colour is stored have changed.
 
     image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants, the noise and the ring follow; the absorptions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.touchpad.contact.contact_score import contact_score, heights_over_face, load_share
-from tactile_perception.touchpad.contact.loads import MembraneBalance
+from tactile_perception.touchpad.contact.loads import LoadEstimator
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
 
 PITCH = 1.4e-3
@@ -49,13 +49,13 @@ def _balance():
 
 
 def _of(rest, side):
-    balance = MembraneBalance(side, side, MembraneMaterial(), ORIGIN)
+    balance = LoadEstimator(side, side, MembraneMaterial(), ORIGIN)
     balance.renew(rest)
     return balance
 
 
 def _score(balance, xyz):
-    loads = balance.loads(*balance.moves(np.arange(len(xyz)), xyz))
+    loads = balance.loads(*balance.displacements(np.arange(len(xyz)), xyz))
     return contact_score(balance.membrane, loads)
 
 
@@ -106,5 +106,5 @@ def test_dots_beside_a_ridge_that_the_mesh_has_loaded_do_not_touch():
 
 def test_one_dot_alone_is_no_contact():
     balance = _balance()
-    loads = replace(balance.loads(*balance.moves(np.arange(361), balance.membrane.rest)), load=np.where(np.arange(361) == 180, 1.5, 0.0))
+    loads = replace(balance.loads(*balance.displacements(np.arange(361), balance.membrane.rest)), load=np.where(np.arange(361) == 180, 1.5, 0.0))
     assert not (contact_score(balance.membrane, loads) > 0.5).any()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.touchpad.contact.loads import MembraneBalance
+from tactile_perception.touchpad.contact.loads import LoadEstimator
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
@@ -11,7 +11,7 @@ ORIGIN = np.array([0.0, 0.0, -0.04])
 
 @pytest.fixture
 def balance(pad):
-    made = MembraneBalance(pad.rows, pad.columns, MembraneMaterial(), ORIGIN)
+    made = LoadEstimator(pad.rows, pad.columns, MembraneMaterial(), ORIGIN)
     made.renew(pad.rest)
     return made
 
@@ -23,20 +23,20 @@ def dent(rest, depth, width=3e-3):
 
 def test_an_untouched_pad_is_quiet_in_noise_and_when_it_has_moved_as_a_whole(pad, balance):
     noise = np.random.default_rng(0).normal(size=(529, 3)) * 2e-6
-    moved, seen = balance.moves(pad.ids, pad.rest + noise + [20e-6, 0, -30e-6])
-    assert seen.all() and balance.quiet(moved)
+    moved, seen = balance.displacements(pad.ids, pad.rest + noise + [20e-6, 0, -30e-6])
+    assert seen.all() and balance.unloaded(moved)
     assert np.abs(balance.loads(moved, seen).load).max() < 0.4
 
 
 def test_first_order_tells_quiet_from_touched(pad, balance):
-    small, seen = balance.moves(pad.ids, dent(pad.rest, 20e-6))
-    large, _ = balance.moves(pad.ids, dent(pad.rest, 0.4e-3))
-    assert balance.quiet(small) and balance.loads(small, seen).load.max() < 0.3
-    assert not balance.quiet(large) and balance.loads(large, seen).load.max() > 0.5
+    small, seen = balance.displacements(pad.ids, dent(pad.rest, 20e-6))
+    large, _ = balance.displacements(pad.ids, dent(pad.rest, 0.4e-3))
+    assert balance.unloaded(small) and balance.loads(small, seen).load.max() < 0.3
+    assert not balance.unloaded(large) and balance.loads(large, seen).load.max() > 0.5
 
 
 def test_a_dent_carries_a_load_where_it_is_and_the_wrench_points_inwards(pad, balance):
-    loads = balance.loads(*balance.moves(pad.ids, dent(pad.rest, 1.5e-3)))
+    loads = balance.loads(*balance.displacements(pad.ids, dent(pad.rest, 1.5e-3)))
     distance = np.linalg.norm(pad.rest[:, :2], axis=1)
     assert loads.load[distance < 1.5e-3].min() > 0.5 and np.abs(loads.load[distance > 9e-3]).max() < 0.3
     wrench = loads.wrench((loads.load > 0.5).astype(float))
@@ -44,7 +44,7 @@ def test_a_dent_carries_a_load_where_it_is_and_the_wrench_points_inwards(pad, ba
 
 
 def test_the_moment_is_that_of_the_forces(pad, balance):
-    loads = balance.loads(*balance.moves(pad.ids, dent(pad.rest + [1e-3, 0, 0], 1.5e-3)))
+    loads = balance.loads(*balance.displacements(pad.ids, dent(pad.rest + [1e-3, 0, 0], 1.5e-3)))
     carries = (loads.load > 0.5).astype(float)
     expected = (np.cross(loads.xyz, loads.force) * carries[:, None]).sum(axis=0)
     np.testing.assert_allclose(loads.wrench(carries)[3:], expected, atol=1e-12)
@@ -52,36 +52,36 @@ def test_the_moment_is_that_of_the_forces(pad, balance):
 
 def test_unseen_dots_are_placed_by_the_balance(pad, balance):
     whole = dent(pad.rest, 1.5e-3)
-    all_loads = balance.loads(*balance.moves(pad.ids, whole))
+    all_loads = balance.loads(*balance.displacements(pad.ids, whole))
     some = np.flatnonzero(np.random.default_rng(0).random(529) > 0.05)
-    loads = balance.loads(*balance.moves(some, whole[some]))
+    loads = balance.loads(*balance.displacements(some, whole[some]))
     assert not loads.seen.all()
     assert np.mean(np.abs(loads.load - all_loads.load) > 0.3) < 0.03
 
 
 def test_no_dots_at_all_leave_finite_numbers(balance):
-    moved, seen = balance.moves(np.zeros(0, int), np.zeros((0, 3)))
-    assert not seen.any() and balance.quiet(moved) and np.isfinite(balance.loads(moved, seen).load).all()
+    moved, seen = balance.displacements(np.zeros(0, int), np.zeros((0, 3)))
+    assert not seen.any() and balance.unloaded(moved) and np.isfinite(balance.loads(moved, seen).load).all()
 
 
 def test_numbers_outside_the_grid_are_refused(pad, balance):
     with pytest.raises(BadArgument, match='outside the grid'):
-        balance.moves(np.array([529]), pad.rest[:1])
+        balance.displacements(np.array([529]), pad.rest[:1])
 
 
 def test_another_rest_is_taken_as_untouched(pad, balance):
     other = pad.rest + [0.2e-3, 0, 0]
     balance.renew(other)
-    assert np.abs(balance.moves(pad.ids, other)[0]).max() == 0
+    assert np.abs(balance.displacements(pad.ids, other)[0]).max() == 0
 
 
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist', 'tp_ring_press'])
 def test_force_and_pressure_of_a_recording_seen_without_error(recording, name):
     truth, errors = recording(name), []
-    balance = MembraneBalance(23, 23, MembraneMaterial(), ORIGIN)
+    balance = LoadEstimator(23, 23, MembraneMaterial(), ORIGIN)
     balance.renew(truth['dot_rest_xyz'])
     for frame in range(len(truth['pressure'])):
-        loads = balance.loads(*balance.moves(np.arange(529), truth['dot_xyz'][frame].astype(float)))
+        loads = balance.loads(*balance.displacements(np.arange(529), truth['dot_xyz'][frame].astype(float)))
         true = truth['force'][frame]
         if np.linalg.norm(true) > 0.1 and truth['residual'][frame] < 0.03 * np.linalg.norm(true):
             errors.append(np.linalg.norm(loads.wrench((loads.load > 0.25).astype(float))[:3] - true) / np.linalg.norm(true))

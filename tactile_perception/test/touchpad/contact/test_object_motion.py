@@ -1,45 +1,83 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
-from tactile_perception.touchpad.contact.object_motion import DotMotions, moved_to
-
-ORIGIN = np.array([0.0, 0.0, -0.04])
-UP = np.tile([0.0, 0.0, 1.0], (60, 1))
-
-
-def _turn(angle):
-    return np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+import pytest
+from tactile_perception.common.rotations import rotation_matrix
+from tactile_perception.errors import BadArgument, BadFrame
+from tactile_perception.touchpad.contact.object_motion import ObjectMotion
 
 
-def _patch(count=60, seed=0):
-    return np.random.default_rng(seed).uniform([-5e-3, -5e-3, 0.0105], [5e-3, 5e-3, 0.011], size=(count, 3))
+def moved(dots, turn, shift, state=1, seed=9, noise=20e-6):
+    """The same dots after the object, and those that touch with it, have moved."""
+    touched = dots.score > 0.5
+    dots.xyz[touched] = dots.xyz[touched] @ rotation_matrix(np.array(turn, float)).T + shift
+    dots.xyz += np.random.default_rng(seed).normal(0, noise, dots.xyz.shape)
+    dots.state = np.where(touched, state, 0).astype(np.uint8)
+    dots.sigma = noise
+    return dots
 
 
-def test_a_large_turn_and_shift_are_exact():
-    before = _patch()
-    after = before @ _turn(0.3).T + [1e-3, -2e-3, 0.5e-3]
-    motions = DotMotions(before, after, UP[:len(before)], ORIGIN, 2e-6, 20e-6)
-    twist = motions.fit(np.ones(60), np.ones(60))
-    assert abs(twist[5] - 2 * np.tan(0.15)) < 1e-4
-    assert np.abs(motions.off(twist)).max() < 0.1e-6 and np.abs(motions.off_normal(twist)).max() < 0.5e-6
+def test_unknown_before_and_without_contact(pad):
+    motion = ObjectMotion(23, 23)
+    for k in range(3):
+        estimate = motion.process(pad.disc(radius=-1e-2), 0.1 * k)
+        assert estimate.motion is None and np.isnan(estimate.interval) and np.isnan(estimate.slip).all()
 
 
-def test_a_twist_about_another_point_is_the_same_motion():
-    before = _patch()
-    after = before + np.cross([0, 0, 1e-3], before) + [1e-5, 0, 0]
-    one = DotMotions(before, after, UP[:len(before)], ORIGIN, 2e-6, 20e-6)
-    other = DotMotions(before[:20], after[:20], UP[:20], ORIGIN, 2e-6, 20e-6)
-    assert np.abs(other.off(moved_to(one.fit(np.ones(60), np.ones(60)), one.centre, other.centre))).max() < 2e-9
+def test_motion_of_dots_that_stick(pad):
+    motion = ObjectMotion(23, 23)
+    motion.process(pad.disc(radius=6e-3), 0.0)
+    estimate = motion.process(moved(pad.disc(radius=6e-3), [0, 0, 0.05], [0.2e-3, 0, -0.1e-3]), 0.1)
+    assert estimate.interval == pytest.approx(0.1)
+    np.testing.assert_allclose(estimate.motion.rotation_vector, [0, 0, 0.05], atol=4e-3)
+    middle = np.array([[0, 0, 11e-3]])
+    np.testing.assert_allclose(estimate.motion.apply(middle)[0], [0.2e-3, 0, 10.9e-3], atol=15e-6)
 
 
-def test_the_few_that_are_carried_are_followed_while_the_rest_lags():
-    before, rng = _patch(), np.random.default_rng(1)
-    after = before + [150e-6, 0, 0] + rng.normal(size=(60, 3)) * 1e-6
-    after[15:] -= np.outer(rng.uniform(15e-6, 60e-6, 45), [1, 0, 0])
-    motions = DotMotions(before, after, UP[:len(before)], ORIGIN, 2e-6, 20e-6)
-    start = np.array([145e-6, 0, 0, 0, 0, 0])
-    drag = np.tile([1.0, 0, 0], (60, 1))
-    twist = motions.follow(start, drag, 40e-6, 10e-6, 2.0, np.ones(60))
-    lag = np.linalg.norm(motions.off(twist), axis=1)
-    assert lag[:15].max() < 8e-6
-    assert np.median(lag[15:]) > 25e-6
+def test_slip_of_the_others_is_measured(pad):
+    motion = ObjectMotion(23, 23)
+    motion.process(pad.disc(radius=6e-3), 0.0)
+    dots = moved(pad.disc(radius=6e-3), [0, 0, 0], [0.2e-3, 0, 0])
+    lags = (dots.score > 0.5) & (dots.xyz[:, 0] > 3e-3)
+    dots.xyz[lags] -= [0.15e-3, 0, 0]
+    estimate = motion.process(dots, 0.1)
+    np.testing.assert_allclose(estimate.slip[lags].mean(axis=0), [-0.15e-3, 0, 0], atol=15e-6)
+    assert np.isnan(estimate.slip[dots.score <= 0.5]).all()
+
+
+def test_gross_slip_leaves_it_unknown(pad):
+    motion = ObjectMotion(23, 23)
+    motion.process(pad.disc(), 0.0)
+    assert motion.process(moved(pad.disc(), [0, 0, 0], [0, 0, 0], state=2), 0.1).motion is None
+
+
+def test_interval_is_the_least_that_is_long_enough(pad):
+    motion = ObjectMotion(23, 23, interval_s=0.1)
+    intervals = [motion.process(moved(pad.disc(radius=6e-3), [0, 0, 0], [0, 0, 0], seed=k), k / 30).interval for k in range(8)]
+    np.testing.assert_allclose(intervals[1:], [1 / 30, 2 / 30, 0.1, 0.1, 0.1, 0.1, 0.1], rtol=1e-6)
+
+
+def test_stamp_must_grow_and_interval_be_positive(pad):
+    motion = ObjectMotion(23, 23)
+    motion.process(pad.disc(), 1.0)
+    for stamp in (1.0, 0.5, np.nan):
+        with pytest.raises(BadFrame):
+            motion.process(pad.disc(), stamp)
+    with pytest.raises(BadArgument):
+        ObjectMotion(23, 23, interval_s=0)
+
+
+@pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist', 'tp_ring_press'])
+def test_recordings(recording, name, pad):
+    truth, motion, rng, errors = recording(name), ObjectMotion(23, 23, interval_s=0.03), np.random.default_rng(0), []
+    for k, stamp in enumerate(truth['timestamps']):
+        dots = pad.disc()
+        dots.xyz = truth['dot_xyz'][k] + rng.normal(0, 20e-6, (529, 3))
+        dots.state, dots.sigma = truth['dot_state'][k], 20e-6
+        found = motion.process(dots, stamp).motion
+        if found is not None and np.mean(dots.state[dots.state > 0] == 1) > 0.5:
+            tip = truth['obj_p'][k - 1].astype(float)
+            shift = found.apply(tip[None])[0] - tip - truth['obj_disp'][k]
+            errors.append([np.linalg.norm(shift), np.linalg.norm(found.rotation_vector - truth['obj_rotvec'][k])])
+    shift, turn = np.median(errors, axis=0)
+    assert len(errors) > 8 and shift < 20e-6 and np.degrees(turn) < 0.3

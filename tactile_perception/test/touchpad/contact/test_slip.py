@@ -6,7 +6,7 @@ from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE
 from tactile_perception.common.slip import planar_twist
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.contact.region import ContactDots, describe, find_regions
-from tactile_perception.touchpad.contact.relative_motion import MotionEstimate, ObjectMotion
+from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion
 from tactile_perception.touchpad.contact.slip import SlipEstimator, friction_centre
 from tactile_perception.touchpad.contact.tracker import ContactTracker
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from tactile_perception.touchpad.contact.contact_score import contact_score
-from tactile_perception.touchpad.contact.loads import DotLoads, MembraneBalance
-from tactile_perception.touchpad.contact.stick_slip import SLIPPING, STICKING, DotStates
+from tactile_perception.touchpad.contact.loads import DotLoads, LoadEstimator
+from tactile_perception.touchpad.contact.stick_slip import SLIPPING, STICKING, StickSlipTracker
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
@@ -34,20 +34,20 @@ class Face:
 
 
 def test_nothing_touched_has_no_state():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     for _ in range(3):
         assert not states.update(face.state([0, 0, 0], 0.0), np.zeros(SIDE**2)).any()
 
 
 def test_the_noise_is_learnt_while_nothing_touches():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN, noise=10e-6)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN, noise=10e-6)
     for _ in range(40):
         states.rest(face.state([0, 0, 0], 0.0).xyz, np.ones(SIDE**2, bool))
     assert states.noise == pytest.approx(np.sqrt(2) * 1e-6, rel=0.3)
 
 
 def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     for frame in range(8):
         found = states.update(face.state([120e-6, 0, -200e-6], 0.1 * frame), face.score)
         np.testing.assert_array_equal(found[face.inside], STICKING)
@@ -66,7 +66,7 @@ def _drag_until_it_slips(face, states, friction):
 
 
 def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     fractions = _drag_until_it_slips(face, states, 0.6)
     assert max(fractions[:5]) < 0.05
     assert 0.3 < fractions[7] < 0.8
@@ -75,7 +75,7 @@ def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
 
 
 def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
     for _ in range(20):
         found = states.update(face.state([0, 0, 0], 0.6), face.score)
@@ -83,7 +83,7 @@ def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before(
 
 
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
     for _ in range(3):
         found = states.update(face.state([0, 0, 0], 0.2), face.score)
@@ -91,7 +91,7 @@ def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
 
 
 def test_an_object_that_stops_before_it_slips_still_sticks():
-    face, states = Face(), DotStates(SIDE, SIDE, ORIGIN)
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     for frame in range(6):
         states.update(face.state([150e-6, 0, 0], 0.1 * frame), face.score)
     for _ in range(4):
@@ -102,11 +102,11 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
 @pytest.mark.parametrize('name, least', [('tp_rect_drag', 0.92), ('tp_disc_twist', 0.92)])
 def test_states_of_a_recording_seen_without_error(recording, name, least):
     truth = recording(name)
-    balance, states = MembraneBalance(23, 23, MembraneMaterial(), ORIGIN), DotStates(23, 23, ORIGIN)
+    balance, states = LoadEstimator(23, 23, MembraneMaterial(), ORIGIN), StickSlipTracker(23, 23, ORIGIN)
     balance.renew(truth['dot_rest_xyz'])
     counts = np.zeros((3, 3))
     for frame in range(len(truth['pressure'])):
-        loads = balance.loads(*balance.moves(np.arange(529), truth['dot_xyz'][frame]))
+        loads = balance.loads(*balance.displacements(np.arange(529), truth['dot_xyz'][frame]))
         found = states.update(loads, contact_score(balance.membrane, loads))
         slip = np.linalg.norm(truth['dot_slip'][frame], axis=1)
         real = truth['dot_state'][frame]

@@ -30,7 +30,7 @@ def test_a_step_from_a_bent_start_goes_to_the_measured_shape(pad):
     frame = _frame(pad, ranges)
     frame.ranges = ranges + 50e-6 * np.cos(np.arange(SIDE**2))
     for _ in range(2):
-        frame.step(0.06, renew=False, doubt=True, final=False)
+        frame.step(0.06, classify=False, robust=True, final=False)
     assert np.abs(frame.ranges - ranges).max() < 1e-6
     assert frame.pressure == pytest.approx(2000, rel=1e-3)
 

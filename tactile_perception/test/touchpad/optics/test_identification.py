@@ -6,7 +6,7 @@ import pytest
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.optics.colour import RING, WIDE
-from tactile_perception.touchpad.optics.identification import OpticsPrior, as_rings, fit, fit_rest, follow_constants, predict, rest_colours
+from tactile_perception.touchpad.optics.identification import OpticsPrior, as_ring_colours, fit, fit_rest, update_constants, predict, rest_colours
 
 PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
 
@@ -32,7 +32,7 @@ def test_constants_follow_a_drift_of_the_white_balance(water_pad):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     pad.gain = pad.gain * np.array([1.1, 1.0, 0.95])
-    followed = follow_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    followed = update_constants(model, pad.image(), pad.rest_uv, pad.camera)
     assert followed.constants - model.constants == pytest.approx(np.log([1.1 / 0.95, 1 / 0.95]), abs=2e-3)
     ranges, _ = followed.depths(pad.image(), pad.tracks(), pad.camera)
     assert np.sqrt(np.nanmean((ranges - pad.ranges())**2)) < 4e-5
@@ -42,7 +42,7 @@ def test_a_calibrated_model_takes_the_noise_of_the_images_at_hand(water_pad):
     pad = water_pad(noise=1.0)
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     pad.noise = 5.0
-    followed = follow_constants(model, pad.image(), pad.rest_uv, pad.camera)
+    followed = update_constants(model, pad.image(), pad.rest_uv, pad.camera)
     ranges, sigma = followed.depths(pad.image(), pad.tracks(), pad.camera)
     off = np.nanstd(ranges - pad.ranges())
     assert np.nanmedian(sigma) == pytest.approx(off, rel=0.25)
@@ -67,19 +67,19 @@ def test_where_colour_bleeds_the_rings_are_believed_and_not_the_ground(water_pad
     assert model.ring_share == WIDE
     assert np.sqrt(np.nanmean((model.depths(image, pad.tracks(), pad.camera)[0] - pad.ranges())**2)) < 1e-4
     ground = rest_colours(image, pad.camera, model.cap, model.ring, np.eye(2) * 1e-4)
-    shifted = as_rings(ground, model, pad.camera.centre)
+    shifted = as_ring_colours(ground, model, pad.camera.centre)
     assert shifted.ratios - ground.ratios == pytest.approx(np.broadcast_to(shifted.ratios[0] - ground.ratios[0], ground.ratios.shape))
-    assert as_rings(ground, fit_rest(pad.image(), pad.rest_uv, pad.camera), pad.camera.centre) is ground
+    assert as_ring_colours(ground, fit_rest(pad.image(), pad.rest_uv, pad.camera), pad.camera.centre) is ground
 
 
 def test_a_calibrated_model_widens_its_ring_where_colour_bleeds(water_pad, stored_420):
     pad = water_pad()
     model = fit_rest(pad.image(), pad.rest_uv, pad.camera)
     assert model.ring_share == RING
-    followed = follow_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
+    followed = update_constants(model, stored_420(pad.image()), pad.rest_uv, pad.camera)
     assert followed.ring_share == pytest.approx(WIDE) and followed.ring == pytest.approx(model.ring * WIDE / RING)
     assert followed.ring_offset == pytest.approx(model.ring_offset * (WIDE / RING)**2, rel=0.01)
-    again = follow_constants(followed, pad.image(), pad.rest_uv, pad.camera)
+    again = update_constants(followed, pad.image(), pad.rest_uv, pad.camera)
     assert again.ring == followed.ring
 
 
