@@ -50,16 +50,16 @@ class Score:
     places: list = field(default_factory=list)
     times: list = field(default_factory=list)
 
-    def add(self, judged: DotClassification, ids, xyz, truth, frame: int, cap: Cap) -> None:
+    def add(self, found: DotClassification, ids, xyz, truth, frame: int, cap: Cap) -> None:
         """Judge one frame and the region drawn from it; the drawing is timed."""
         start = time.perf_counter()
-        dots = ContactDots(ROWS, COLUMNS, ids, xyz, truth['dot_rest_xyz'][ids].astype(float), judged.score, judged.state)
+        dots = ContactDots(ROWS, COLUMNS, ids, xyz, truth['dot_rest_xyz'][ids].astype(float), found.score, found.state)
         regions = find_regions(dots)
         estimate = describe(dots, regions)
         contacts = ContactTracker(cap).process(dots, regions)
         self.times[-1].append(time.perf_counter() - start)
-        self.contact += contact_counts(judged.state > 0, truth, frame, ids)
-        sticking, slipping = slip_counts(judged.state, truth, frame, ids)
+        self.contact += contact_counts(found.state > 0, truth, frame, ids)
+        sticking, slipping = slip_counts(found.state, truth, frame, ids)
         self.sticking, self.slipping = self.sticking + sticking, self.slipping + slipping
         overlap = region_iou(estimate.outlines + estimate.holes, true_loops(truth, frame))
         if np.isfinite(overlap):
@@ -113,7 +113,7 @@ def methods_for(truth: dict, sensor: dict) -> dict:
     """Name: (whose places it gets, method)."""
     def made(name):
         method = make_method(ROWS, COLUMNS, material_of(sensor['info']), origin_of(sensor), PAPER | {'contact': name})
-        method.renew(truth['dot_rest_xyz'].astype(float))
+        method.set_rest(truth['dot_rest_xyz'].astype(float))
         return method
 
     return {'membrane': ('membrane', made('membrane')), 'paper': ('membrane', made('paper')),
@@ -140,9 +140,9 @@ def run(name: str, noise: float, seed: int = 0) -> dict[str, Score]:
         for key, (places, method) in table.items():
             xyz = previous.xyz[ids] if places == 'membrane' else origin + ranges[:, None] * rays
             start = time.perf_counter()
-            judged = method.judge(ids, xyz, float(stamp))
+            found = method.classify(ids, xyz, float(stamp))
             scores[key].times.append([solved if places == 'membrane' else 0.0, time.perf_counter() - start])
-            scores[key].add(judged, ids, xyz, truth, frame, Cap(info['curvature_radius'], info['cap_height']))
+            scores[key].add(found, ids, xyz, truth, frame, Cap(info['curvature_radius'], info['cap_height']))
     return scores
 
 

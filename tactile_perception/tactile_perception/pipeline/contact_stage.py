@@ -25,15 +25,15 @@ from ..touchpad.contact.tracker import ContactTracker
 from ..touchpad.places import RestPlaces
 from ..touchpad.sensor import Touchpad
 
-_FARTHEST = 10.0  # radii of the cap: no dot of it gets so far
-_DRIFTED = 0.1  # px: a reference that has moved by more is looked at anew
-_FROM_REST = 0.15e-3  # m: what colour tells of all ranges alike is wrong by, where only the rest shape is known
+_FARTHEST = 10.0  # radii of the cap; chosen: positions beyond are invalid
+_DRIFT = 0.1  # px; chosen: a reference that has drifted by more is checked again
+_RANGE_SIGMA = 0.15e-3  # m, common-mode error of the ranges without a calibration, chosen
 
 
 @dataclass(frozen=True)
 class ContactResult:
-    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN where not known; points: makes the
-    surface's points, which few ask for."""
+    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN if unknown; points: makes the surface
+    points on demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -43,96 +43,96 @@ class ContactResult:
 
 
 class ContactStage:
-    """Contact frame by frame; values: of REGION_PARAMETERS; calibration: whose range contacts are held against.
+    """Contact frame by frame; values: of REGION_PARAMETERS; calibration: gives the calibrated range and the error of the ranges.
 
-    While the reference looks as if it was taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN.
-    Raises BadArgument for a sensor whose dots have no places in 3D.
+    While the reference seems to be taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN.
+    Raises BadArgument for a sensor without a surface model.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None):
         if sensor.cap is None:
-            raise BadArgument('parameter surface is none: dots have no places in 3D, so contact cannot be told')
+            raise BadArgument('parameter surface is none: contact needs the 3D positions of the dots; set it to cap')
         self._sensor = sensor
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._method = make_method(sensor.rows, sensor.columns, sensor.material, camera.centre, values)
         self._motion = ObjectMotion(sensor.rows, sensor.columns)
         self._contacts = ContactTracker(sensor.cap, *_calibrated_reach(calibration))
-        self._eye, self._range_sigma = camera.centre, _range_sigma(calibration)
+        self._origin, self._range_sigma = camera.centre, _calibrated_sigma(calibration)
         self._slip = SlipEstimator()
-        self._suspected, self._examined = False, np.full_like(self._rest.uv, np.inf)
+        self._suspected, self._checked = False, np.full_like(self._rest.uv, np.inf)
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
-        """The contact that the dots of one frame show. Raises BadFrame for dots without places, of another grid, or an earlier stamp."""
+        """Contact in one frame. Raises BadFrame for dots without 3D positions, of another grid, or with an earlier stamp."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
                            f'{self._sensor.rows} x {self._sensor.columns}')
         if tracks.xyz is None:
-            raise BadFrame('dots have no places in 3D: the tracker needs surface cap and a calibrated camera')
+            raise BadFrame('dots have no 3D positions: the tracker needs surface cap and a calibrated camera')
         if self._rest.update(tracks):
-            self._method.renew(self._rest.xyz)
-            self._examine_rest()
+            self._method.set_rest(self._rest.xyz)
+            self._check_rest()
         ids, xyz, rest_xyz = self._usable(tracks)
-        judged = self._method.judge(ids, xyz, stamp_s)
-        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, judged.score, judged.state, judged.force, whole=judged.whole)
-        return self._describe(dots, judged, stamp_s)
+        found = self._method.classify(ids, xyz, stamp_s)
+        dots = ContactDots(tracks.rows, tracks.columns, ids, xyz, rest_xyz, found.score, found.state, found.force, all_dots=found.all_dots)
+        return self._describe(dots, found, stamp_s)
 
-    def _examine_rest(self) -> None:
-        """Look whether the reference was taken under a press: a new one, one that has drifted, and one that was suspected."""
+    def _check_rest(self) -> None:
+        """Check for a press in the reference if it is new, has drifted, or was suspected before."""
         uv = self._rest.uv
         known = np.flatnonzero(np.isfinite(uv[:, 0]))
-        if self._suspected or not (np.abs(uv[known] - self._examined[known]) < _DRIFTED).all():
-            self._suspected, self._examined = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
+        if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
+            self._suspected, self._checked = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (N,), places (N, 3) and rest places (N, 3), m, of the dots that have both."""
+        """Numbers (N,), positions (N, 3) and rest positions (N, 3), m, of the dots that have both."""
         rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
         reach = _FARTHEST * self._sensor.cap.curvature_radius
         usable = (np.abs(tracks.xyz) < reach).all(axis=1) & np.isfinite(rest_xyz).all(axis=1)
         if usable.all():
             return tracks.id, tracks.xyz, rest_xyz
         if not usable.any():
-            raise BadFrame('no dot has a place in 3D: grey images tell none, the driver has to publish colour; or take a new reference')
+            raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
         return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]
 
-    def _describe(self, dots: ContactDots, judged: DotClassification, stamp_s: float) -> ContactResult:
+    def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
         motion = self._motion.process(dots, stamp_s)
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
         region = describe(dots, regions, motion.motion, motion.interval)
-        contacts = [self._with_common_error(contact) for contact in contacts]
-        wrench, force = judged.wrench, judged.whole and judged.whole.force
+        contacts = [self._with_range_error(contact) for contact in contacts]
+        wrench, force = found.wrench, found.all_dots and found.all_dots.force
         if self._suspected:
-            contacts, wrench, force = [_doubted(contact) for contact in contacts], np.full(6, np.nan), None
-        return ContactResult(region, contacts, slip, wrench, partial(_points, dots, judged, self._rest.xyz.copy(), force))
+            contacts, wrench, force = [_without_reference(contact) for contact in contacts], np.full(6, np.nan), None
+        return ContactResult(region, contacts, slip, wrench, partial(_points, dots, found, self._rest.xyz.copy(), force))
 
-    def _with_common_error(self, contact: ContactEstimate) -> ContactEstimate:
-        """The same contact with what its dots' ranges are wrong by all alike: a movement does not show it, a place does."""
-        ray = contact.position - self._eye
+    def _with_range_error(self, contact: ContactEstimate) -> ContactEstimate:
+        """The same contact with the common-mode error of the ranges added to its covariance."""
+        ray = contact.position - self._origin
         along = ray * (self._range_sigma / np.linalg.norm(ray))
         return replace(contact, position_covariance=contact.position_covariance + np.outer(along, along))
 
 
-def _points(dots: ContactDots, judged: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
-    """The points of all dots of the grid; rest: (K, 3) m, force: (K, 3) N or None."""
-    xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(judged.state, dots.ids, len(rest), UNKNOWN)) if judged.whole is None \
-        else (judged.whole.xyz, judged.whole.state)
+def _points(dots: ContactDots, found: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
+    """Surface points of all K dots of the grid; rest: (K, 3) m; force: (K, 3) N or None."""
+    xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(found.state, dots.ids, len(rest), UNKNOWN)) if found.all_dots is None \
+        else (found.all_dots.xyz, found.all_dots.state)
     return dot_points((dots.rows, dots.columns), xyz, rest, state, force)
 
 
-def _doubted(contact: ContactEstimate) -> ContactEstimate:
-    """The same contact without what only an untouched reference can tell: depth and force."""
+def _without_reference(contact: ContactEstimate) -> ContactEstimate:
+    """The same contact without depth and force, which need an untouched reference."""
     return replace(contact, depth=np.nan, force=np.nan, flags=contact.flags | AMBIGUOUS)
 
 
-def _range_sigma(calibration: CalibrationFile | None) -> float:
-    """m, of ranges at places that were not calibrated at."""
+def _calibrated_sigma(calibration: CalibrationFile | None) -> float:
+    """m, common-mode error of the ranges: the calibration's residual at held-out positions."""
     found = np.nan if calibration is None else calibration.residuals.get('held_out_places_range_rms', np.nan)
-    return float(found) if found > 0 else _FROM_REST
+    return float(found) if found > 0 else _RANGE_SIGMA
 
 
 def _calibrated_reach(calibration: CalibrationFile | None) -> tuple[float | None, float | None]:
-    """Largest depth and distance from the z axis, m, that calibration covered."""
+    """Largest calibrated depth and distance from the z axis, m; None without a calibration."""
     if calibration is None:
         return None, None
     span = calibration.calibrated_range

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From an image to numbered dots and their places: what dot_tracker_node and process_bag run."""
+"""From an image to numbered dots and their 3D positions: run by dot_tracker_node and process_bag."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ from ..touchpad.sensor import Touchpad
 
 
 def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
-    """The tracker that values (of DOT_PARAMETERS) describe; pattern: (K, 2) px, untouched places by which dots are numbered that are in
-    no grid; rest: (K, 2) px, untouched places as calibrated, which tell whether the first frame is of a touched sensor."""
+    """The tracker for values (of DOT_PARAMETERS); pattern: (K, 2) px, untouched image positions that number the dots of a pattern without a
+    grid; rest: (K, 2) px, calibrated untouched positions, with which a touch in the first frame is detected."""
     known = None if rest is None else KnownRest(rest)
     reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
     numbering = values['numbering'] if pattern is None else REGISTER
@@ -30,24 +30,24 @@ def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None =
 
 
 def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
-    """(K, 2) px, places of the dots in an image of the untouched sensor, from top to bottom. Raises BadFrame."""
+    """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame."""
     uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
     return uv[np.argsort(uv[:, 1])]
 
 
 class Places(Protocol):
-    """What places dots in 3D: DotPlaces or SheetPlaces."""
+    """3D positions of dots: DotPlaces, SheetPlaces or DomePlaces."""
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Places (N, 3), m, sensor frame, of tracks in an image; NaN where not known. Raises BadFrame."""
+        """Positions (N, 3), m, sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
 
     def renew(self) -> None:
-        """A new reference is taken."""
+        """Forget what depends on the reference."""
 
 
 class DotStage:
-    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None where it is not calibrated, so that a touchpad's dots have no places
-    in 3D; places: what places the dots of another sensor; pattern, rest: see make_tracker."""
+    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None if not calibrated, so that a touchpad's dots have no 3D positions;
+    places: for the dots of other sensors; pattern, rest: see make_tracker."""
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
                  places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None):
@@ -57,7 +57,7 @@ class DotStage:
 
     @property
     def suspicion(self) -> str:
-        """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
+        """Why the reference may not show the untouched sensor, '' if it is in order."""
         return self._tracker.reference.suspicious
 
     def set_reference(self) -> None:

@@ -75,7 +75,7 @@ def test_what_cannot_be_used_is_refused(ball):
     tracks = tracks_of(ball, ball.truth)
     with pytest.raises(BadFrame, match='5 x 23 grid'):
         stage.process(dataclasses.replace(tracks, rows=5), 1.3)
-    with pytest.raises(BadFrame, match='no places'):
+    with pytest.raises(BadFrame, match='surface cap'):
         stage.process(dataclasses.replace(tracks, xyz=None), 1.3)
     with pytest.raises(BadArgument, match='surface is none'):
         ContactStage(dataclasses.replace(ball.sensor, cap=None), ball.camera, ball.values)

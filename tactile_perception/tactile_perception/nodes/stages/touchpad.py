@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad's stages from message to message: what a live node computes, process_bag computes by the same lines."""
+"""The touchpad's stages from message to message, shared by live nodes and process_bag."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
@@ -27,7 +27,7 @@ RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 
 
 
 class _TouchpadSide(CameraSide):
-    """What dots and contact share."""
+    """Sensor and calibration, common to dots and contact."""
 
     def __init__(self, values: Mapping):
         super().__init__(values)
@@ -37,7 +37,7 @@ class _TouchpadSide(CameraSide):
 
     @property
     def needs_places(self) -> bool:
-        """Whether dots are to have places in 3D."""
+        """Whether dots get 3D positions."""
         return self.sensor.cap is not None
 
     def _model(self, matrices: Matrices | None) -> CameraModel | None:
@@ -51,18 +51,18 @@ class DotMessages(_TouchpadSide):
         super().__init__(values)
         self._surface = None
         if values['surface'] in ('sheet', 'dome'):
-            from ...parameters.markers import marker_sensor  # a touchpad does without the methods of sheets and domes
+            from ...parameters.markers import marker_sensor  # a touchpad needs no methods of sheets and domes
             self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
 
     @property
     def needs_places(self) -> bool:
-        """Whether dots are to have places in 3D."""
+        """Whether dots get 3D positions."""
         return super().needs_places or self._surface is not None
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
-        """See CameraSide; without a camera dots have no places in 3D."""
+        """See CameraSide; without a camera dots have no 3D positions."""
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
@@ -85,18 +85,18 @@ class DotMessages(_TouchpadSide):
 
     @property
     def suspicion(self) -> str:
-        """Why the reference may not be of the untouched sensor, '' where nothing speaks against it."""
+        """Why the reference may not show the untouched sensor, '' if it is in order."""
         return self.stage.suspicion if self.stage is not None else ''
 
     def set_reference(self) -> None:
-        """Take the next frame as the untouched state, as a stage that is not made yet will do by itself."""
+        """Take the next frame as the untouched state; a stage that does not exist yet starts with that."""
         if self.stage is not None:
             self.stage.set_reference()
 
     def on_image(self, message: Image) -> DotTracks:
         """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
         if self.needs_camera:
-            raise BadFrame('no camera_info: places in 3D need the camera; publish camera_info beside image_raw, or set surface to none')
+            raise BadFrame('no camera_info: 3D positions need the camera; publish camera_info beside image_raw, or set surface to none')
         image = convert.image_to_array(message)
         self.take_camera(lambda size: not any(size) or size == image.shape[1::-1])
         if self.stage is None:
@@ -111,7 +111,7 @@ class ContactMessages(_TouchpadSide):
     """dots -> contact_region, contacts, slip, wrench, points; values: of REGION_PARAMETERS."""
 
     def make_stage(self, matrices: Matrices | None, size: tuple[int, int] | None):
-        """See CameraSide; none where the camera is not calibrated."""
+        """See CameraSide; None if the camera is not calibrated."""
         camera = self._model(matrices)
         return ContactStage(self.sensor, camera, self.values, self.calibration) if camera else None
 
@@ -120,7 +120,7 @@ class ContactMessages(_TouchpadSide):
         tracks = convert.tracks_from_message(message)
         self.take_camera_of(tracks)
         if self.stage is None:
-            raise BadFrame('no usable camera_info yet: the rest places of dots need a calibrated camera')
+            raise BadFrame('no usable camera_info yet: the rest positions of dots need a calibrated camera')
         with self.stamp_of(message) as stamp_s:
             result = self.stage.process(tracks, stamp_s)
         return convert.results_to_messages(result, message.header, topics)

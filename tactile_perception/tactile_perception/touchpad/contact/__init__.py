@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact: loads, states of dots, regions, contacts, slip."""
+"""From dot positions to loads, dot states, contact regions, contacts and slip."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the object's foremost part stands and how deep it is pressed, from the dots that lie on it."""
+"""Contact point and depth from the dots in a contact region."""
 from __future__ import annotations
 
 import math
@@ -14,16 +14,16 @@ from ...common.spherical_cap import Cap
 from ...common.vectors import tangents
 from .region import ContactDots, Region
 
-_SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from that of a plane
-_BENT = 0.1  # turn of the surface (rad) from the middle of a region to its border, under which it is a face
-_ROUND = 2.5  # largest ratio of the principal curvatures of what is taken for a fingertip
-_REACH = 2.6  # pitches around the deepest dot within which depth is smoothed by a quadratic
-_BETWEEN = 0.6  # pitches from the next dot within which a place lies between dots
-_QUADRATIC = 9  # dots needed for the six numbers of a quadratic with some to spare
-_FEWEST = 5  # dots needed for the four of one that curves the same all round
-_ROUND_ONLY = np.eye(6)[:, :4] + np.outer(np.eye(6)[5], np.eye(4)[3])  # from those four numbers to the six
+_SIGNIFICANT = 4.0  # standard deviations by which a curvature must differ from zero; chosen
+_BENT = 0.1  # rad, rotation of the normal from the centre of a region to its border below which the region is a face; chosen
+_ROUND = 2.5  # largest ratio of the principal curvatures of a fingertip; chosen
+_REACH = 2.6  # pitches around the deepest dot in which a quadratic smooths the depth: 21 dots; chosen
+_BETWEEN = 0.6  # pitches to the nearest dot within which a maximum lies between dots; chosen, below 1/sqrt(2) of a cell's centre
+_QUADRATIC = 9  # fewest dots for the six coefficients of a quadratic; chosen
+_FEWEST = 5  # fewest dots for the four coefficients of an isotropic quadratic; chosen
+_ISOTROPIC = np.eye(6)[:, :4] + np.outer(np.eye(6)[5], np.eye(4)[3])  # from these four coefficients to the six
 _RIDGE = 1e-10 * np.eye(6)
-_FINGERTIP = 8e-3  # m, radius of a usual fingertip
+_FINGERTIP = 8e-3  # m, radius of a typical fingertip
 
 
 def quadratic_terms(offset: np.ndarray) -> np.ndarray:
@@ -35,30 +35,28 @@ def quadratic_terms(offset: np.ndarray) -> np.ndarray:
 
 
 def contact_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position (3,), m, of a contact on the present surface, its covariance (3, 3), m^2, and the unit normal (3,) of the surface there.
+    """Contact point (3,), m, on the deformed surface, its covariance (3, 3), m^2, and the unit normal (3,) of the surface there.
 
-    The dots of the region lie on the object. Along a direction in which they curve as a fingertip does, the foremost part is where
-    the object stands lowest, which the curve tells even where it is at the border of the region; along one in which they do not
-    curve (a face, an edge), it is the area centroid of the region. Too few dots leave the shape open, and the covariance says so.
+    The dots of the region lie on the object. Along a principal direction in which they curve like a fingertip, the contact point is the
+    lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
+    dots for a fit the covariance covers both cases.
     """
     centroid, covariance = _centroid(dots, region)
     points = dots.xyz[region.members] - centroid
     if len(points) < _FEWEST:
         return centroid, covariance + _unknown_shape(region.moments.normal), region.moments.normal
-    offset, told, doubt = _round_tip(points, region.moments, dots.sigma)
-    if not told.any() or not offset @ offset < 2 * region.moments.area:
+    offset, projector, tip_covariance = _round_tip(points, region.moments, dots.sigma)
+    if not projector.any() or not offset @ offset < 2 * region.moments.area:
         return centroid, covariance, region.moments.normal
-    untold = np.eye(3)
-    untold[:2, :2] -= told
-    place, slope = region.surface.place_and_normal(centroid[:2] + offset)
-    return place, untold @ covariance @ untold + doubt, slope
+    rest = np.eye(3)
+    rest[:2, :2] -= projector
+    position, normal = region.surface.place_and_normal(centroid[:2] + offset)
+    return position, rest @ covariance @ rest + tip_covariance, normal
 
 
 def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of the lowest place of the object under points (N, 3) from their centroid, m: x and y, told (2, 2), covariance (3, 3) of it.
-
-    told projects on the directions along which the object is round; across them x and y are 0.
-    """
+    """Lowest point of the object through points (N, 3), m, from their centroid: x and y (2,), projector (2, 2) on the directions in which
+    the object is round (x and y are 0 across them), covariance (3, 3)."""
     normal = moments.normal
     frame = np.vstack([tangents(normal), normal])
     bend = _principal_bend(points @ frame.T, sigma)
@@ -68,20 +66,20 @@ def _round_tip(points: np.ndarray, moments: Moments, sigma: float) -> tuple[np.n
     curved = (bend.curvature > _SIGNIFICANT * bend.curvature_sd) & (bend.curvature * reach > _BENT)
     if curved.all() and bend.curvature[1] < _ROUND * bend.curvature[0]:
         return _sphere_tip(points, sigma)
-    offset, told, covariance = np.zeros(2), np.zeros((2, 2)), np.zeros((3, 3))
+    offset, projector, covariance = np.zeros(2), np.zeros((2, 2)), np.zeros((3, 3))
     for k in np.flatnonzero(curved):
         direction = bend.directions[:, k] @ frame[:2]
         steep = direction[2] / normal[2] + bend.slope[k]
         length = -steep / np.hypot(1, steep) / bend.curvature[k]
         offset += length * direction[:2]
         both = np.outer(direction[:2], direction[:2])
-        told += both / np.trace(both)
+        projector += both / np.trace(both)
         covariance[:2, :2] += both * ((length * bend.curvature_sd[k])**2 + bend.slope_sd[k]**2) / bend.curvature[k]**2
-    return offset, told, covariance
+    return offset, projector, covariance
 
 
 def _unknown_shape(normal: np.ndarray) -> np.ndarray:
-    """(3, 3) m^2: were it a fingertip, its tip would stand off the middle of its region as far as the surface is tilted."""
+    """(3, 3) m^2, covariance of the centroid as the tip of a fingertip of unknown shape: its offset grows with the surface's tilt."""
     away = np.array([normal[0], normal[1], 0.0]) * _FINGERTIP
     return np.outer(away, away)
 
@@ -95,8 +93,8 @@ def _centroid(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.ndarray
 
 @dataclass(frozen=True)
 class _Bend:
-    """How a patch curves: along each of two directions (2, 2), columns in the tangent plane, curvature (2,), 1/m, positive where the object
-    bulges into the sensor, smaller first, and slope (2,), with their standard deviations."""
+    """Principal curvatures (2,), 1/m, smaller first, positive where the object bulges into the sensor, along directions (2, 2), columns in
+    the tangent plane, and slopes (2,), with their standard deviations."""
 
     directions: np.ndarray
     curvature: np.ndarray
@@ -106,9 +104,9 @@ class _Bend:
 
 
 def _principal_bend(local: np.ndarray, sigma: float) -> _Bend:
-    """Bend of the quadratic through local (N, 3), m: along two tangents and the normal; few dots tell one that is the same all round."""
+    """Bend of the quadratic fitted to local (N, 3), m, coordinates along two tangents and the normal; isotropic for few dots."""
     terms = quadratic_terms(local[:, :2])
-    kind = np.eye(6) if len(local) >= _QUADRATIC else _ROUND_ONLY
+    kind = np.eye(6) if len(local) >= _QUADRATIC else _ISOTROPIC
     design = terms @ kind
     scale = np.maximum(np.abs(design).max(axis=0), 1e-12)
     design = design / scale
@@ -133,12 +131,12 @@ def _principal(xx: float, xy: float, yy: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def _pseudo_inverse(design: np.ndarray) -> np.ndarray:
-    """(C, N) of design (N, C) with columns of about 1; what the dots do not tell stays 0."""
+    """(C, N), regularised, of design (N, C) with columns of about 1."""
     return lapack.dposv(design.T @ design + _RIDGE[:design.shape[1], :design.shape[1]], design.T)[1]
 
 
 def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """_round_tip by the sphere through points (N, 3), m; x and y are NaN where there is none."""
+    """_round_tip by a sphere fitted to points (N, 3), m; x and y are NaN without a solution."""
     design = np.column_stack([2 * points, np.ones(len(points))])
     scale = np.abs(design).max(axis=0)
     inverse = _pseudo_inverse(design / scale)
@@ -150,10 +148,9 @@ def _sphere_tip(points: np.ndarray, sigma: float) -> tuple[np.ndarray, np.ndarra
 
 
 def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
-    """Depth, m: how far along z the object would have to go back to just touch the surface at rest.
+    """Depth, m: the distance along z by which the object must retract to just touch the surface at rest.
 
-    It is the largest height of the rest shape over the present surface in the region; a quadratic through the dots
-    around the deepest one takes the noise out and finds the place between them.
+    The largest height of the rest shape above the deformed surface in the region, by a quadratic fitted around the deepest dot.
     """
     points = dots.xyz[region.members]
     if not len(points):
@@ -171,12 +168,12 @@ def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
 
 
 def _smoothed_peak(offset: np.ndarray, gap: np.ndarray) -> float:
-    """Largest value of the quadratic through gap (N,) at offset (N, 2), pitches: at the dots or at its top between them, no farther out."""
+    """Maximum of the quadratic fitted to gap (N,) at offset (N, 2), pitches, at the dots or between them: it is not extrapolated."""
     design = quadratic_terms(offset)
     found = lapack.dposv(design.T @ design + 10 * _RIDGE, design.T @ gap)[1]
     best = (design @ found).max()
     across = found[3] * found[5] - found[4]**2
-    if found[3] >= 0 or across <= 0:  # no top: not bent down in both directions
+    if found[3] >= 0 or across <= 0:  # no maximum
         return best
     top = np.array([found[4] * found[2] - found[5] * found[1], found[4] * found[1] - found[3] * found[2]]) / across
     away = offset - top

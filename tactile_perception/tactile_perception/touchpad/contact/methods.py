@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which dots touch, stick and slip: the methods by name, behind one call."""
+"""Classification of dots as free, sticking or slipping: the methods by name, behind one interface."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,9 +17,10 @@ from ..membrane.forces import MembraneMaterial
 from .published import PaperRegion
 from .stick_slip import StickSlipTracker
 
+
 class AllDots(NamedTuple):
-    """All K dots of the grid, those not seen as the membrane has them. xyz: (K, 3) m; score, state: (K,); force: (K, 3) N on the sensor,
-    whose sum is the wrench's."""
+    """All K dots of the grid, unseen ones interpolated. xyz: (K, 3) m; score, state: (K,); force: (K, 3) N on the sensor, which sum up to
+    the wrench's force."""
 
     xyz: np.ndarray
     score: np.ndarray
@@ -29,52 +30,52 @@ class AllDots(NamedTuple):
 
 @dataclass(frozen=True)
 class DotClassification:
-    """What a method says of the seen dots of one frame.
+    """Classification of the N seen dots of one frame.
 
-    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None where the
-    method knows no forces; wrench: (6,) N and N m at the sensor's origin, NaN where not known; whole: None where the method knows only
-    the dots that are seen.
+    state: (N,) uint8, 0 none, 1 sticking, 2 slipping; score: (N,), above 0.5 in contact; force: (N, 3) N on the sensor, None if the
+    method estimates no forces; wrench: (6,) N and N m at the sensor's origin, NaN if unknown; all_dots: None if the method does not
+    interpolate unseen dots.
     """
 
     state: np.ndarray
     score: np.ndarray
     force: np.ndarray | None
     wrench: np.ndarray
-    whole: AllDots | None = None
+    all_dots: AllDots | None = None
 
 
 class MembraneMethod:
-    """The membrane's own force balance, seen by a camera with its centre at origin (3,), m."""
+    """By the membrane's force balance; origin: (3,) m, camera centre."""
 
     def __init__(self, rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray):
         self._shape = rows, columns
-        self._balance = LoadEstimator(rows, columns, material, origin)
+        self._estimator = LoadEstimator(rows, columns, material, origin)
         self._states = StickSlipTracker(rows, columns, origin)
 
-    def renew(self, rest_xyz: np.ndarray) -> None:
-        """Take the dots' rest places (K, 3), m."""
-        self._balance.renew(rest_xyz)
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Set the dots' rest positions (K, 3), m."""
+        self._estimator.set_rest(rest_xyz)
 
-    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
-        """The states of dots ids (N,) at xyz (N, 3), m."""
-        moved, seen = self._balance.displacements(ids, xyz)
-        if self._balance.unloaded(moved):
-            return self._untouched(self._balance.membrane.rest + moved, seen, ids)
-        loads = self._balance.loads(moved, seen)
-        score = contact_score(self._balance.membrane, loads)
+    def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
+        """Classify dots ids (N,) at xyz (N, 3), m."""
+        moved, seen = self._estimator.displacements(ids, xyz)
+        if self._estimator.unloaded(moved):
+            return self._untouched(self._estimator.membrane.rest + moved, seen, ids)
+        loads = self._estimator.loads(moved, seen)
+        score = contact_score(self._estimator.membrane, loads)
         state = self._states.update(loads, score)
         carries = self._carrying(loads, score)
         return DotClassification(state[ids], score[ids], loads.force[ids], loads.wrench(carries),
                          AllDots(loads.xyz, score, state, loads.force * carries[:, None]))
 
     def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> DotClassification:
-        """Of a frame in which no dot at xyz (K, 3), m, carries a load."""
-        self._states.rest(xyz, seen)
-        whole = AllDots(xyz, np.zeros(len(xyz)), np.zeros(len(xyz), np.uint8), np.zeros(xyz.shape))
-        return DotClassification(whole.state[ids], whole.score[ids], whole.force[ids], np.zeros(6), whole)
+        """Result of a frame without loads; xyz: (K, 3) m; seen: (K,) bool."""
+        self._states.observe_free(xyz, seen)
+        every = AllDots(xyz, np.zeros(len(xyz)), np.zeros(len(xyz), np.uint8), np.zeros(xyz.shape))
+        return DotClassification(every.state[ids], every.score[ids], every.force[ids], np.zeros(6), every)
 
     def _carrying(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
-        """(K,) 1 for the dots that carry a load and those beside them, on which a border's load spreads; 0 where nothing touches."""
+        """(K,) 1 for loaded dots and their neighbours, which carry a part of a border's load, 0 for others and without contact."""
         if not (score > 0.5).any():
             return np.zeros(len(score))
         loaded = (loads.load > 0.5).astype(float).reshape(self._shape)
@@ -82,19 +83,19 @@ class MembraneMethod:
 
 
 class PaperMethod:
-    """The paper's tests on the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); knows no forces."""
+    """By the movements of dots (paper touchpad_contact_region, eqs 2, 7, 9 to 14); estimates no forces."""
 
     def __init__(self, rows: int, columns: int, d_max: float, delta_d: float):
         self._shape = rows, columns
         self._region = PaperRegion(rows, columns, d_max, delta_d)
         self._rest = np.full((rows * columns, 3), np.nan)
 
-    def renew(self, rest_xyz: np.ndarray) -> None:
-        """Take the dots' rest places (K, 3), m."""
+    def set_rest(self, rest_xyz: np.ndarray) -> None:
+        """Set the dots' rest positions (K, 3), m."""
         self._rest = rest_xyz
 
-    def judge(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
-        """The states of dots ids (N,) at xyz (N, 3), m."""
+    def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
+        """Classify dots ids (N,) at xyz (N, 3), m, at stamp_s."""
         state = self._region.process(ids, xyz, self._rest[ids], stamp_s).state
         score = label_score(to_grid(ids, (state > 0).astype(float), *self._shape)).ravel()[ids]
         return DotClassification(state, score, None, np.full(6, np.nan))
@@ -107,5 +108,5 @@ CONTACT_METHODS = {
 
 
 def make_method(rows: int, columns: int, material: MembraneMaterial, origin: np.ndarray, values: Mapping) -> MembraneMethod | PaperMethod:
-    """The method that values (of REGION_PARAMETERS) name, for a camera with its centre at origin (3,), m."""
+    """The method that values (of REGION_PARAMETERS) select; origin: (3,) m, camera centre."""
     return CONTACT_METHODS[values['contact']](rows, columns, material, origin, values)

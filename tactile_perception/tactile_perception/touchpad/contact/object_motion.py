@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The object's motion from the dots that move with it, and the slip of the others over it."""
+"""The object's rigid motion over a fixed interval from sticking dots, and the slip of the other dots relative to it."""
 from __future__ import annotations
 
 import itertools
@@ -13,14 +13,13 @@ from ...common.rigid_motion import RigidFit, fit_rigid_robust
 from ...errors import BadArgument, BadFrame, DegenerateFit
 from .region import ContactDots
 
-_FEWEST = 6  # dots that must share a motion before it is taken for the object's
+_FEWEST = 6  # dots that must agree on a motion; chosen: twice the three that determine it
 
 
 @dataclass(frozen=True)
 class MotionEstimate:
-    """The object's motion over interval s, None and NaN when unknown; slip: (N, 3) m, of each touched dot over the object in that time.
-
-    slip is NaN for dots that do not touch, were not seen before, or where the motion is unknown.
+    """motion: of the object over interval, s, None and NaN when unknown; slip: (N, 3) m, of each dot over the object in that time, NaN for
+    dots that are free or were not seen before, and where the motion is unknown.
     """
 
     motion: RigidFit | None
@@ -29,10 +28,9 @@ class MotionEstimate:
 
 
 class ObjectMotion:
-    """The object's motion since interval_s ago, frame by frame, on a rows x columns grid.
+    """The object's motion over the last interval_s, s, frame by frame, on a rows x columns grid.
 
-    The motion is what most of the dots share that stuck all the time in between; the fit is robust, so that wrong states do not bend it. A
-    gross slip, where no dot sticks, leaves it unknown: the dots then do not see the object move.
+    A robust rigid fit to the dots that stuck during the whole interval. In gross slip no dot sticks and the motion is unknown.
     """
 
     def __init__(self, rows: int, columns: int, interval_s: float = 0.1):
@@ -46,7 +44,7 @@ class ObjectMotion:
         self._past: deque[tuple[float, np.ndarray, np.ndarray]] = deque()
 
     def process(self, dots: ContactDots, stamp_s: float) -> MotionEstimate:
-        """Motion until this frame. Raises BadFrame for a stamp that is not later than the last."""
+        """Motion up to this frame. Raises BadFrame for a stamp that is not later than the last."""
         if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
             raise BadFrame(f'object motion: stamp {stamp_s} s is not later than the last; frame skipped')
         states = np.zeros(self.rows * self.columns, np.uint8)
@@ -76,7 +74,7 @@ class ObjectMotion:
 
 
 def _shared_motion(before: np.ndarray, now: np.ndarray, sigma: float) -> RigidFit | None:
-    """The motion that at least half of the dots share, None where there is none such or they leave it open."""
+    """The motion that at least half of the dots share; None without such a motion or if they do not determine it."""
     if len(before) < _FEWEST:
         return None
     try:

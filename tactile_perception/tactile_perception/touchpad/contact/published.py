@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact states of dots by the movements of a rigid object (paper touchpad_contact_region, sections 3.2 and 3.3)."""
+"""Contact states of dots by the motion of a rigid object (paper touchpad_contact_region, sections 3.2 and 3.3)."""
 from __future__ import annotations
 
 from collections import deque
@@ -13,17 +13,14 @@ from ...common.rigid_motion import RigidFit, fit_rigid
 from ...errors import BadArgument, BadFrame, DegenerateFit
 
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
-_BLOCK = 16  # kept frames that are compared with the present one at a time
-_AROUND = 9  # dots around the reference dot that are taken to stick (section 3.2)
+_BLOCK = 16  # frames compared at a time; affects speed only
+_AROUND = 9  # dots around the reference dot that are assumed to stick (section 3.2: "at least a set of nine dots")
 
 
 @dataclass(frozen=True)
 class PaperStates:
-    """What the paper's tests say of one frame.
-
-    state: (N,) uint8 of NON_CONTACT, STICKING, SLIPPING; reference_id: number of the reference dot, -1 where there is none;
-    motion: the object's from t_p to now, None when unknown; interval: t_c - t_p, s, NaN when unknown.
-    """
+    """state: (N,) uint8 of NON_CONTACT, STICKING, SLIPPING; reference_id: number of the contact reference dot, -1 without one;
+    motion: the object's from t_p to t_c, None when unknown; interval: t_c - t_p, s, NaN when unknown."""
 
     state: np.ndarray
     reference_id: int
@@ -34,9 +31,9 @@ class PaperStates:
 class PaperRegion:
     """States of dots on a rows x columns grid, frame by frame.
 
-    d_max: movement of the farthest moved dot that makes an interval long enough, m (eq 10); delta_d: threshold of the tests, m
-    (eqs 12, 14): the paper's 12.0 and 2.5 px. horizon_s: how long frames are kept to search t_p in, s. While no kept frame is
-    d_max away, the states stay; once no dot is d_max from its untouched place, none touches.
+    d_max: m, largest displacement that makes an interval long enough (D_max, eq 10); delta_d: m, threshold of the tests (eqs 12, 14):
+    the paper's 12.0 and 2.5 px in m. horizon_s: s, time in which t_p is searched. While no frame in it is d_max away, the states stay;
+    once no dot is d_max from its untouched position, none is in contact.
     """
 
     def __init__(self, rows: int, columns: int, d_max: float = 0.91e-3, delta_d: float = 0.19e-3, horizon_s: float = 4.0):
@@ -53,9 +50,9 @@ class PaperRegion:
         self._state = np.zeros(self.rows * self.columns, np.uint8)
 
     def process(self, ids: np.ndarray, xyz: np.ndarray, rest_xyz: np.ndarray, stamp_s: float) -> PaperStates:
-        """States of the dots ids (N,) seen at xyz (N, 3), untouched at rest_xyz (N, 3), sensor frame, m, at stamp_s.
+        """States of the dots ids (N,) at xyz (N, 3), untouched at rest_xyz (N, 3), sensor frame, m, at stamp_s.
 
-        Dots with NaN in xyz count as not seen. Raises BadFrame for a stamp that is not later than the last, BadArgument for wrong shapes.
+        Dots with NaN in xyz count as unseen. Raises BadFrame for a stamp that is not later than the last, BadArgument for wrong shapes.
         """
         now, moved = self._laid_out(ids, xyz, rest_xyz, stamp_s)
         try:
@@ -89,7 +86,7 @@ class PaperRegion:
         return PaperStates(self._state[ids], reference, motion, stamp_s - since)
 
     def _previous(self, now: np.ndarray) -> tuple[np.ndarray | None, float]:
-        """Places at t_p and t_p: the newest frame from which some dot has moved by more than d_max (eqs 10, 13)."""
+        """Positions at t_p, and t_p: the newest frame from which some dot has moved by more than d_max (eq 10)."""
         past = list(self._past)
         for end in range(len(past), 0, -_BLOCK):
             block = past[max(end - _BLOCK, 0):end]
@@ -102,11 +99,11 @@ class PaperRegion:
 
     @staticmethod
     def _reference(moved: np.ndarray) -> int:
-        """Number of the dot farthest from its untouched place (eq 2); -1 if no dot can be compared."""
+        """Number of the dot farthest from its untouched position (eq 2); -1 if no dot can be compared."""
         return int(np.nanargmax(moved)) if np.isfinite(moved).any() else -1
 
     def _object_motion(self, reference: int, before, now, both) -> RigidFit:
-        """The object's motion from the seen dots nearest to the reference dot on the grid, which are taken to stick."""
+        """The object's motion from the seen dots nearest to the reference dot on the grid, assumed to stick (eq 3)."""
         seen = np.flatnonzero(both)
         row, column = np.divmod(seen, self.columns)
         distance = (row - reference // self.columns)**2 + (column - reference % self.columns)**2
@@ -114,9 +111,9 @@ class PaperRegion:
         return fit_rigid(before[around], now[around])
 
     def _decide(self, reference: int, motion: RigidFit, before, now, both) -> None:
-        """Tests (12) and (14), in the order that the previous state asks for."""
+        """Eq 12 for dots that were free, eqs 12 and 14 for dots that were in contact."""
         displacement = now - before
-        # Eq 7 as it stands: R(-w) is the transpose of the object's rotation.
+        # Right side of eq 7; R(-w) is the transpose of the object's rotation.
         predicted = displacement + (now[reference] - now) @ (np.eye(3) - motion.rotation.T).T
         difference = displacement[reference] - predicted
         normals = grid_normals(now.reshape(self.rows, self.columns, 3)).reshape(-1, 3)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the object touches in one frame: regions, and the figures that describe them, from scores and places of dots."""
+"""Contact regions of one frame and their area, centroid, normal and axes, from scores and positions of dots."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -18,17 +18,17 @@ from ...common.rigid_motion import RigidFit
 from ...common.rotations import quaternion
 from ...errors import BadArgument
 
-_MASK_SCALE = 8  # pixels a pitch, of the raster that tells which dots lie in which region
+_MASK_SCALE = 8  # pixels a pitch, of the mask that assigns dots to regions; chosen
 
 
 @dataclass
 class ContactDots:
-    """What is known of the dots of one frame; entry k of each array belongs to the same dot.
+    """The dots of one frame; entry k of each array belongs to the same dot.
 
     rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
     above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
-    deviation of a coordinate of xyz, m; whole: places (K, 3), m, and scores (K,), and what follows them, of all dots of the grid, of those
-    not seen as the membrane has them, where that is known. Raises BadArgument for shapes that differ or numbers that are not finite.
+    deviation of a coordinate of xyz, m; all_dots: first positions (K, 3), m, then scores (K,), of all dots of the grid, unseen ones
+    interpolated, or None. Raises BadArgument for shapes that differ or numbers that are not finite.
     """
 
     rows: int
@@ -39,8 +39,8 @@ class ContactDots:
     score: np.ndarray
     state: np.ndarray
     force: np.ndarray | None = None
-    sigma: float = 30e-6
-    whole: Sequence[np.ndarray] | None = None
+    sigma: float = 30e-6  # chosen
+    all_dots: Sequence[np.ndarray] | None = None
 
     def __post_init__(self):
         count = len(self.ids)
@@ -48,22 +48,22 @@ class ContactDots:
         for name, shape in shapes.items():
             values = getattr(self, name)
             if values is not None and (np.shape(values) != shape or not np.isfinite(values).all()):
-                raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave dots out that are not known')
+                raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave out unknown dots')
         if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
             raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
 
     def grids(self) -> tuple[np.ndarray, np.ndarray]:
-        """Places (rows, columns, 3), m, and scores (rows, columns) of all dots; NaN where a dot was not seen and nothing is known of it."""
-        if self.whole is None:
+        """Positions (rows, columns, 3), m, and scores (rows, columns) of all dots; NaN where unknown."""
+        if self.all_dots is None:
             return to_grid(self.ids, self.xyz, self.rows, self.columns), to_grid(self.ids, self.score, self.rows, self.columns)
-        return self.whole[0].reshape(self.rows, self.columns, 3), self.whole[1].reshape(self.rows, self.columns)
+        return self.all_dots[0].reshape(self.rows, self.columns, 3), self.all_dots[1].reshape(self.rows, self.columns)
 
 
 @dataclass(frozen=True)
 class Region:
     """One separate region.
 
-    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: the present one.
+    members: (N,) bool, the frame's dots in it; pitch: of the dots, m; surface: of this frame.
     """
 
     outline: Outline
@@ -89,12 +89,12 @@ def find_regions(dots: ContactDots) -> list[Region]:
     moments = MomentField(surface, outlines)
     members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
     regions = [Region(outline, moments.of(outline), inside, moments.pitch, surface) for outline, inside in zip(outlines, members)]
-    # Two dots that nearly touch may make the smooth score between them one that does: no dot in it, no contact.
+    # Between two dots just below the threshold the interpolated score may exceed it: a region without dots is no contact.
     return [region for region in regions if region.moments.area > 0 and region.members.any()]
 
 
 def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
-    """(N,) bool: the dots that touch, in the outline and in none of its holes."""
+    """(N,) bool: the dots in contact inside the outline and outside its holes."""
     mask = np.zeros(((dots.rows + 1) * _MASK_SCALE, (dots.columns + 1) * _MASK_SCALE), np.uint8)
     loops = [np.round((loop[:, ::-1] + 0.5) * _MASK_SCALE).astype(np.int32) for loop in (outline.grid_points, *outline.grid_holes)]
     cv2.fillPoly(mask, loops, 1)
@@ -103,7 +103,7 @@ def _within(outline: Outline, dots: ContactDots) -> np.ndarray:
 
 
 def describe(dots: ContactDots, regions: list[Region], motion: RigidFit | None = None, interval: float = np.nan) -> ContactRegionEstimate:
-    """All fields of ContactRegion for one frame; motion: of the object over interval s, None when unknown."""
+    """The ContactRegion of one frame; motion: of the object over interval, s, None when unknown."""
     estimate = ContactRegionEstimate(np.asarray(dots.ids), np.asarray(dots.state))
     if motion is not None and np.isfinite(interval):
         estimate.motion_translation = motion.translation

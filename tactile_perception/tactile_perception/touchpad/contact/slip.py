@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip of the object over the sensor, from the states and movements of the dots."""
+"""Slip of the object over the sensor, from the states and motions of the dots."""
 from __future__ import annotations
 
 from collections import deque
@@ -13,17 +13,17 @@ from ...errors import BadArgument, BadFrame
 from .region import ContactDots
 from .object_motion import MotionEstimate
 
-_FEWEST = 6  # dots from which a twist or a centre is told
-_TOLD = 2.0  # a contact's movement is told where it is this many times its own doubt
-_WINDOW_S = 0.15  # time over which the contact's own movement is measured
+_FEWEST = 6  # dots that determine a twist or a centre; chosen
+_SIGNIFICANT = 2.0  # standard deviations above which a contact's drift is used; chosen
+_WINDOW_S = 0.15  # s, over which a contact's drift is measured; chosen
 
 
 class SlipEstimator:
     """Slip frame by frame.
 
-    While some dots stick, they carry the object's motion and the others' slip is measured against it. Once all slip, the object is only
-    seen by where it touches: its contact moves on while the dots stay. That tells a translation (too slow a one where a face is larger
-    than its contact, whose border then lags behind); a turn in place stays unknown, but friction tells its centre.
+    While some dots stick, slip is measured relative to their motion. In gross slip it is the drift of the contact over the dots: a
+    translation, underestimated for a face larger than its contact, whose border lags behind. A rotation in place is unobservable; its
+    centre follows from friction.
     """
 
     def __init__(self):
@@ -52,9 +52,9 @@ class SlipEstimator:
         estimate = SlipEstimate(self._state, fraction, x=place[:, 0], y=place[:, 1])
         centre = None if dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
         turns = self._state == GROSS and (centre is None or np.isfinite(centre).all())
-        velocity = (self._gross(dots, contacts, turns) if self._state == GROSS else _measured(motion))[slipping]
+        velocity = (self._gross_velocity(dots, contacts, turns) if self._state == GROSS else _relative_velocity(motion))[slipping]
         estimate.vx, estimate.vy = velocity.T
-        self._whole(estimate, place, velocity, centre)
+        self._add_twist(estimate, place, velocity, centre)
         return estimate
 
     def _remember(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
@@ -63,24 +63,24 @@ class SlipEstimator:
         while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6) or (self._state != GROSS and len(self._past) > 1):
             self._past.popleft()
 
-    def _gross(self, dots: ContactDots, contacts: list[ContactEstimate], turns: bool) -> np.ndarray:
-        """(N, 2) m/s of the object over the surface at the dots of each contact, from its drift; NaN where it turns or may turn."""
+    def _gross_velocity(self, dots: ContactDots, contacts: list[ContactEstimate], turns: bool) -> np.ndarray:
+        """(N, 2) m/s of the object over the surface at the dots of each contact, from its drift; NaN if it turns or may turn."""
         velocity = np.full((len(dots.ids), 2), np.nan)
         for contact in () if turns else contacts:
             drift = self._drift(contact.id)
-            doubt = np.sqrt(2 * np.trace(contact.position_covariance[:2, :2])) / _WINDOW_S
-            if np.linalg.norm(drift) > _TOLD * doubt:
+            sigma = np.sqrt(2 * np.trace(contact.position_covariance[:2, :2])) / _WINDOW_S
+            if np.linalg.norm(drift) > _SIGNIFICANT * sigma:
                 velocity[contact.members] = drift
         return velocity
 
     def _drift(self, number: int) -> np.ndarray:
-        """(2,) m/s: how fast a contact moves over the dots it holds; NaN before it has lasted half the window."""
+        """(2,) m/s of a contact relative to its dots; NaN before it has lasted half the window."""
         seen = [(stamp, *places[number]) for stamp, places in self._past if number in places]
         if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
             return np.full(2, np.nan)
         stamps, places = np.array([stamp for stamp, *_ in seen]), np.array([place for _, place, *_ in seen])
         first, last = np.triu_indices(len(seen), 1)
-        # The median over pairs of frames (Theil, Sen) does not mind that the position jumps once when the object's shape becomes known.
+        # Theil-Sen slope: robust to the one step of the position when the object's shape becomes known.
         speed = np.median((places[last] - places[first]) / (stamps[last] - stamps[first])[:, None], axis=0)
         (_, _, before_id, before), (_, _, now_id, now) = seen[0], seen[-1]
         _, at, then = np.intersect1d(now_id, before_id, assume_unique=True, return_indices=True)
@@ -88,30 +88,30 @@ class SlipEstimator:
             return speed
         return speed - np.mean(now[at] - before[then], axis=0) / (stamps[-1] - stamps[0])
 
-    def _whole(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, centre: np.ndarray | None) -> None:
-        """The twist that the slipping dots at place (S, 3) share, in the x-y plane, and its centre: from velocities, else from friction."""
+    def _add_twist(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, centre: np.ndarray | None) -> None:
+        """Set the planar twist of the slipping dots at place (S, 3), m, and its centre: from velocity (S, 2), else from friction."""
         if self._state == NONE:
             estimate.linear, estimate.angular = np.zeros(3), np.zeros(3)
             return
         known = np.isfinite(velocity).all(axis=1)
         if known.sum() >= _FEWEST:
             linear, turn, centre = planar_twist(place[known, :2], velocity[known])
-            if self._state == GROSS:  # known at all only where friction told a translation
+            if self._state == GROSS:  # velocities are known only in a translation
                 linear, turn, centre = np.mean(velocity[known], axis=0), 0.0, np.full(2, np.nan)
             estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
         if centre is not None and np.isfinite(centre).all():
             estimate.rotation_center = np.array([*centre, place[:, 2].mean()])
 
 
-def _measured(motion: MotionEstimate) -> np.ndarray:
-    """(N, 2) m/s of the object over the surface at each dot, measured against the dots that stick."""
+def _relative_velocity(motion: MotionEstimate) -> np.ndarray:
+    """(N, 2) m/s of the object over the surface at each dot, relative to the sticking dots."""
     return np.full((len(motion.slip), 2), np.nan) if motion.motion is None else -motion.slip[:, :2] / motion.interval
 
 
 def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
-    """(2,) m: point about which friction force (S, 2) at place (S, 2) turns, NaN for a translation; None where there is none.
+    """(2,) m: rotation centre of the friction forces force (S, 2) at place (S, 2), NaN for a translation; None if undetermined.
 
-    Friction on the surface points the way the object slides over it, so that its field has the centre of the field of velocities.
+    Friction on the surface points along the object's velocity, so both fields have the same centre.
     """
     if len(place) < _FEWEST or not force.any() or (place == place[0]).all():
         return None

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Separate touches: one Contact for each region, under a number that it keeps while the touch lasts."""
+"""Contact tracking: one Contact for each region, under an id that it keeps while the touch lasts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -14,19 +14,19 @@ from .contact_point import contact_depth, contact_point
 from ...errors import BadArgument
 from .region import ContactDots, Region
 
-_NOTCH = 1.3  # pitches that the outline of one touch may stand back from its convex hull: two that have run together do by more
-_DOUBTED = 15  # frames for which what has merged counts as several touches
-_LASTING = 5  # frames from which on a touch is one of its own, not a part of one that is just beginning
+_NOTCH = 1.3  # pitches, convexity defect of an outline from which it may be two merged touches; chosen
+_MERGED_FRAMES = 15  # for which a merged region is AMBIGUOUS; chosen
+_LASTING = 5  # frames after which a region is a touch of its own, not a part of one that is just beginning; chosen
 
 
 class ContactTracker:
     """Contacts frame by frame.
 
-    A region goes on as the contact of the last frame with which it shares most dots; with none in common, as the nearest one that is
-    not farther than a pitch and a half from border to border. Of regions that merge, the one with most dots in common gives its
-    number; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only if its outline shows a notch. Of parts
-    that a region splits into, the one with most dots in common keeps the number.
-    calibrated_depth, calibrated_radius: m, largest depth and distance from the z axis that calibration covered; None: not known.
+    A region continues the contact of the last frame with which it shares most dots; without common dots, the nearest one within a pitch
+    and a half from border to border. Of merging regions, the one with most common dots gives its id; if both had lasted, the contact is
+    AMBIGUOUS for the next frames, and longer only while its outline has a notch. Of the parts of a region that splits, the one with most
+    common dots keeps the id.
+    calibrated_depth, calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown.
     """
 
     def __init__(self, cap: Cap, calibrated_depth: float | None = None, calibrated_radius: float | None = None):
@@ -38,7 +38,7 @@ class ContactTracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the present touches; numbers are not used again."""
+        """Forget all contacts; ids are not used again."""
         self._last: dict[int, _Track] = {}
 
     def process(self, dots: ContactDots, regions: list[Region]) -> list[ContactEstimate]:
@@ -58,10 +58,10 @@ class ContactTracker:
         return contacts
 
     def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
-        """Frames for which region k still counts as merged: it swallows a contact that ends now, or did before and has not split since."""
+        """Frames for which region k still counts as merged: it absorbs a contact that ends now, or did before and has not split since."""
         ended = [track for other, track in self._last.items() if other not in chosen.values() and track.age >= _LASTING]
         if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
-            return _DOUBTED
+            return _MERGED_FRAMES
         before = self._last.get(number)
         whole = before is not None and sum(bool(some & before.held) for some in held) == 1
         return max(before.merged - 1, 0) if whole else 0
@@ -93,7 +93,7 @@ class _Track:
 
 
 def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:
-    """Number for each region that goes on: pairs by most dots in common, then by the least gap."""
+    """Id for each region that continues a contact: greedily by most common dots, then by the smallest gap."""
     pairs = []
     for k, region in enumerate(regions):
         for number, track in last.items():
@@ -110,7 +110,7 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
 
 
 def _force(dots: ContactDots, region: Region) -> np.ndarray:
-    """(3,) N: forces of the dots in the region and of their neighbours, where a border between dots leaves a part."""
+    """(3,) N: forces of the dots in the region and of their neighbours, which carry a part of the border's load."""
     inside = np.zeros(dots.rows * dots.columns, np.uint8)
     inside[dots.ids[region.members]] = 1
     near = cv2.boxFilter(inside.reshape(dots.rows, -1), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
@@ -118,8 +118,8 @@ def _force(dots: ContactDots, region: Region) -> np.ndarray:
 
 
 def _deepest_notch(loop: np.ndarray) -> float:
-    """How far loop (M, 2) of (row, column) stands back from its convex hull at most, pitches."""
-    scale = 64  # OpenCV measures defects of whole numbers, in 1/256
+    """Largest convexity defect of loop (M, 2) of (row, column), pitches."""
+    scale = 64  # OpenCV takes integer points and returns defects in 1/256
     points = np.rint(loop * scale).astype(np.int32)
     points = points[(points != np.concatenate([points[-1:], points[:-1]])).any(axis=1)].reshape(-1, 1, 2)
     if len(points) < 4:

@@ -1,11 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rigid motion of an object between two frames from the dots that it carries along, followed from frame to frame.
+"""Robust fit of an object's rigid motion between two frames to the motions of the dots in contact.
 
-A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse. So a dot that is carried agrees across its
-ray with the object's motion; and each dot that touches, carried or not, follows the object along the normal, as well as that is known. A
-motion is a twist (6,): velocity of the point at the centre (m a frame) and w = 2 tan(angle / 2) times the axis; Cayley's form makes it
-exact and linear: after - before = v + w x ((before + after) / 2 - centre).
+A camera measures a dot's motion across its ray to a micrometre and along it fifty times worse. Sticking dots follow the object across
+their rays; all dots in contact, sticking or slipping, follow it along the surface normal. A motion is a twist (6,): translation of the
+centre (m a frame) and w = 2 tan(angle / 2) times the axis. Cayley's form is exact and linear:
+after - before = v + w x ((before + after) / 2 - centre).
 """
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ from scipy.linalg import lapack
 
 from ...common.vectors import cross
 
-# Scale of a turn against a shift, m: both count alike at this distance.
-_LEVER = 5e-3
-# Cosine from which a dot that is ahead counts as leading, and how much less its distance then speaks against it.
-_LEADS, _PATIENCE = 0.3, 0.04
-_RIDGE, _LOOSE = 1e-4, 1e-3
+_LEVER = 5e-3  # m, distance at which rotation and translation weigh the same in the prior; chosen
+# A dot whose residual points along its drag (cosine above the first) leads the object; its squared residual counts by the second; chosen.
+_LEADS, _LEADING_WEIGHT = 0.3, 0.04
+_RIDGE, _LOOSE = 1e-4, 1e-3  # weights of the prior, in dots, that keep a fit regular; chosen
 _PRIOR = np.diag([1, 1, 1, _LEVER**2, _LEVER**2, _LEVER**2])
-_NARROWINGS = 4
+_ITERATIONS = 4  # of reweighting; chosen
 
 
 class DotMotions:
-    """Motions of N dots that touch an object between two frames: before, after (N, 3) m, normals (N, 3), seen from origin (3,).
+    """Motions of N dots in contact between two frames: before, after (N, 3) m, normals (N, 3), seen from origin (3,), m.
 
     across, along: standard deviation of a motion across the ray and along the normal, m. centre (3,) m: of the twists; moved_across
     (N, 3) m: the motions across the rays.
@@ -36,7 +35,7 @@ class DotMotions:
         self.moved_across, rays = across_rays(before, after, origin)
         moved = after - before
         self.rows = _rows((before + after) / 2 - self.centre)
-        # Rows of each dot's equations, the right side last: across the ray and along the normal.
+        # Each dot's equations, the right side last: across the ray and along the normal.
         parts = np.empty((len(before), 3, 7))
         np.subtract(self.rows, rays[:, :, None] * np.matmul(rays[:, None], self.rows), out=parts[:, :, :6])
         parts[:, :, 6] = self.moved_across
@@ -45,22 +44,22 @@ class DotMotions:
         touching[:, :6] = np.matmul(normals[:, None], self.rows)[:, 0]
         touching[:, 6] = np.einsum('ij,ij->i', moved, normals)
         self._rows_normal, self._moved_normal = np.ascontiguousarray(touching[:, :6]), touching[:, 6].copy()
-        # Each dot's part of the normal equations, so that a fit is a product with the weights.
+        # Each dot's normal equations: a fit sums them by the weights.
         self._carried_parts = np.matmul(parts.transpose(0, 2, 1), parts).reshape(-1, 49)
         self._touching_parts = (((across / along)**2 * touching)[:, :, None] * touching[:, None]).reshape(-1, 49)
 
     def residuals(self, twist: np.ndarray) -> np.ndarray:
-        """What each dot moved beyond the twist (6,), across its ray, (N, 3) m."""
+        """(N, 3) m: each dot's motion across its ray less that of the twist (6,)."""
         return self.moved_across - (self._rows_across @ twist).reshape(-1, 3)
 
     def normal_residuals(self, twist: np.ndarray) -> np.ndarray:
-        """The same along the normals, (N,) m."""
+        """(N,) m: the same along the normals."""
         return self._moved_normal - self._rows_normal @ twist
 
     def fit(self, carried: np.ndarray, touching: np.ndarray, expected: np.ndarray | None = None, hold: float = 0.0) -> np.ndarray:
         """Twist (6,) by least squares: across the rays with weights carried (N,), along the normals with weights touching (N,).
 
-        expected (6,) counts as hold dots that were carried like that.
+        expected (6,): prior that weighs as much as hold dots.
         """
         system = (carried @ self._carried_parts + touching @ self._touching_parts).reshape(7, 7)
         matrix, right = system[:6, :6] + _RIDGE * _PRIOR, system[:6, 6]
@@ -69,27 +68,25 @@ class DotMotions:
         return lapack.dposv(matrix, right)[1]
 
     def constrained_to_normals(self, twist: np.ndarray) -> np.ndarray:
-        """twist (6,) with what moves the face along its normals (shift and tilt) taken from the dots, and the rest, that slip may hide,
-        left alone."""
+        """twist (6,) with the components that move the surface along its normals fitted to the dots, the others, which slip hides, kept."""
         touching = 1 / (1 + (self.normal_residuals(twist) / (10 * self.along))**2)
         return self.fit(np.zeros(len(touching)), touching, twist, _LOOSE)
 
     def fit_robust(self, start: np.ndarray | None, drag: np.ndarray, coarse: float, fine: float, hold: float,
                weights: np.ndarray) -> np.ndarray:
-        """The twist of what carries the dots, near start (None: near their mean motion), the bound on what agrees narrowed from coarse to
-        fine, m.
+        """Twist (6,) of the object by iteratively reweighted least squares, the scale of the residuals reduced from coarse to fine, m.
 
-        drag (N, 3): load across the surface on each dot. One that lags behind in that direction may slip and soon counts nothing; one that
-        leads cannot, and keeps counting. weights (N,): how likely each dot sticks; start counts as hold dots.
+        start: initial twist and prior that weighs hold dots, None: fit to all dots. drag: (N, 3) tangential load on each dot; a dot that
+        lags in its direction may slip and loses its weight, one that leads cannot slip and keeps it. weights: (N,) probability of sticking.
         """
         twist = self.fit(weights, np.ones(len(weights))) if start is None else start
         leading = _LEADS * lengths(drag)
-        for narrowing in range(_NARROWINGS):
-            bound = coarse * (fine / coarse)**(narrowing / (_NARROWINGS - 1))
+        for narrowing in range(_ITERATIONS):
+            bound = coarse * (fine / coarse)**(narrowing / (_ITERATIONS - 1))
             left = self.residuals(twist)
             square = np.einsum('ij,ij->i', left, left)
             leads = np.einsum('ij,ij->i', left, drag) > leading * np.sqrt(square)
-            square *= np.where(leads, _PATIENCE / bound**2, 1 / bound**2)
+            square *= np.where(leads, _LEADING_WEIGHT / bound**2, 1 / bound**2)
             square += 1
             square *= square
             off = self.normal_residuals(twist) * (1 / (3 * self.along))
@@ -111,7 +108,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def _rows(offset: np.ndarray) -> np.ndarray:
-    """(N, 3, 6): motion of points at offset (N, 3) from the centre, by a twist."""
+    """(N, 3, 6): Jacobian of the motion of points at offset (N, 3) from the centre by the twist."""
     rows = np.zeros((len(offset), 3, 6))
     rows[:, :, :3] = np.eye(3)
     x, y, z = offset.T
@@ -122,5 +119,5 @@ def _rows(offset: np.ndarray) -> np.ndarray:
 
 
 def twist_about(twist: np.ndarray, centre: np.ndarray, to: np.ndarray) -> np.ndarray:
-    """The same motion as a twist (6,) about the point to (3,) instead of centre (3,)."""
+    """The twist (6,) about the point to (3,) instead of centre (3,)."""
     return np.concatenate([twist[:3] + cross(twist[3:], to - centre), twist[3:]])

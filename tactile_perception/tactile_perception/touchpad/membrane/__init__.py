@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The membrane's balance of forces, solved with the measured ranges."""
+"""Force balance of the membrane, solved together with the measured ranges."""

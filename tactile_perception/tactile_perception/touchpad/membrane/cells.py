@@ -1,10 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The cells between the dots, each cut along both diagonals: area vectors of the four triangles, and what their pressure of area takes off
-the tension of the edges.
+"""Elastic forces and area vectors of the cells between the dots, each cut along both diagonals into four triangles.
 
-A frame asks for this several times, and it is made of some sixty short array operations: all arrays are laid out flat, a cell under the
-number of its first dot (the last column's cells, which do not exist, have no area at rest), and their memory is kept.
+Arrays are flat, a cell has the number of its first dot (the cells of the last column do not exist: their area at rest is 0), and buffers
+are reused: a frame needs this several times, in some sixty short array operations.
 """
 from __future__ import annotations
 
@@ -17,38 +16,38 @@ from .mesh import GridMesh
 class MembraneCells:
     """Geometry of a grid's cells. Triangle (i, j) of a cell, i, j = 0, 1, has its right angle at the dot in row i and column j.
 
-    springs: (4, K) N/m, weights of the edges from each dot to the right, down, down and right, and from the dot on its right down to
-    the left, 0 where there is none; stiffness: N/m, the share of the shear stiffness that depends on a triangle's area alone.
+    springs: (4, K) N/m, weights of the edges from each dot to the right, down, down and right, and from the dot on its right down and
+    left, 0 where there is none; stiffness: N/m, the part of the shear stiffness that multiplies the area term of the energy.
     """
 
     def __init__(self, mesh: GridMesh, springs: np.ndarray, rest: np.ndarray, stiffness: float):
         self._columns, self._count = mesh.columns, mesh.size - mesh.columns - 1
         self._springs = springs
-        self._sides = np.zeros((5, 2, mesh.size))  # to the right and down; x and y again after z, as cross products need them
+        self._sides = np.zeros((5, 2, mesh.size))  # to the right and down; x and y repeated after z for cross products
         self._squares = np.zeros((2, mesh.size))
-        self._lay_over()
+        self._make_views()
         self._scratch, self._pull = np.empty((3, 2, 2, self._count)), np.empty((2, 2, 2, self._count))
         self._sign = np.array([[1.0, -1.0], [-1.0, 1.0]])[:, :, None]
         real = np.arange(self._count) % mesh.columns < mesh.columns - 1
-        self._share = real / 12  # a third of half of each triangle; a vector is twice a triangle's
+        self._share = real / 12  # a third of half of each triangle; vectors are twice the area
         self._per_area = np.zeros((2, 2, self._count))
         squares = self._measure(rest, np.empty((3, 2, 2, self._count)))
         # G a/2 (A0/A)^3 / (4 A), and squares are 4 A^2
         self._per_area = np.where(real, 2 * stiffness * (squares / 4)**1.5, 0.0)
 
-    def _lay_over(self) -> None:
-        """The cells' sides, in the memory of the edges."""
+    def _make_views(self) -> None:
+        """The cells' sides as views of the edges."""
         self._right, self._down = self._of_rows(self._sides[:, 0]), self._of_columns(self._sides[:, 1])
         self._right_square, self._down_square = self._of_rows(self._squares[0]), self._of_columns(self._squares[1])
 
     def __getstate__(self) -> dict:
-        """All but what lies over other memory."""
+        """All but the views."""
         return {name: value for name, value in vars(self).items() if name not in ('_right', '_down', '_right_square', '_down_square')}
 
     def __setstate__(self, state: dict) -> None:
-        """What __getstate__ gave."""
+        """Restore the views too."""
         vars(self).update(state)
-        self._lay_over()
+        self._make_views()
 
     def _of_rows(self, values: np.ndarray) -> np.ndarray:
         """Values (..., K) of the edges to the right as (..., 2, 1, cells): of each cell's upper and lower side."""
@@ -61,7 +60,7 @@ class MembraneCells:
         return as_strided(values, values.shape[:-1] + (1, 2, self._count), values.strides[:-1] + (0, step, step))
 
     def _measure(self, x: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        """Squares (2, 2, cells) of twice the triangles' areas; vector (3, 2, 2, cells) is filled. Leaves the sides' products in scratch."""
+        """Squares (2, 2, cells) of twice the triangles' areas; fills vector (3, 2, 2, cells) with the doubled area vectors."""
         sides, scratch, right, down, columns = self._sides, self._scratch, self._right, self._down, self._columns
         np.subtract(x[:, 1:], x[:, :-1], out=sides[:3, 0, :-1])
         np.subtract(x[:, columns:], x[:, :-columns], out=sides[:3, 1, :-columns])
@@ -74,17 +73,17 @@ class MembraneCells:
         return scratch[0] + scratch[2]
 
     def evaluate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Elastic force on each dot (3, K), N, and each dot's share of the surface as a vector (3, K), m^2, at places x (3, K), m."""
+        """Elastic force on each dot (3, K), N, and each dot's area vector (3, K), m^2, at positions x (3, K), m."""
         vector = np.empty((3, 2, 2, self._count))
         squares = self._measure(x, vector)
         return self._pulls(x, self._tensions(squares)), self._shares(vector)
 
     def _shares(self, vector: np.ndarray) -> np.ndarray:
-        """Sum (3, K) at each dot of its shares of the triangles; vector (3, 2, 2, cells): twice the triangles', changed."""
+        """Area vectors (3, K) of the dots from the doubled ones of the triangles, vector (3, 2, 2, cells), which is overwritten."""
         count, columns = self._count, self._columns
         vector *= self._share
         whole = vector[:, 0] + vector[:, 1]
-        np.subtract((whole[:, 0] + whole[:, 1])[:, None, None], vector, out=vector)  # the triangles that have the dot opposite as a corner
+        np.subtract((whole[:, 0] + whole[:, 1])[:, None, None], vector, out=vector)  # without the triangle at the opposite dot
         out = np.zeros((3, count + columns + 1))
         out[:, :count] = vector[:, 1, 1]
         out[:, 1:-columns] += vector[:, 1, 0]
@@ -93,7 +92,7 @@ class MembraneCells:
         return out
 
     def _tensions(self, squares: np.ndarray) -> np.ndarray:
-        """Weights (4, K), N/m, as springs: less what each triangle's pressure of area takes off by the cotangents opposite to them."""
+        """Edge weights (4, K), N/m: springs less each triangle's area term times the cotangent opposite to the edge."""
         squares *= squares
         rate = np.divide(self._per_area, squares, out=squares)
         np.multiply(self._right[:3], self._down[:3], out=self._scratch)
@@ -121,7 +120,7 @@ class MembraneCells:
         return out
 
     def _pulls(self, x: np.ndarray, tension: np.ndarray) -> np.ndarray:
-        """Forces (3, K) of the edges, by their weights (4, K), on the two dots at their ends."""
+        """Forces (3, K) on the dots from edges with weights tension (4, K)."""
         count, columns, force = self._count, self._columns, np.zeros_like(x)
         right, down = self._sides[:3, 0, :-1] * tension[0, :-1], self._sides[:3, 1, :-columns] * tension[1, :-columns]
         falling = (x[:, columns + 1:] - x[:, :count]) * tension[2, :count]

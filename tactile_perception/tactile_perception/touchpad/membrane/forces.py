@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Forces in a stretched membrane between the dots: elastic (incompressible neo-Hookean) and of the fluid behind it.
+"""Nodal forces in a stretched membrane: elastic (incompressible neo-Hookean) and of the fluid behind it.
 
-With the rest state in tension T0 = p0 R / 2 (Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0 with
-a = 1 - T0/G: the first part is a spring net with the constant weights of the rest shape's cotangent Laplacian, the second depends on the
-area alone. Bending is left out: its length sqrt(B/T), 0.3 mm, is far below a pitch.
+With the rest tension T0 = p0 R / 2 (Young-Laplace), the energy of a triangle of area A (A0 at rest) is G/2 (tr C + a (A0/A)^2) A0 with
+a = 1 - T0/G: the first term is the cotangent Laplacian of the rest shape (springs with constant weights), the second depends on the area
+alone. Bending is neglected: its length scale sqrt(B/T), 0.3 mm, is far below a pitch.
 """
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ from .mesh import GridMesh
 
 @dataclass(frozen=True)
 class MembraneMaterial:
-    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: of the fluid over the outside while nothing touches, Pa;
+    """shear_stiffness: shear modulus times thickness, N/m; rest_pressure: gauge pressure of the fluid without contact, Pa;
     rest_curvature_radius: m.
 
-    A skin stretched to a multiple of its natural size has a rest tension p R / 2 near its shear_stiffness; more no neo-Hookean membrane
-    carries: raises BadArgument there.
+    Raises BadArgument for a rest tension p R / 2 above shear_stiffness, which a neo-Hookean membrane cannot carry.
     """
 
     shear_stiffness: float = 90.0
@@ -43,8 +42,8 @@ class MembraneMaterial:
 
 
 class MembraneForces:
-    """Nodal forces of a mesh at rest in rest_xyz (K, 3), m. Arrays inside are component first: (3, K) for dots, (3, 3, T) component,
-    corner, triangle."""
+    """Nodal forces of a mesh with rest positions rest_xyz (K, 3), m. Arrays are component first: (3, K) dots; (3, 3, T) component, corner,
+    triangle."""
 
     def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):
         self.mesh, self.material = mesh, material
@@ -91,9 +90,9 @@ class MembraneForces:
         return self._cells.evaluate(x)
 
     def evaluate(self, x: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
-        """Force on each dot of membrane and fluid (3, K), N, and the dots' area vectors (3, K), m^2, for places x (3, K).
+        """Residual force of membrane and fluid on each dot (3, K), N, which an object balances, and the dots' area vectors (3, K), m^2.
 
-        What is left over is carried by an object; the coarse mesh's own misfit at rest, which grows with the pressure, is taken off.
+        x: (3, K) m, positions; pressure: Pa. The mesh's discretisation error at rest, proportional to the pressure, is subtracted.
         """
         elastic, share = self.elastic(x)
         pushed = share - self.rest_residual
@@ -106,28 +105,27 @@ class MembraneForces:
         return self.material.shear_stiffness * self.area_share / 2 * (shrunk * shrunk * shrunk)
 
     def balance(self, x: np.ndarray, pressure: float):
-        """Normal balance at places x (3, K): leftover (K,) N (outward normal part of evaluate), its derivative by the pressure (K,) m^2,
-        normals (3, K) and areas (K,) m^2."""
+        """At positions x (3, K): normal residual (K,) N, its derivative by the pressure (K,) m^2, normals (3, K), areas (K,) m^2."""
         force, share = self.evaluate(x, pressure)
         area = np.sqrt(dot(share, share))
         normal = share / area
         return dot(force, normal), dot(share - self.rest_residual, normal), normal, area
 
     def slopes(self, x: np.ndarray, normal: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
-        """How the leftover of balance at places x (3, K) changes as each dot moves along its unit ray (3, K): (9, K) N/m in stencil order,
-        normals (3, K) held."""
+        """Derivatives (9, K) N/m, in stencil order, of the normal residual at positions x (3, K) by movements of the dots along their unit
+        rays (3, K), normals (3, K) held."""
         springs = self.laplacian * dot(normal[:, None], rays.take(self.mesh.stencil, axis=1))
         return self.mesh.to_pairs(self._pair_derivatives(x, normal, rays, pressure)) - springs
 
     def along_rays(self, x: np.ndarray, rays: np.ndarray, pressure: float):
-        """Leftover, slopes (9, K), derivative by the pressure, normals and areas: balance and slopes at places x (3, K)."""
-        leftover, by_pressure, normal, area = self.balance(x, pressure)
-        return leftover, self.slopes(x, normal, rays, pressure), by_pressure, normal, area
+        """Residual, slopes (9, K), derivative by the pressure, normals and areas: balance and slopes at positions x (3, K)."""
+        residual, by_pressure, normal, area = self.balance(x, pressure)
+        return residual, self.slopes(x, normal, rays, pressure), by_pressure, normal, area
 
     def _pair_derivatives(self, x, dot_normal, rays, pressure):
-        """(3, 3, T): change of the normal force at corner k as corner j moves along its ray, of area stiffness and fluid pressure.
+        """(3, 3, T): derivative of the normal force at corner k by corner j's movement along its ray, of area term and fluid pressure.
 
-        Single precision: it only says where to step.
+        Single precision: only the direction of a step depends on it.
         """
         edge, vector, area = self._triangles(x)
         stiffening = self._stiffening(area)
@@ -138,7 +136,7 @@ class MembraneForces:
         turned = cross(edge, corner_normal) / 2
         tilt = cross(corner_normal, normal[:, None])
         area_rate = cross(edge, ray) / 2
-        # the change of 1/A^3 gives three of these, the turning of the triangle's own normal the fourth
+        # three from the derivative of 1/A^3, the fourth from the rotation of the triangle's normal
         along = -4 * dot(turned, normal[:, None])
         lever = per_area * turned + np.float32(pressure / 6) * corner_normal + (per_area * along) * normal[:, None]
         out = np.einsum('ckt,cjt->kjt', lever, area_rate)

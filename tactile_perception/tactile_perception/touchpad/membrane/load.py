@@ -9,7 +9,7 @@ import numpy as np
 
 from .mesh import GridMesh
 
-# Mean and standard deviation of a touched dot's load over the fluid's pressure; chosen: 1 under a flat face, 2 to 3 under a ball or an edge.
+# Mean and standard deviation of a touched dot's load over the fluid's pressure; chosen: 1 under a face, 2 to 3 under a ball or an edge.
 TOUCHED_MEAN, TOUCHED_SPREAD = 1.3, 0.8
 _COUPLING = 4.0  # log odds of a dot among touched neighbours (minus that: among free ones); chosen
 # Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three dots

@@ -14,8 +14,8 @@ _OFFSETS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
 class GridMesh:
     """Topology of a rows x columns grid of dots, K = rows * columns, dot k = row * columns + column.
 
-    triangles (3, T): each cell is cut along both diagonals, so each triangle counts half and no direction is preferred;
-    stencil (9, K): a dot and its neighbours, itself in slot 4 (outside the grid: itself again); around_index (8, K): the neighbours alone;
+    triangles (3, T): each cell is cut along both diagonals, so that each triangle counts half and no direction is preferred;
+    stencil (9, K): a dot and its neighbours, itself in slot 4 and for missing neighbours; around_index (8, K): the neighbours alone;
     inner (K,): dots with eight neighbours.
     Raises BadArgument for less than 3 x 3 dots.
     """
@@ -23,7 +23,7 @@ class GridMesh:
     def __init__(self, rows: int, columns: int):
         if rows < 3 or columns < 3:
             raise BadArgument(f'membrane: a grid of at least 3 x 3 dots is needed, got {rows} x {columns}; '
-                              'check dots.rows and dots.columns')
+                              'check parameters rows and columns')
         self.rows, self.columns, self.size = rows, columns, rows * columns
         self.triangles = self._cut_cells()
         self.stencil, self.valid = self._stencil()
@@ -47,20 +47,20 @@ class GridMesh:
         return np.where(valid, near_row * self.columns + near_column, np.arange(self.size)), valid
 
     def _place_triangles(self):
-        """Where corner pair (k, j) of each triangle goes in a (9, K) array: row dot k, slot of dot j."""
+        """Index of corner pair (k, j) of each triangle in a (9, K) array: row dot k, slot of dot j."""
         row, column = np.divmod(self.triangles, self.columns)
         slot = (row[None] - row[:, None] + 1) * 3 + column[None] - column[:, None] + 1
         self.pair_index = (slot * self.size + self.triangles[:, None]).ravel()
 
     def _place_band(self):
-        """Where the products of stencil slots (a, b) of each inner dot go in lower band storage (bandwidth + 1, K)."""
+        """Index of the products of stencil slots (a, b) of each inner dot in lower band storage (bandwidth + 1, K)."""
         self.slot_a, self.slot_b = np.triu_indices(9)
         low, high = self.stencil[self.slot_a], self.stencil[self.slot_b]
         index = (high - low) * self.size + low
         self.band_index = np.where(self.inner, index, 0).ravel()
 
     def to_pairs(self, values: np.ndarray) -> np.ndarray:
-        """Sum of values of corner pairs (3, 3, T) in the stencils of the dots, (9, K)."""
+        """Values of corner pairs (3, 3, T) summed into the stencils of the dots, (9, K)."""
         return np.bincount(self.pair_index, values.ravel(), 9 * self.size).reshape(9, self.size)
 
     def transpose(self, rows: np.ndarray, factor: np.ndarray) -> np.ndarray:
@@ -84,8 +84,8 @@ class GridMesh:
         return cv2.boxFilter(grid, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
 
     def fill(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """values (K, n) with the entries that are not known (K,) as the mean of their neighbours (a soap film over the hole), in which
-        another unknown one counts half."""
+        """values (K, n) with the rows where known (K,) is False replaced by the mean of their neighbours (Laplace's equation), in which
+        unknown neighbours count half."""
         holes = np.flatnonzero(~known)
         filled = np.where(known[:, None], values, 0.0)
         if len(holes) == 0 or not known.any():

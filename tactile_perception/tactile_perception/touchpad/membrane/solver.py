@@ -137,7 +137,7 @@ def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
     ids = np.asarray(ids, int)
     if len(ids) and (ids.min() < 0 or ids.max() >= size):
         raise BadArgument(f'membrane: dot numbers {ids.min()} to {ids.max()} are outside the grid of {size} dots; '
-                          'check dots.rows and dots.columns')
+                          'check parameters rows and columns')
     return ids
 
 

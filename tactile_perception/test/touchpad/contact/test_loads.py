@@ -12,7 +12,7 @@ ORIGIN = np.array([0.0, 0.0, -0.04])
 @pytest.fixture
 def balance(pad):
     made = LoadEstimator(pad.rows, pad.columns, MembraneMaterial(), ORIGIN)
-    made.renew(pad.rest)
+    made.set_rest(pad.rest)
     return made
 
 
@@ -71,7 +71,7 @@ def test_numbers_outside_the_grid_are_refused(pad, balance):
 
 def test_another_rest_is_taken_as_untouched(pad, balance):
     other = pad.rest + [0.2e-3, 0, 0]
-    balance.renew(other)
+    balance.set_rest(other)
     assert np.abs(balance.displacements(pad.ids, other)[0]).max() == 0
 
 
@@ -79,7 +79,7 @@ def test_another_rest_is_taken_as_untouched(pad, balance):
 def test_force_and_pressure_of_a_recording_seen_without_error(recording, name):
     truth, errors = recording(name), []
     balance = LoadEstimator(23, 23, MembraneMaterial(), ORIGIN)
-    balance.renew(truth['dot_rest_xyz'])
+    balance.set_rest(truth['dot_rest_xyz'])
     for frame in range(len(truth['pressure'])):
         loads = balance.loads(*balance.displacements(np.arange(529), truth['dot_xyz'][frame].astype(float)))
         true = truth['force'][frame]

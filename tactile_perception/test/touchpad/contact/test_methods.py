@@ -13,32 +13,32 @@ ORIGIN = np.array([0.0, 0.0, -0.04])
 @pytest.fixture
 def method(request, pad):
     made = make_method(pad.rows, pad.columns, MembraneMaterial(), ORIGIN, {'contact': request.param, **PAPER})
-    made.renew(pad.rest)
+    made.set_rest(pad.rest)
     return made
 
 
 @pytest.mark.parametrize('method', CONTACT_METHODS, indirect=True)
 def test_nothing_touches(pad, method):
     for k in range(5):
-        judged = method.judge(pad.ids, pad.rest, 0.1 * k)
-    assert not judged.state.any() and (judged.score < 0.5).all()
+        found = method.classify(pad.ids, pad.rest, 0.1 * k)
+    assert not found.state.any() and (found.score < 0.5).all()
 
 
 @pytest.mark.parametrize('method', CONTACT_METHODS, indirect=True)
 def test_entries_belong_to_the_dots_that_are_given(pad, method):
-    method.judge(pad.ids, pad.rest, 0.0)
+    method.classify(pad.ids, pad.rest, 0.0)
     some = np.flatnonzero(pad.ids % 7)[::-1]
-    judged = method.judge(some, pad.rest[some], 0.1)
-    assert judged.state.shape == judged.score.shape == some.shape and judged.state.dtype == np.uint8
-    assert judged.force is None or judged.force.shape == (len(some), 3)
+    found = method.classify(some, pad.rest[some], 0.1)
+    assert found.state.shape == found.score.shape == some.shape and found.state.dtype == np.uint8
+    assert found.force is None or found.force.shape == (len(some), 3)
 
 
 @pytest.mark.parametrize('method', ['membrane'], indirect=True)
 def test_the_membranes_balance_knows_forces(pad, method):
-    judged = method.judge(pad.ids, pad.rest, 0.0)
-    assert judged.force.shape == (529, 3) and np.array_equal(judged.wrench, np.zeros(6))
+    found = method.classify(pad.ids, pad.rest, 0.0)
+    assert found.force.shape == (529, 3) and np.array_equal(found.wrench, np.zeros(6))
     inner = (np.abs(pad.rest[:, :2]) < 0.01).all(axis=1)
-    assert np.abs(judged.force[inner]).max() < 1e-3
+    assert np.abs(found.force[inner]).max() < 1e-3
 
 
 @pytest.mark.parametrize('method', ['paper'], indirect=True)
@@ -46,8 +46,8 @@ def test_the_papers_method_finds_a_plate_that_moves_and_knows_no_forces(pad, met
     """A disc pressed in step by step: the dots under it move together."""
     for k, height in enumerate(np.linspace(0.0128, 0.0100, 15)):
         dots = pad.disc(height=height)
-        judged = method.judge(pad.ids, dots.xyz, 0.05 * k)
-    assert judged.force is None and np.isnan(judged.wrench).all()
+        found = method.classify(pad.ids, dots.xyz, 0.05 * k)
+    assert found.force is None and np.isnan(found.wrench).all()
     inside = np.hypot(*pad.rest[:, :2].T) < 4e-3
-    assert (judged.state[inside] > 0).mean() > 0.9
-    assert (judged.state[np.hypot(*pad.rest[:, :2].T) > 9e-3] > 0).mean() < 0.05
+    assert (found.state[inside] > 0).mean() > 0.9
+    assert (found.state[np.hypot(*pad.rest[:, :2].T) > 9e-3] > 0).mean() < 0.05

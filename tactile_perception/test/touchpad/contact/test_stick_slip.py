@@ -42,7 +42,7 @@ def test_nothing_touched_has_no_state():
 def test_the_noise_is_learnt_while_nothing_touches():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN, noise=10e-6)
     for _ in range(40):
-        states.rest(face.state([0, 0, 0], 0.0).xyz, np.ones(SIDE**2, bool))
+        states.observe_free(face.state([0, 0, 0], 0.0).xyz, np.ones(SIDE**2, bool))
     assert states.noise == pytest.approx(np.sqrt(2) * 1e-6, rel=0.3)
 
 
@@ -103,7 +103,7 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
 def test_states_of_a_recording_seen_without_error(recording, name, least):
     truth = recording(name)
     balance, states = LoadEstimator(23, 23, MembraneMaterial(), ORIGIN), StickSlipTracker(23, 23, ORIGIN)
-    balance.renew(truth['dot_rest_xyz'])
+    balance.set_rest(truth['dot_rest_xyz'])
     counts = np.zeros((3, 3))
     for frame in range(len(truth['pressure'])):
         loads = balance.loads(*balance.displacements(np.arange(529), truth['dot_xyz'][frame]))

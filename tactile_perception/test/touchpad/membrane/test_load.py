@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
-from tactile_perception.touchpad.membrane.load import TOUCHED_MEAN, TOUCHED_SPREAD, drop_weak_patches, expectation, contact_probability, log_likelihood_ratio
+from tactile_perception.touchpad.membrane.load import (
+    TOUCHED_MEAN, TOUCHED_SPREAD, contact_probability, drop_weak_patches, expectation, log_likelihood_ratio)
 from tactile_perception.touchpad.membrane.mesh import GridMesh
 
 MESH = GridMesh(9, 9)

@@ -6,7 +6,8 @@ import pytest
 from tactile_perception.common.spherical_cap import Cap
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.touchpad.optics.colour import RING, WIDE
-from tactile_perception.touchpad.optics.identification import OpticsPrior, as_ring_colours, fit, fit_rest, update_constants, predict, rest_colours
+from tactile_perception.touchpad.optics.identification import (
+    OpticsPrior, as_ring_colours, fit, fit_rest, predict, rest_colours, update_constants)
 
 PADS = [{}, {'window': -0.004, 'lamp_radius': 0.020, 'absorption': (30, 24, 2)}, {'window': -0.018, 'lamp_radius': 0.010}]
 
