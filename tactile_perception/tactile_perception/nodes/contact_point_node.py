@@ -18,14 +18,14 @@ from .stages.markers import RESULTS, TouchMessages
 
 
 class ContactPointNode(StageNode):
-    """Tells where the sensor is touched, how deep, by how many, and how certain that is."""
+    """Estimates the touches of a sheet or a dome: positions, depths, covariances, wrench."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
         self.stage = TouchMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:
-        """The touches that the markers of one frame show."""
+        """The results of the markers of one frame."""
         return self.stage.on_dots(message, topics)
 
 

@@ -18,14 +18,14 @@ from .stages.touchpad import RESULTS, ContactMessages
 
 
 class ContactRegionNode(StageNode):
-    """Tells which dots touch, stick and slip, and what follows from it."""
+    """Estimates which dots are in contact, stick and slip; from them region, contacts, slip and wrench."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
         self.stage = ContactMessages(self.settings.values())
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:
-        """The contact that the dots of one frame show."""
+        """The results of the dots of one frame."""
         return self.stage.on_dots(message, topics)
 
 

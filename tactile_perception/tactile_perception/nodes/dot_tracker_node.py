@@ -17,7 +17,7 @@ from .stages.touchpad import DotMessages
 
 
 class DotTrackerNode(StageNode):
-    """Finds, numbers and places the printed dots; while nobody subscribes to dots it only keeps the reference that it has."""
+    """Detects and indexes the printed dots and places them in 3D; while nobody subscribes to dots it keeps its reference."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
@@ -34,7 +34,7 @@ class DotTrackerNode(StageNode):
         return {'dots': dots}
 
     def remarks(self) -> tuple[str, dict]:
-        """Whether the reference can be trusted."""
+        """Warns of a reference that may have been taken under a touch."""
         suspicion = self.stage.suspicion
         return suspicion, {'reference': suspicion or 'in order'}
 

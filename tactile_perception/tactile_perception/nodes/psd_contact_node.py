@@ -15,12 +15,12 @@ from ..parameters.psd import PSD_PARAMETERS
 from .stage_node import StageNode
 from .stages.psd import PsdMessages
 
-_QUEUE = QoSProfile(depth=200)  # a second of blocks: every sample counts
-_LONGEST_S = 3600.0  # of a block: more is no sample_period
+_QUEUE = QoSProfile(depth=200)  # a second of blocks: no sample may be lost; chosen
+_LONGEST_S = 3600.0  # of a block: a longer one has no valid sample_period; chosen
 
 
 class PsdContactNode(StageNode):
-    """Tells where the finger is touched, and how certain that is."""
+    """Estimates the contacts of a PSD finger and their covariances."""
 
     with_camera = False
 
@@ -38,12 +38,12 @@ class PsdContactNode(StageNode):
         self.messages.begin_anew()
 
     def covered_ns(self, message: PsdVoltages) -> int:
-        """Blocks are as long as the driver makes them; 0 where sample_period tells nothing."""
+        """Duration of a block, ns; 0 where sample_period is not valid."""
         seconds = len(message.voltages) / 4 * message.sample_period
         return round(seconds * 1e9) if 0 < seconds < _LONGEST_S else 0
 
     def remarks(self) -> tuple[str, dict]:
-        """Whether outputs can be trusted."""
+        """Warns of outputs that are stuck."""
         suspicion, reference = self.messages.stage.suspicion, self.messages.stage.finger.reference
         return suspicion, {'reference': 'in order' if reference.ready else 'being taken', 'noise of the sum (V)': reference.sigma}
 

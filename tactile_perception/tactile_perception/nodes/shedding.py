@@ -1,25 +1,25 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which messages to leave out, so that a node that is too slow for them stays up to date. No ROS here."""
+"""Load shedding: which messages a node that is too slow drops, so that its results stay recent. No ROS here."""
 from __future__ import annotations
 
-LONGEST_S = 0.05  # that a message may wait: a hiccup of the machine is worked off, a lasting queue is not built
-_PERIODS = 2  # or so many periods, whichever is longer: then a younger one is surely there
-_FASTER = 0.5  # a recording played so much faster than it was made, or more, is nobody's live view: each message counts
-_SMOOTHING = 0.1
+LONGEST_S = 0.05  # that a message may wait: chosen; a short load of the machine is caught up, no lasting queue builds up
+_PERIODS = 2  # that a message may wait, if longer than LONGEST_S: after two periods a newer one has arrived
+_FASTER = 0.5  # ratio of periods, received to stamped: below it a recording is played fast, and no message is dropped; chosen
+_SMOOTHING = 0.1  # of the periods, exponential: chosen, ten messages
 _NS = 1e-9
 
 
 class Shedding:
-    """Follows when messages are received; a node that takes too long leaves out every n-th, and does the others at most longest_s late."""
+    """Decides from the times of reception which messages are too late to be processed; longest_s: that a message may wait, s."""
 
     def __init__(self, longest_s: float = LONGEST_S):
         self._longest_s = longest_s
         self._last: tuple[int, int] | None = None
-        self._steps = [0.0, 0.0]  # s between messages, as they are received and as they are stamped
+        self._steps = [0.0, 0.0]  # s, mean periods of reception and of stamps
 
     def is_late(self, stamp_ns: int, received_ns: int, now_ns: int) -> bool:
-        """Whether to leave out, at now_ns, a message stamped stamp_ns that was received at received_ns by the same clock; 0: not known."""
+        """Whether to drop, at now_ns, a message stamped stamp_ns and received at received_ns (same clock as now_ns; 0: not known)."""
         if not received_ns:
             return False
         if self._last is not None:
@@ -29,6 +29,6 @@ class Shedding:
         return received_s > _FASTER * stamped_s and _NS * (now_ns - received_ns) > max(self._longest_s, _PERIODS * received_s)
 
     def _follow(self, *steps_ns: int) -> None:
-        if min(steps_ns) > 0:  # clocks that go back tell nothing
+        if min(steps_ns) > 0:  # a clock was set back
             steps = [min(_NS * step, 1.0) for step in steps_ns]
             self._steps = [old + _SMOOTHING * (new - old) if old else new for old, new in zip(self._steps, steps)]

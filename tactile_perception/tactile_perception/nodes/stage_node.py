@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the processing nodes share: messages in, results out, only while somebody subscribes to them."""
+"""The base of the processing nodes: messages in, results out, and no work while nobody subscribes."""
 from __future__ import annotations
 
 import time
@@ -23,25 +23,25 @@ from .messages.conversions import stamp_ns_of, stamp_seconds
 from .shedding import LONGEST_S, Shedding
 from .work_log import WorkLog
 
-_PATIENCE_S = 5.0
-_STALE_S = 2.0
-#: of images and camera_info: what comes at once where a part that was lost has been sent again
+_PATIENCE_S = 5.0  # that the first message waits for camera_info: chosen; discovery by Fast DDS can take seconds
+_STALE_S = 2.0  # without a processed message there is nothing to take as the reference: chosen
+#: for images: after a retransmission several arrive at once; chosen
 CAMERA_QUEUE = QoSProfile(depth=10)
-#: the last one from before is as good
+#: latched: the camera_info from before the subscription counts too
 _INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class StageNode(Node):
-    """A node over one stage.
+    """A node that runs one stage.
 
-    source: (topic, type, QoS) of what it processes, where the reliability is what its publishers offer; results: topic ->
-    type. Subclasses say in on_message(message, topics) what is computed, and set self.stage, the messages' side of it
-    (stages/touchpad.py), which takes camera_info, or with_camera to False. Frames that raise a TactileError are counted, said once,
-    skipped.
+    source: (topic, type, QoS) of its input; the reliability is that of the publishers; results: topic -> type of its outputs.
+    Subclasses compute the results in on_message(message, topics). They set self.stage, which takes camera_info (stages/touchpad.py), or
+    with_camera to False. A message that raises a TactileError is counted, logged once and skipped. Raises BadArgument for a parameter that
+    is not allowed.
     """
 
     with_camera = True
-    patience_s = LONGEST_S  # that a message may wait before it is left out
+    patience_s = LONGEST_S  # longest wait of a message before it is dropped
 
     def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type],
                  host: Host | None = None):
@@ -64,18 +64,18 @@ class StageNode(Node):
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody needs this node to work."""
+        """Whether any result has a subscriber."""
         return bool(self._wanted_topics())
 
     def _wanted_topics(self) -> list[str]:
         return [topic for topic, publisher in self._outputs.items() if publisher.get_subscription_count()]
 
     def _follow_demand(self) -> None:
-        """Subscribe while somebody wants results; nothing arrives, and nothing is done, otherwise."""
+        """Subscribe to the input while a result has a subscriber; unsubscribe otherwise."""
         with self._host.lock:
             if self.wanted and not self._inputs:
                 topic, kind, qos = self._source
-                self.log.listen_anew()
+                self.log.restart_gaps()
                 cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, _INFO_QUEUE)] \
                     if self.with_camera else []
                 self._inputs = [*cameras, self._host.listen(self, kind, topic, self._take, qos)]
@@ -93,7 +93,7 @@ class StageNode(Node):
             self._try(lambda: self._process_in_time(message, received_ns), self._source[0])
 
     def _try(self, work: Callable[[], None], topic: str) -> None:
-        """Whatever somebody has sent: it is done, or counted and told."""
+        """Process a message; count and report whatever it raises."""
         try:
             work()
         except TactileError as error:
@@ -108,12 +108,12 @@ class StageNode(Node):
         stamp_ns = stamp_ns_of(message.header)
         self.log.arrive(stamp_ns, self.covered_ns(message))
         if self._shedding.is_late(stamp_ns, received_ns, time.time_ns()):
-            self.log.leave_out()
+            self.log.drop()
         elif not self._is_early():
             self._process(message)
 
     def _is_early(self) -> bool:
-        """Whether the camera_info that belongs to the first message may still be on its way: the middleware may take seconds."""
+        """Whether the first message still waits for its camera_info."""
         if not self.with_camera or not self.stage.needs_camera:
             return False
         self._first_s = self._first_s or time.monotonic()
@@ -132,52 +132,52 @@ class StageNode(Node):
     def _refuse(self, error: TactileError) -> None:
         self.log.refuse(str(error))
         if isinstance(error, ClockSetBack):
-            self.get_logger().info(str(error), once=True)  # a recording in a loop does it again and again, and nothing is wrong
+            self.get_logger().info(str(error), once=True)  # normal for a recording that plays in a loop
         else:
             self.say.error('frame', f'frame refused: {error}')
 
     def on_message(self, message, topics: Collection[str]) -> dict[str, object]:
-        """Topic -> result of one message, or list of them, for those topics that somebody subscribes to.
+        """Topic -> result of one message, or list of results, for the topics that have a subscriber.
 
         Raises TactileError for a message that cannot be used.
         """
         raise NotImplementedError
 
     def begin_anew(self) -> None:
-        """Forget all earlier messages: one of them has met a defect of this software."""
+        """Forget all earlier messages, after an unexpected exception."""
         self.stage.begin_anew()
 
     def covered_ns(self, message) -> int:
-        """The time that the samples of a message take, ns; 0 where messages come at a fixed rate."""
+        """Duration of the samples of a message, ns; 0 where messages come at a fixed rate."""
         return 0
 
     def offer_reference(self, take: Callable[[], object]) -> None:
-        """Offer the service set_reference; take: makes the next message the reference."""
+        """Offer the service set_reference; take: called to make the next message the reference."""
         def called(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             """Answer a call."""
             response.success = self.log.done > 0 and self.log.age <= _STALE_S
             if response.success:
                 with self._host.lock:
                     take()
-                response.message = 'what comes next is the new reference; nothing may touch the sensor now'
+                response.message = 'the next messages become the reference; nothing may touch the sensor now'
             else:
-                response.message = (f'nothing comes, so there is nothing to take: subscribe to {" or ".join(self._outputs)}, and see that '
+                response.message = (f'no {self._source[0]} is being processed: subscribe to {" or ".join(self._outputs)}, and check that '
                                     f'{self._source[0]} is published')
             return response
         self._service = self.create_service(Trigger, 'set_reference', called)
 
     def check_change(self, changes: dict) -> None:
-        """Whether parameters that can change while the node runs may become changes (name -> value). Raises TactileError to refuse."""
+        """Check changes (name -> new value) of parameters while the node runs. Raises TactileError to refuse them."""
 
     def _apply_change(self, changes: dict) -> None:
         with self._host.lock:
             self.apply_change(changes)
 
     def apply_change(self, changes: dict) -> None:
-        """Parameters have changed (name -> new value)."""
+        """Apply changes (name -> new value) of parameters."""
 
     def remarks(self) -> tuple[str, dict]:
-        """Something to warn of ('' for nothing) and more values for /diagnostics."""
+        """A warning ('' for none) and more values, for /diagnostics."""
         return '', {}
 
     def _examine(self) -> Health:

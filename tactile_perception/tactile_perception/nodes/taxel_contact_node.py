@@ -18,14 +18,14 @@ from ..parameters.taxel import TAXEL_PARAMETERS, frames_of, grasped_object
 from .stage_node import StageNode
 from .stages.taxel import RESULTS, TaxelMessages
 
-_QUEUE = QoSProfile(depth=100)  # slip is told from motion: frames should not be lost
+_QUEUE = QoSProfile(depth=100)  # chosen; slip is estimated from motion, so no frame should be lost
 
 
 class TaxelContactNode(StageNode):
-    """Tells where and how an object lies in the grasp, whether it slips, and its wrench."""
+    """Estimates the contact regions of a grasped object, its contacts, slip and wrench."""
 
     with_camera = False
-    patience_s = 0.15  # slip is told from frame to frame: the queue is worked off
+    patience_s = 0.15  # chosen; longer than LONGEST_S, since slip is estimated from frame to frame
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS | POINTS, host)
@@ -37,7 +37,7 @@ class TaxelContactNode(StageNode):
                 self.create_subscription(TFMessage, topic, self._take_transforms, qos)
 
     def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
-        """The contact that one image shows."""
+        """The results of one image."""
         return self.messages.on_image(message, topics)
 
     def begin_anew(self) -> None:
@@ -45,16 +45,16 @@ class TaxelContactNode(StageNode):
         self.messages.begin_anew()
 
     def remarks(self) -> tuple[str, dict]:
-        """Whether the reference can be trusted."""
+        """Warns of a reference that may have been taken under a touch, and of missing transforms."""
         baseline = self.messages.estimator.baseline
         return self.messages.suspicion, {'reference': baseline.suspicion or 'in order', 'noise (values)': baseline.sigma}
 
     def check_change(self, changes: dict) -> None:
-        """The object must stay one. Raises BadArgument."""
+        """Check that changes describe an object. Raises BadArgument."""
         grasped_object(self.settings.values() | changes)
 
     def apply_change(self, changes: dict) -> None:
-        """Take what has become known of the object."""
+        """Take new properties of the object."""
         self.messages.set_object(changes)
 
     def _take_transforms(self, message: TFMessage) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a block of voltages to contacts: what psd_contact_node and process_bag run."""
+"""From a block of voltages to contacts; psd_contact_node and process_bag both run it."""
 from __future__ import annotations
 
 import math
@@ -16,7 +16,7 @@ from ..psd.model import FingerModel
 from ..psd.sphere_filter import SphereFilter
 
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
-_LONGEST_STEP_S = 1.0  # between single samples of unknown rate
+_LONGEST_STEP_S = 1.0  # between single samples of unknown rate: chosen, as in check_block
 
 
 class PsdStage:
@@ -31,18 +31,18 @@ class PsdStage:
         self._last_s = math.nan
 
     def set_reference(self) -> None:
-        """The next samples are untouched."""
+        """Take the next samples as the untouched state."""
         self.finger.set_reference()
 
     @property
     def suspicion(self) -> str:
-        """Why results cannot be trusted, ''."""
+        """Why results may be wrong; '' for no reason."""
         stuck = [name for name, dead in zip(_OUTPUTS, self.finger.stuck) if dead]
-        return f'output {", ".join(stuck)} does not change: check its amplifier and cable' if stuck else ''
+        return f'output {", ".join(stuck)} is stuck; check its amplifier and cable' if stuck else ''
 
     def process(self, volts: np.ndarray, stamp_s: float, period_s: float) -> list[tuple[int, list[Touch]]]:
-        """(sample, contacts) of a block (N, 4), V, whose first sample was taken at stamp_s: of the first sample that can be told, and of
-        each with which a contact begins or ends; of each sample with results sample. Raises BadFrame."""
+        """(sample, contacts) of a block (N, 4), V, whose first sample was taken at stamp_s: at the first sample with a known reference, and
+        at each where a contact begins or ends; with results sample at every sample. Raises BadFrame for an invalid shape or period."""
         period_s = self._period(len(volts), stamp_s, period_s)
         samples = self.finger.process(volts, period_s)
         found = []
@@ -67,7 +67,7 @@ class PsdStage:
         if count != 1 or not math.isnan(period_s):
             raise BadFrame(f'sample_period is {period_s} s; it must be above 0 (NaN only for a single sample)')
         if not 0 < since < _LONGEST_STEP_S:
-            raise BadFrame('a single sample, of which nobody can tell yet how far it is from the next')
+            raise BadFrame('a single sample without a sample_period; its period is known from the second one on')
         return since
 
     def _smoothed(self, touch: Touch, at_s: float) -> Touch:

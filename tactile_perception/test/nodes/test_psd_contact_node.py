@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node over ROS: contacts under the samples' stamps, nothing done for nobody, the reference on request; and its messages' side."""
+"""The node over ROS: contacts under the samples' stamps, no work without subscribers, reference on request; its stage on messages."""
 import os
 import time
 
@@ -52,7 +52,7 @@ def bench():
     rclpy.try_shutdown()
 
 
-def test_contacts_come_while_somebody_listens_and_the_reference_on_request(bench, blocks):
+def test_contacts_come_while_subscribed_and_the_reference_on_request(bench, blocks):
     node, helper, publisher, until = bench
     assert publisher.get_subscription_count() == 0 and not node.wanted
     heard = []
@@ -76,13 +76,13 @@ def test_without_voltages_there_is_no_reference_to_take(bench):
     client = helper.create_client(Trigger, 'set_reference')
     future = client.call_async(Trigger.Request())
     until(future.done)
-    assert not future.result().success and 'see that voltages is published' in future.result().message
+    assert not future.result().success and 'voltages' in future.result().message
 
 
-def test_blocks_that_cannot_be_used(blocks):
+def test_invalid_blocks_are_refused(blocks):
     side = PsdMessages(defaults(PSD_PARAMETERS))
     for count in (0, 3, 7):
-        with pytest.raises(BadFrame, match='four a sample'):
+        with pytest.raises(BadFrame, match='a sample has four'):
             side.on_voltages(PsdVoltages(header=header_of(10**9, 'f'), sample_period=1e-3, voltages=[1.0] * count))
     for block in blocks:
         side.on_voltages(block)
@@ -103,5 +103,5 @@ def test_stamps_within_a_block():
 
 @pytest.mark.parametrize(('samples', 'period', 'covered'), [(5, 0.001, 5_000_000), (5, 0.0, 0), (5, float('nan'), 0), (5, float('inf'), 0),
                                                             (0, 0.001, 0), (5, -1.0, 0)])
-def test_the_time_that_a_block_covers(samples, period, covered):
+def test_duration_of_a_block(samples, period, covered):
     assert PsdContactNode.covered_ns(None, PsdVoltages(sample_period=period, voltages=[1.0] * 4 * samples)) == covered

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A queue as the middleware keeps it, worked off by somebody who is too slow for it: how old what is done is, and what is left out."""
+"""A simulated queue of the middleware with a slow consumer: age of the processed messages, and which are dropped."""
 import numpy as np
 import pytest
 from tactile_perception.nodes.shedding import Shedding
@@ -9,7 +9,7 @@ MS = 1_000_000
 
 
 def done_of(rate, work_ms, seconds=4.0, depth=10, stamped=lambda number: 0):
-    """(number, wait in ms) of the messages that are done; each takes work_ms, a message that is left out nothing."""
+    """(number, wait in ms) of the processed messages; each takes work_ms, a dropped one no time."""
     shedding, sent = Shedding(), [round(k * 1e9 / rate) + 10**12 for k in range(int(seconds * rate))]
     now, done, queue, coming = sent[0], [], [], 0
     while coming < len(sent):
@@ -27,7 +27,7 @@ def done_of(rate, work_ms, seconds=4.0, depth=10, stamped=lambda number: 0):
 
 
 @pytest.mark.parametrize(('rate', 'work_ms'), [(60, 25), (200, 7), (1000, 3), (10, 150)])
-def test_too_slow_by_half_or_more_it_leaves_out_evenly_and_nothing_gets_old(rate, work_ms):
+def test_a_slow_node_drops_evenly_and_waits_stay_short(rate, work_ms):
     done = done_of(rate, work_ms)[20:]
     steps = np.diff([number for number, _ in done])
     assert max(wait for _, wait in done) < max(50, 2000 / rate) + 1
@@ -35,11 +35,11 @@ def test_too_slow_by_half_or_more_it_leaves_out_evenly_and_nothing_gets_old(rate
     assert steps.max() <= np.ceil(rate * work_ms / 1000) + 1
 
 
-def test_fast_enough_it_leaves_nothing_out():
+def test_a_fast_node_drops_nothing():
     assert [number for number, _ in done_of(60, 16)] == list(range(len(done_of(60, 16))))
 
 
-def test_a_hiccup_is_worked_off():
+def test_a_short_pause_is_caught_up():
     shedding = Shedding()
     for k in range(100):
         assert not shedding.is_late(k * 16 * MS, k * 16 * MS + 1, k * 16 * MS + 2)
@@ -47,7 +47,7 @@ def test_a_hiccup_is_worked_off():
     assert shedding.is_late(1616 * MS, 1616 * MS, 1670 * MS)
 
 
-def test_patience_is_for_the_node_to_say():
+def test_the_longest_wait_is_a_setting_of_the_node():
     shedding = Shedding(0.15)
     for k in range(100):
         assert not shedding.is_late(k * 2 * MS, k * 2 * MS + 1, k * 2 * MS + 2)
@@ -55,17 +55,17 @@ def test_patience_is_for_the_node_to_say():
     assert shedding.is_late(202 * MS, 202 * MS, 355 * MS)
 
 
-def test_a_recording_played_faster_than_it_was_made_is_done_as_far_as_the_queue_holds():
+def test_nothing_is_dropped_of_a_recording_played_fast():
     slow, fast = (done_of(200, 8, depth=100, stamped=lambda number: number * more) for more in (0, 20 * MS))
     assert max(wait for _, wait in slow) < 60 < 400 < max(wait for _, wait in fast)
 
 
-def test_clocks_that_go_back_do_no_harm():
+def test_a_clock_set_back_has_no_effect():
     shedding = Shedding()
     for k in range(10):
         assert not shedding.is_late(k * 16 * MS, 10**12 + k * 16 * MS, 10**12 + k * 16 * MS + MS)
     assert not shedding.is_late(0, 10**6, 10**6 + MS) and not shedding.is_late(16 * MS, 10**12 + 200 * MS, 10**12 + 201 * MS)
 
 
-def test_a_middleware_that_does_not_tell_when_leaves_nothing_out():
+def test_without_times_of_reception_nothing_is_dropped():
     assert not Shedding().is_late(10**18, 0, 10**18)

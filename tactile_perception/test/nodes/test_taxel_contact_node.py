@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node over ROS: results under the images' stamps, nothing done for nobody, reference and object on request."""
+"""The node over ROS: results under the images' stamps, no work without subscribers, reference and object on request."""
 import os
 import time
 

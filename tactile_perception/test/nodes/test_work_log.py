@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node says of itself on /diagnostics."""
+"""The health of a node on /diagnostics."""
 import math
 
 import pytest
@@ -8,7 +8,7 @@ from tactile_driver.nodes.runtime.diagnostics import ERROR, OK, WARN
 from tactile_perception.nodes.work_log import WorkLog
 
 
-def test_counts_times_and_latencies_of_what_was_done():
+def test_counts_times_and_latencies_of_processed_frames():
     log = WorkLog('image_raw')
     for seconds in (0.002, 0.004, 0.003):
         log.add(seconds, 2 * seconds)
@@ -30,7 +30,7 @@ def test_a_refused_frame_is_an_error_until_a_good_one_comes():
     assert log.health(idle=False).values['last error'] == 'the frame is black'
 
 
-def test_silence_is_warned_of_with_the_topic_and_idleness_is_not():
+def test_silence_is_a_warning_that_names_the_topic_and_idleness_is_none():
     log = WorkLog('image_raw')
     silent = log.health(idle=False)
     assert silent.level == WARN and 'image_raw' in silent.message and math.isnan(silent.values['time per frame (ms)'])
@@ -43,7 +43,7 @@ def test_a_remark_is_a_warning():
     assert log.health(False, 'taken while pressed', {'reference': 'x'}).message == 'taken while pressed'
 
 
-def test_what_does_not_arrive_is_counted_and_warned_of():
+def test_lost_frames_are_counted_and_a_warning():
     log, period = WorkLog('image_raw'), 33_333_333
     log.add(0.001, 0.002)
     for k in range(40):
@@ -53,28 +53,28 @@ def test_what_does_not_arrive_is_counted_and_warned_of():
     health = log.health(False)
     assert health.values['lost frames'] == 10
     assert health.level == WARN and health.message.startswith('22 % of image_raw did not arrive, by the gaps in its stamps')
-    log.listen_anew()
+    log.restart_gaps()
     log.arrive(10**18 + 80 * period)
     assert log.health(False).values['lost frames'] == 10, 'nobody listened meanwhile'
 
 
-def test_what_is_left_out_is_counted_and_warned_of_with_its_share():
+def test_dropped_frames_are_counted_and_a_warning_with_their_share():
     log = WorkLog('dots')
     for _ in range(30):
         log.add(0.001, 0.002)
     for _ in range(3):
-        log.leave_out()
+        log.drop()
     assert log.health(False).level == OK, 'a moment is no news'
     for _ in range(7):
-        log.leave_out()
+        log.drop()
     health = log.health(False)
-    assert health.level == WARN and health.message.startswith('25 % of dots is left out') and health.values['dropped'] == 10
+    assert health.level == WARN and health.message.startswith('25 % of dots is dropped') and health.values['dropped'] == 10
 
 
-def test_frames_that_are_refused_between_good_ones_are_warned_of_with_their_share():
+def test_refused_frames_between_good_ones_are_a_warning_with_their_share():
     log = WorkLog('dots')
     for _ in range(10):
-        log.refuse('dots: a number stands twice in id')
+        log.refuse('dots: an index appears twice in id')
         log.add(0.001, 0.002)
     health = log.health(False)
-    assert health.level == WARN and health.message == '50 % of dots is refused: dots: a number stands twice in id'
+    assert health.level == WARN and health.message == '50 % of dots is refused: dots: an index appears twice in id'

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A parameter file gives a tool what ROS would give the node."""
+"""A parameter file gives a tool the values that ROS would give the node."""
 import pytest
 from tactile_driver.parameters.table import Parameter
 from tactile_perception.errors import BadArgument

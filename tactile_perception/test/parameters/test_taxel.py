@@ -34,7 +34,7 @@ def test_gravity_and_centre_of_mass_in_frames_of_tf():
 
 
 @pytest.mark.parametrize('told', ['object', 'world'])
-def test_what_is_given_in_a_frame_that_is_not_told_is_not_known(told):
+def test_values_in_an_unknown_frame_are_unknown(told):
     tree = FrameTree()
     tree.take('pad', told, [0, 0, 0, 1], [0, 0, 0])
     known = grasped_object(IN_FRAMES, tree, 'pad')
@@ -52,7 +52,7 @@ def test_dead_taxels_reach_the_estimator():
         taxel_estimator(VALUES | {'dead_taxels': [44 * 44]})
 
 
-def test_a_sensor_that_is_touched_from_the_first():
+def test_a_sensor_that_is_touched_at_the_start():
     image = np.zeros((44, 44), np.uint8)
     image[10:30, 10:30] = 90
     found = [len(taxel_estimator(VALUES | {'reference.start': start}).process(image, 1.0).contacts) for start in ('first', 'zero')]

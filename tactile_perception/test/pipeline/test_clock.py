@@ -14,13 +14,13 @@ def clock():
     return clock
 
 
-def test_a_recording_that_begins_again_begins_anew_with_its_second_frame(clock):
+def test_a_recording_that_loops_restarts_with_its_second_frame(clock):
     with pytest.raises(ClockSetBack, match=r'go back by 4\.9 s'):
         clock.begins_anew(100.0)
     assert [clock.begins_anew(t) for t in (100.1, 100.2, 100.3)] == [True, False, False]
 
 
-def test_one_stamp_from_the_past_changes_nothing(clock):
+def test_one_stamp_from_the_past_has_no_effect(clock):
     with pytest.raises(ClockSetBack):
         clock.begins_anew(3.0)
     assert not clock.begins_anew(105.0)
@@ -28,7 +28,7 @@ def test_one_stamp_from_the_past_changes_nothing(clock):
         clock.begins_anew(4.0)
 
 
-def test_one_stamp_from_the_future_changes_nothing(clock):
+def test_one_stamp_from_the_future_has_no_effect(clock):
     for stamp in (1e6, 2e9, 3e5):
         with pytest.raises(ClockSetBack, match='ahead'):
             clock.begins_anew(stamp)
@@ -37,13 +37,13 @@ def test_one_stamp_from_the_future_changes_nothing(clock):
         clock.begins_anew(1e6)
 
 
-def test_a_sensor_that_has_rested_for_an_hour_goes_on_with_its_second_frame(clock):
+def test_after_a_pause_of_an_hour_the_second_frame_is_accepted(clock):
     with pytest.raises(ClockSetBack, match='ahead'):
         clock.begins_anew(4000.0)
     assert [clock.begins_anew(t) for t in (4000.1, 4000.2)] == [False, False]
 
 
-def test_stamps_anywhere_in_the_past_do_not_begin_anew(clock):
+def test_stamps_scattered_over_the_past_are_no_restart(clock):
     for stamp in (-1e9, 3.0, -1e6):
         with pytest.raises(ClockSetBack):
             clock.begins_anew(stamp)
@@ -68,12 +68,12 @@ def test_a_frame_that_is_refused_leaves_no_stamp(clock):
 
 
 @pytest.mark.parametrize('stamp', [104.9, math.nan, math.inf])
-def test_what_repeats_or_is_no_number_is_for_others_to_judge(clock, stamp):
+def test_repeated_and_invalid_stamps_are_left_to_the_stage(clock, stamp):
     assert not clock.begins_anew(stamp)
     assert not clock.begins_anew(105.0)
 
 
-def test_a_frame_out_of_order_changes_nothing(clock):
+def test_frames_out_of_order_have_no_effect(clock):
     for stamp in (104.7, 104.8):
         with pytest.raises(ClockSetBack, match='go back by 0'):
             clock.begins_anew(stamp)
@@ -82,7 +82,7 @@ def test_a_frame_out_of_order_changes_nothing(clock):
         clock.begins_anew(104.9)
 
 
-def test_a_recording_whose_beginning_was_not_seen_begins_anew_with_its_third_frame(clock):
+def test_a_step_back_of_less_than_a_second_restarts_with_the_third_frame(clock):
     for stamp in (104.2, 104.3):
         with pytest.raises(ClockSetBack):
             clock.begins_anew(stamp)

@@ -57,12 +57,12 @@ def test_single_samples_of_unknown_rate(taps):
 
 
 @pytest.mark.parametrize(('period', 'count'), [(0.0, 5), (-1e-3, 5), (float('nan'), 5), (0.0, 1)])
-def test_a_period_that_is_none(taps, period, count):
+def test_invalid_periods_are_refused(taps, period, count):
     with pytest.raises(BadFrame, match='sample_period'):
         PsdStage(FingerModel(), VALUES).process(taps[0][:count], 1.0, period)
 
 
-def test_a_dead_output_is_suspicious(taps):
+def test_a_stuck_output_is_reported(taps):
     stage = PsdStage(FingerModel(), VALUES)
     volts = taps[0][:300].copy()
     volts[:, 2] = 0.2

@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Between messages and the core's arrays."""
+"""Conversions between messages and arrays, and checks of messages."""

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What messages of dots and results have to hold: anybody may publish, and ROS lets through any number and arrays of any lengths.
+"""Checks of received dots and results: ROS passes any number and arrays of any lengths.
 
-Each check raises BadFrame, which says what is wrong and where; behind it arrays run in parallel, and numbers are finite, or NaN where they
-are not known.
+Each check raises BadFrame, which says what is wrong and where. A message that passed has parallel arrays of equal lengths, and numbers that
+are finite, or NaN where not known.
 """
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ...errors import BadFrame
 
-_FARTHEST_PX = 1e6  # no image is so wide
-_LARGEST_PX2 = 1e12
-_FARTHEST_M = 100.0  # a sensor's frame is on the sensor
+# Limits beyond every sensor; products of numbers within them do not overflow. Chosen.
+_FARTHEST_PX = 1e6  # wider than any image
+_LARGEST_PX2 = _FARTHEST_PX**2
+_FARTHEST_M = 100.0  # from the origin, which is on the sensor
 _LARGEST = 1e9  # of forces, velocities, covariances in SI units
 _PLACES = ('x', 'y', 'z')
 
 
 def check_dots(message: DotTracks) -> None:
-    """Arrays in parallel, numbers on the grid and each once, places in an image."""
+    """Check dots: arrays of equal length, indices unique and on the grid, places within an image. Raises BadFrame."""
     count = len(message.id)
     _check_lengths('dots', message, ('u', 'v', 'area', 'du', 'dv'), count)
     if {len(getattr(message, name)) for name in _PLACES} not in ({0}, {count}):
@@ -35,15 +36,15 @@ def check_dots(message: DotTracks) -> None:
         for name in names:
             _check_numbers(f'dots: {name}', getattr(message, name), limit, known=name in 'uv')
     if (np.asarray(message.area) <= 0).any():
-        raise BadFrame('dots: an area is not above 0; NaN says that it is not known')
+        raise BadFrame('dots: an area is not above 0; publish NaN where it is not known')
 
 
 def check_region(message: ContactRegion) -> None:
-    """Dots and states in parallel, outlines finite, the rest finite or not known."""
+    """Check a region: as many states as dots, finite outlines, the rest finite or NaN. Raises BadFrame."""
     states = np.asarray(message.dot_state, np.int64)
     if len(message.dot_id) != len(states) or (states > ContactRegion.SLIPPING).any():
         raise BadFrame(f'contact_region: {len(message.dot_id)} dots with {len(states)} states of 0 to {ContactRegion.SLIPPING}; both '
-                       'arrays have to run in parallel')
+                       'arrays must have the same length')
     for name in ('outlines', 'holes'):
         for loop in getattr(message, name):
             _check_numbers(f'contact_region: {name}', [c for p in loop.points for c in (p.x, p.y, p.z)], _FARTHEST_M, known=True)
@@ -56,7 +57,7 @@ def check_region(message: ContactRegion) -> None:
 
 
 def check_contacts(message: Contacts) -> None:
-    """Each contact's numbers finite or not known."""
+    """Check contacts: numbers finite or NaN. Raises BadFrame."""
     for contact in message.contacts:
         _check_numbers('contacts: position', _xyz(contact.position), _FARTHEST_M)
         for name, values in (('normal', _xyz(contact.normal)), ('depth', (contact.depth,)), ('force', (contact.force,)),
@@ -65,7 +66,7 @@ def check_contacts(message: Contacts) -> None:
 
 
 def check_slip(message: Slip) -> None:
-    """A state that there is, places and velocities in parallel, numbers finite or not known."""
+    """Check slip: a defined state, as many velocities as places, numbers finite or NaN. Raises BadFrame."""
     if message.state > Slip.GROSS:
         raise BadFrame(f'slip: state {message.state} is none of 0 to {Slip.GROSS}')
     _check_lengths('slip', message, ('y', 'vx', 'vy'), len(message.x), 'x')
@@ -77,7 +78,7 @@ def check_slip(message: Slip) -> None:
 
 
 def check_wrench(message: WrenchStamped) -> None:
-    """Numbers finite or not known."""
+    """Check a wrench: numbers finite or NaN. Raises BadFrame."""
     _check_numbers('wrench', (*_xyz(message.wrench.force), *_xyz(message.wrench.torque)), _LARGEST)
 
 
@@ -85,7 +86,7 @@ _CHECKS = {DotTracks: check_dots, ContactRegion: check_region, Contacts: check_c
 
 
 def check_message(message) -> None:
-    """The stamp of a raw message or a result, and of a result its numbers; an image is checked where it becomes an array."""
+    """Check the stamp of any message, and the numbers of a result; images are checked by image_to_array. Raises BadFrame."""
     stamp_ns_of(message.header)
     if type(message) in _CHECKS:
         _CHECKS[type(message)](message)
@@ -94,26 +95,26 @@ def check_message(message) -> None:
 def _check_lengths(topic: str, message, names: Sequence[str], count: int, like: str = 'id') -> None:
     for name in names:
         if len(getattr(message, name)) != count:
-            raise BadFrame(f'{topic}: {name} has {len(getattr(message, name))} entries, {like} has {count}; whoever publishes {topic} '
-                           'has to fill both alike')
+            raise BadFrame(f'{topic}: {name} has {len(getattr(message, name))} entries, {like} has {count}; the publisher of {topic} '
+                           'must fill both with as many')
 
 
 def _check_ids(topic: str, ids: np.ndarray, count: int) -> None:
-    """Each once, and below count, 0 for a pattern that is no grid."""
+    """Raise BadFrame for an index that appears twice or is not below count (0: no grid)."""
     if count and len(ids) and ids.max() >= count:
-        raise BadFrame(f'{topic}: number {ids.max()} is beyond the grid of {count}; rows and columns of tracker and publisher differ')
+        raise BadFrame(f'{topic}: index {ids.max()} is beyond the grid of {count}; rows and columns of tracker and publisher differ')
     if len(np.unique(ids)) != len(ids):
-        raise BadFrame(f'{topic}: a number stands twice in id; each dot has its own')
+        raise BadFrame(f'{topic}: an index appears twice in id; each dot has its own')
 
 
 def _check_numbers(what: str, values, limit: float, known: bool = False) -> None:
-    """Raise BadFrame for a number of more than limit; for NaN too where it has to be known."""
+    """Raise BadFrame for a magnitude above limit, and for NaN where the value must be known."""
     values = np.asarray(values, float)
     bad = ~(np.abs(values) <= limit)
     if not known and bad.any():
         bad &= ~np.isnan(values)
     if bad.any():
-        raise BadFrame(f'{what} holds {values[bad][0]:g}; up to {limit:g} can be meant, ' + ('not NaN' if known else 'NaN: not known'))
+        raise BadFrame(f'{what} holds {values[bad][0]:g}; allowed are magnitudes up to {limit:g}{"" if known else ", and NaN: not known"}')
 
 
 def _xyz(vector) -> tuple[float, float, float]:

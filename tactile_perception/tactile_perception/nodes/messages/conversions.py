@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Between messages and the core's arrays; live nodes and offline tools use the same functions."""
+"""Conversions between messages and arrays; live nodes and offline tools use the same functions."""
 from __future__ import annotations
 
 from array import array
@@ -19,9 +19,9 @@ from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEsti
 from ...errors import BadFrame
 from .point_cloud import points_to_message
 
-#: What plumb_bob numbers may be: a lens beyond is none, and its numbers overflow on the way through the algorithms.
+#: Limits of plumb_bob numbers, beyond any lens: chosen, so that the algorithms do not overflow.
 _SHORTEST_FOCUS, _FARTHEST_PX, _STRONGEST_DISTORTION = 1.0, 1e6, 1e6
-_NO_DISTORTION = 1e-12  # less bends no ray, and divides by nearly zero
+_NO_DISTORTION = 1e-12  # a smaller coefficient counts as 0: it bends no ray, and the inversion would divide by it; chosen
 
 
 def image_to_array(message: Image) -> np.ndarray:
@@ -31,7 +31,7 @@ def image_to_array(message: Image) -> np.ndarray:
 
 def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None:
     """K (3, 3) and distortion (5,) of a camera_info; None where the camera is not calibrated (K of zeros). Raises BadFrame for another
-    model, and for numbers that are no camera.
+    distortion model, and for numbers that fit no camera.
     """
     matrix = np.array(message.k, float).reshape(3, 3)
     if not matrix.any():
@@ -48,7 +48,7 @@ def camera_matrices(message: CameraInfo) -> tuple[np.ndarray, np.ndarray] | None
 
 
 def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
-    """Raise BadFrame unless K (3, 3) and plumb_bob coefficients are those of a camera; NaN is none."""
+    """Raise BadFrame unless K (3, 3) and the plumb_bob coefficients are finite and plausible."""
     focus, middle = matrix[[0, 1], [0, 1]], matrix[:2, 2]
     rest = matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]]
     if not ((focus >= _SHORTEST_FOCUS) & (focus <= _FARTHEST_PX)).all() or not (np.abs(middle) <= _FARTHEST_PX).all() \
@@ -56,11 +56,11 @@ def _check_camera(matrix: np.ndarray, distortion: np.ndarray) -> None:
         raise BadFrame(f'camera_info: k {matrix.ravel().tolist()} is not of a camera, [fx 0 cx, 0 fy cy, 0 0 1] in px with fx and fy from '
                        f'{_SHORTEST_FOCUS:g} px on; calibrate the camera, or publish zeros where it is not calibrated')
     if not (np.abs(distortion) <= _STRONGEST_DISTORTION).all():
-        raise BadFrame(f'camera_info: distortion {distortion.tolist()} is none; calibrate the camera')
+        raise BadFrame(f'camera_info: distortion {distortion.tolist()} is beyond any lens; calibrate the camera')
 
 
 def stamp_seconds(header) -> float:
-    """A header's stamp, s. Raises BadFrame for one that is no time."""
+    """A header's stamp, s. Raises BadFrame for an invalid stamp."""
     stamp_ns_of(header)
     return header.stamp.sec + 1e-9 * header.stamp.nanosec
 
@@ -82,7 +82,7 @@ def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
 
 
 def tracks_from_message(message: DotTracks) -> dots.DotTracks:
-    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that are none."""
+    """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that fail check_dots."""
     check_dots(message)
     count = len(message.id)
     columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
@@ -140,7 +140,7 @@ def slip_to_message(estimate: SlipEstimate, header) -> Slip:
     )
 
 
-#: topic -> (attribute of a stage's result, how it becomes a message)
+#: topic -> (attribute of a stage's result, its conversion)
 _RESULTS = {
     'contact_region': ('region', region_to_message),
     'contacts': ('contacts', contacts_to_message),
@@ -151,7 +151,7 @@ _RESULTS = {
 
 
 def results_to_messages(result, header, topics: Collection[str]) -> dict[str, object]:
-    """Topic -> message under the raw message's header, of those parts of a stage's result that are asked for."""
+    """Topic -> message under the raw message's header, of the requested parts of a stage's result."""
     return {topic: to_message(getattr(result, part), header) for topic, (part, to_message) in _RESULTS.items() if topic in topics}
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages back as the estimates that they were made of: what reads recorded results, or ground truth, which has the same form."""
+"""Conversions from result messages to estimates, for readers of recorded results and of ground truth, which has the same types."""
 from __future__ import annotations
 
 import numpy as np
@@ -12,14 +12,14 @@ from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEsti
 
 
 def contacts_from_message(message: Contacts) -> list[ContactEstimate]:
-    """The contacts; which dots belong to each, which the message does not carry, is empty. Raises BadFrame for numbers that are none."""
+    """The contacts; members, which the message does not carry, are empty. Raises BadFrame for invalid numbers."""
     check_contacts(message)
     return [ContactEstimate(c.id, _xyz(c.position), _xyz(c.normal), c.depth, c.force, np.array(c.position_covariance).reshape(3, 3),
                             c.flags, np.zeros(0, bool)) for c in message.contacts]
 
 
 def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
-    """The region. Raises BadFrame where dots and their states differ in number, a state or an outline is none, or a number is infinite."""
+    """The region. Raises BadFrame for different numbers of dots and states, an undefined state, or an invalid number."""
     check_region(message)
     ids, states = np.array(message.dot_id, np.int64), np.array(message.dot_state, np.uint8)
     turn = message.motion.rotation
@@ -30,7 +30,7 @@ def region_from_message(message: ContactRegion) -> ContactRegionEstimate:
 
 
 def slip_from_message(message: Slip) -> SlipEstimate:
-    """The slip. Raises BadFrame for a state that is none, arrays that are not in parallel, or an infinite number."""
+    """The slip. Raises BadFrame for an undefined state, arrays of different lengths, or an infinite number."""
     check_slip(message)
     places = (np.array(getattr(message, name), float) for name in ('x', 'y', 'vx', 'vy'))
     return SlipEstimate(message.state, message.slipping_fraction, _xyz(message.velocity.linear), _xyz(message.velocity.angular),

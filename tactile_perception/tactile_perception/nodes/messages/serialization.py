@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages as bytes, without a middleware node: for the tools that read and write bags."""
+"""Serialisation of messages without a node, for the tools that read and write bags."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -22,14 +22,14 @@ class MessageCodec:
             self.store.register(get_types_from_msg(file.read_text(), f'tactile_msgs/msg/{file.stem}'))
 
     def decode(self, data: bytes, type_name: str):
-        """The message in CDR data. Raises BadFrame where data is none of that type."""
+        """The message in CDR data. Raises BadFrame for data that cannot be decoded as that type."""
         try:
             return deserialize_message(data, get_message(type_name))
         except Exception as error:  # rclpy raises RuntimeError and others, by middleware
             raise BadFrame(f'{len(data)} bytes are no {type_name}: {error}') from error
 
     def encode(self, message) -> tuple[str, bytes]:
-        """Type name and CDR bytes; the same message gives the same bytes (the middleware leaves its padding as it finds it)."""
+        """Type name and CDR bytes; equal messages give equal bytes (the middleware does not clear its padding)."""
         type_name = type_name_of(type(message))
         return type_name, bytes(self.store.serialize_cdr(self.store.deserialize_cdr(serialize_message(message), type_name), type_name))
 

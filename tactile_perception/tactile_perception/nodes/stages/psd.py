@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The PSD finger's stage from message to message: what psd_contact_node computes, process_bag computes by the same lines."""
+"""The PSD finger's stage on messages; psd_contact_node and process_bag both run it."""
 from __future__ import annotations
 
 import math
@@ -20,8 +20,8 @@ from ...psd.finger import Touch
 from ...psd.model import FingerModel
 
 _NS = 1_000_000_000
-_SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: no converter is faster, and a touch may be over between two that are further apart
-_LAST_S = 2**31 - 1  # of the seconds of a stamp, an int32
+_SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: chosen; faster than any converter, slower than a touch lasts
+_LAST_S = 2**31 - 1  # largest second of a stamp, an int32
 
 
 class PsdMessages:
@@ -34,7 +34,7 @@ class PsdMessages:
         self.stage = PsdStage(self._model, values)
 
     def on_voltages(self, message: PsdVoltages) -> list[Contacts]:
-        """Contacts of one block: under its own stamp, and under those of the samples with which a contact begins or ends.
+        """Contacts of one block: at its own stamp, and at those of the samples where a contact begins or ends.
 
         Raises BadFrame for a block that cannot be used.
         """
@@ -53,18 +53,18 @@ class PsdMessages:
 
 
 def check_block(message: PsdVoltages) -> None:
-    """Raise BadFrame for voltages that are no whole samples, a period that is none, and samples beyond the end of all stamps."""
+    """Raise BadFrame for incomplete samples, an invalid period, and stamps that would overflow."""
     count, period_s = len(message.voltages), message.sample_period
     if count % 4 or not count:
-        raise BadFrame(f'{count} voltages; there are four a sample: the driver has to publish whole ones')
+        raise BadFrame(f'{count} voltages; a sample has four: the driver must publish whole samples')
     if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
         raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} (NaN only for a single sample)')
     if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
-        raise BadFrame(f'stamp {message.header.stamp.sec} s is at the end of all stamps; whoever publishes has to stamp with a clock')
+        raise BadFrame(f'stamp {message.header.stamp.sec} s is near the largest stamp; the publisher must stamp with a clock')
 
 
 def later(header: Header, seconds: float) -> Header:
-    """The header, s later."""
+    """The header with a stamp later by seconds."""
     if not seconds:
         return header
     stamp = convert.stamp_ns_of(header) + round(seconds * _NS)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The taxel array's stage from message to message: what taxel_contact_node computes, process_bag computes by the same lines."""
+"""The taxel array's stage on messages; taxel_contact_node and process_bag both run it."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
@@ -23,7 +23,7 @@ RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 
 
 
 def taxel_values(message: Image) -> np.ndarray:
-    """(rows, columns) uint8 or uint16 of an Image, a pixel a taxel. Raises BadFrame for another encoding or a cut frame."""
+    """(rows, columns) uint8 or uint16 of an Image, a pixel a taxel. Raises BadFrame for another encoding or a truncated frame."""
     size = message.height, message.width, message.step
     return pixels_of(message.data, size, message.encoding, bool(message.is_bigendian), 'taxel image', GREY)
 
@@ -34,11 +34,11 @@ class TaxelMessages:
     def __init__(self, values: Mapping):
         self._values = dict(values)
         self._clock, self._tree = StampClock(), FrameTree()
-        self._placed: tuple[int, str] = (0, '')  # state of the tree, and sensor frame, by which the object is told
+        self._placed: tuple[int, str] = (0, '')  # version of the tree, and sensor frame, in which the object is given
         self.estimator = taxel_estimator(self._values)
 
     def on_image(self, message: Image, topics: Collection[str] = (*RESULTS, *POINTS)) -> dict[str, object]:
-        """Topic -> message under the image's header, for the topics asked for. Raises BadFrame for an image that cannot be used."""
+        """Topic -> message under the image's header, for the requested topics. Raises BadFrame for an image that cannot be used."""
         values = taxel_values(message)
         stamp_s = convert.stamp_seconds(message.header)
         with self._clock.at(stamp_s) as anew:
@@ -54,7 +54,7 @@ class TaxelMessages:
         self._placed = -1, ''
 
     def on_transforms(self, message: TFMessage) -> None:
-        """Take where frames are. Raises BadFrame for a transform that is none, after the others of the message are taken."""
+        """Take transforms. Raises BadFrame for an invalid one, after the others of the message are taken."""
         refused = None
         for one in message.transforms:
             place, turn = one.transform.translation, one.transform.rotation
@@ -67,17 +67,17 @@ class TaxelMessages:
             raise refused
 
     def set_object(self, changes: Mapping) -> None:
-        """Take what has become known of the object; changes: of OBJECT_PARAMETERS. Raises BadArgument."""
+        """Take new properties of the object; changes: of OBJECT_PARAMETERS. Raises BadArgument."""
         values = self._values | dict(changes)
         self.estimator.grasped = grasped_object(values, self._tree, self._placed[1])
         self._values = values
 
     @property
     def suspicion(self) -> str:
-        """Why results cannot be trusted, or are not told, ''."""
+        """Why results may be wrong or missing; '' for no reason."""
         lost = [frame for frame in sorted(frames_of(self._values)) if self._tree.pose(frame, self._placed[1]) is None]
-        untold = f'no transform leads from {" or ".join(lost)} to {self._placed[1]!r}: friction is not told' if lost else ''
-        return '; '.join(filter(None, (self.estimator.baseline.suspicion, untold)))
+        missing = f'no transform leads from {" or ".join(lost)} to {self._placed[1]!r}: friction is NaN; publish it' if lost else ''
+        return '; '.join(filter(None, (self.estimator.baseline.suspicion, missing)))
 
     def _place_object(self, sensor_frame: str) -> None:
         placed = self._tree.changes, sensor_frame.lstrip('/')

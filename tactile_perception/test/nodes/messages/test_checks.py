@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of dots and results that say what cannot be are refused by the name of what is wrong; unknown parts are let through."""
+"""Invalid messages of dots and results are refused with the name of the wrong field; unknown values pass."""
 from array import array
 
 import numpy as np
@@ -26,7 +26,7 @@ def dots(**changes):
     return DotTracks(**{**good, **changes})
 
 
-def test_what_is_good_or_unknown_passes():
+def test_valid_and_unknown_values_pass():
     unknown = Point(x=NAN, y=NAN, z=NAN)
     for message in (dots(), dots(x=floats(), y=floats(), z=floats()), DotTracks(), Image(), ContactRegion(), Contacts(), Slip(),
                     ContactRegion(centroid=unknown, orientation=NAN, outlines=[Polygon(points=[Point32(x=1e-3)])]),
@@ -38,17 +38,17 @@ def test_what_is_good_or_unknown_passes():
 
 @pytest.mark.parametrize('changes, reason', [
     ({'u': floats(1)}, 'u has 1 entries, id has 2'), ({'dv': floats()}, 'dv has 0'), ({'x': floats(1)}, 'x, y, z have 1, 2, 2'),
-    ({'id': array('I', [1, 6])}, 'number 6 is beyond the grid of 6'), ({'id': array('I', [1, 2**32 - 1])}, 'beyond the grid'),
+    ({'id': array('I', [1, 6])}, 'beyond the grid of 6'), ({'id': array('I', [1, 2**32 - 1])}, 'beyond the grid'),
     ({'id': array('I', [5, 5])}, 'twice'), ({'u': floats(1, NAN)}, 'u holds nan'), ({'v': floats(1, np.inf)}, 'v holds inf'),
     ({'du': floats(1, 1e30)}, r'du holds 1e\+30'), ({'area': floats(1, 0)}, 'not above 0'),
     ({'area': floats(1, -np.inf)}, 'area holds -inf'),
     ({'z': floats(1, 1e9)}, r'z holds 1e\+09')])
-def test_dots_that_cannot_be(changes, reason):
+def test_invalid_dots_are_refused(changes, reason):
     with pytest.raises(BadFrame, match=reason):
         check_message(dots(**changes))
 
 
-def test_a_pattern_without_a_grid_has_any_numbers():
+def test_a_pattern_without_a_grid_has_any_indices():
     check_message(dots(rows=0, columns=0, id=array('I', [7, 2**32 - 1])))
 
 
@@ -63,13 +63,13 @@ def test_a_pattern_without_a_grid_has_any_numbers():
     (Slip(state=3), 'state 3 is none'), (Slip(x=floats(1)), 'y has 0 entries, x has 1'),
     (Slip(slipping_fraction=np.inf), 'slipping_fraction'),
     (WrenchStamped(wrench=Wrench(torque=Vector3(x=np.inf))), 'wrench holds inf')])
-def test_results_that_cannot_be(message, reason):
+def test_invalid_results_are_refused(message, reason):
     with pytest.raises(BadFrame, match=reason):
         check_message(message)
 
 
 @pytest.mark.parametrize('sec, nanosec', [(-1, 0), (-2**31, 0), (0, 10**9), (2**31 - 1, 2**32 - 1)])
-def test_a_stamp_that_is_no_time(sec, nanosec):
+def test_invalid_stamps_are_refused(sec, nanosec):
     message = Image()
     message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
     with pytest.raises(BadFrame, match=f'stamp {sec} s'):

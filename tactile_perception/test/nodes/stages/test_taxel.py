@@ -60,7 +60,7 @@ def test_results_go_under_the_images_header():
     assert np.isnan(found['wrench'].wrench.force.z)
 
 
-def test_the_object_can_be_told_while_it_runs():
+def test_the_object_can_change_while_it_runs():
     stage = TaxelMessages(VALUES)
     stage.on_image(image(np.full((44, 44), 3, np.uint8), 1.0))
     stage.set_object({'object.depth': 4e-4})
@@ -81,7 +81,7 @@ def transforms(*links):
     return message
 
 
-def test_friction_follows_the_attitude_that_transforms_tell():
+def test_friction_follows_the_attitude_from_tf():
     """Equations 6 and 7: half of the weight, turned into the sensor frame; the moment by the centre of mass of the object's own frame."""
     known = {'object.weight': 4.0, 'object.depth': 4e-4, 'object.gravity': [0.0, -1.0, 0.0], 'object.gravity_frame': 'world',
              'object.centre_of_mass': [0.0, 0.02, 0.0], 'object.centre_of_mass_frame': 'object'}
@@ -100,7 +100,7 @@ def test_friction_follows_the_attitude_that_transforms_tell():
     assert [found.force.x, found.force.y] == pytest.approx([0.0, -2.0], abs=1e-9) and found.torque.z == pytest.approx(-0.01 * 2.0)
 
 
-def test_a_transform_that_is_none_is_refused_and_its_neighbours_are_taken():
+def test_an_invalid_transform_is_refused_and_its_neighbours_are_taken():
     stage = TaxelMessages(VALUES | {'object.weight': 4.0, 'object.gravity_frame': 'world'})
     stage.on_image(image(np.full((44, 44), 3, np.uint8), 1.0))
     with pytest.raises(BadFrame, match='elbow'):
