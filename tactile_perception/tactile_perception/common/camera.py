@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The camera: from places in the sensor frame to pixels, and from pixels to rays."""
+"""Pinhole camera: projection of points in the sensor frame, and rays through pixels."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -48,15 +48,14 @@ class CameraModel:
         return -self.rotation.T @ self.translation
 
     def project(self, xyz: np.ndarray) -> np.ndarray:
-        """Image places (N, 2), px, of points xyz (N, 3) in the sensor frame, m."""
+        """Image positions (N, 2), px, of points xyz (N, 3) in the sensor frame, m."""
         points = np.ascontiguousarray(xyz, float).reshape(-1, 1, 3)
         if not len(points):
             return np.zeros((0, 2))
         return cv2.projectPoints(points, cv2.Rodrigues(self.rotation)[0], self.translation, self.matrix, self.distortion)[0].reshape(-1, 2)
 
     def rays(self, uv: np.ndarray) -> np.ndarray:
-        """Unit vectors (N, 3) in the sensor frame from the camera's centre through image places uv (N, 2), px; NaN where the lens
-        shows nothing."""
+        """Unit vectors (N, 3) in the sensor frame from the camera centre through uv (N, 2), px; NaN outside the lens' field of view."""
         plane = undistorted(uv, self.matrix, self.distortion)
         rays = plane @ self.rotation[:2]
         rays += self.rotation[2]

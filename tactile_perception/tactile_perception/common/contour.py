@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of contact regions: the half-level contour of what the dots say, between the dots, on the present surface."""
+"""Outlines of contact regions: level contour of the dots' contact score on the current surface."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from .dot_grid import fill_unseen
 from .dot_surface import DotSurface, along_lines, refined
 from ..errors import BadArgument
 
-REFINE = 2  # steps a pitch in which an outline is drawn
+REFINE = 2  # steps per pitch of an outline. Chosen
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
 # Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom left, 8 bottom right): edge it comes from, edge it goes
 # to, so that outlines turn from +column to +row. Cells with two diagonal corners (9, 6) have two: those of the pair of codes given,
@@ -23,7 +23,7 @@ _TO = np.array([0, _LEFT, _TOP, _LEFT, _BOTTOM, _BOTTOM, 0, _BOTTOM, _RIGHT, 0, 
 _SADDLES = {9: ((1, 8), (11, 13)), 6: ((2, 4), (7, 14))}
 _SADDLE = np.isin(np.arange(16), (9, 6))
 _CROSSED = (np.arange(16) > 0) & (np.arange(16) < 15)
-# A label spreads to its neighbours as a Gaussian of half a pitch: it rounds the steps that a grid makes of a slanted edge.
+# Gaussian of half a pitch, which smooths the staircase of labels along a slanted edge.
 _LABEL_SPREAD = np.float32([0.107, 0.786, 0.107])
 
 
@@ -47,7 +47,7 @@ class Outline:
 
 
 def label_score(contact: np.ndarray) -> np.ndarray:
-    """Score (rows, columns), level 0.5, from labels alone: contact (rows, columns) of 0 and 1, NaN where no dot was seen."""
+    """Score (rows, columns), level 0.5, from labels: contact (rows, columns) of 0 and 1, NaN for unseen dots."""
     filled = np.clip(fill_unseen(contact), 0, 1)
     return cv2.sepFilter2D(filled, -1, _LABEL_SPREAD, _LABEL_SPREAD, borderType=cv2.BORDER_REPLICATE)
 
@@ -56,9 +56,9 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
                     ceiling: float = 1.0) -> list[Outline]:
     """Regions where score (rows, columns) is above level, with their outlines on the surface, largest first.
 
-    NaN marks a dot that was not seen: it is continued from its neighbours. score is cut at 0 and at ceiling, since half of the
-    way from free to contact is the border however hard an edge presses. Each pitch is divided by refine. Regions that touch
-    the pattern's border are closed half a pitch outside of the last dots. Raises BadArgument for shapes that do not fit.
+    Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and ceiling, so that the border is independent of the pressure
+    of an edge. Outlines have refine steps per pitch. Regions at the pattern's border are closed half a pitch outside the last dots.
+    Raises BadArgument for shapes that do not fit.
     """
     if score.shape != surface.shape or refine < 1 or not 0 < level < ceiling:
         raise BadArgument(f'region_outlines: need score {surface.shape}, refine >= 1 and 0 < level < ceiling, '
@@ -74,7 +74,7 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
 
 
 def _cropped(field: np.ndarray, level: float) -> tuple[np.ndarray, int, int]:
-    """field around its part above level with a border of 0 two nodes off, and its first row and column; off the grid nothing touches."""
+    """field cropped to its part above level with a margin of two nodes, 0 at its border and off the grid; its first row and column."""
     above = field > level
     rows, columns = np.flatnonzero(above.any(1)), np.flatnonzero(above.any(0))
     row, column = int(rows[0]) - 2, int(columns[0]) - 2
@@ -89,30 +89,29 @@ def contour(field: np.ndarray, level: float) -> list[np.ndarray]:
     """Closed loops (M, 2) of (row, column) along which field (rows, columns) crosses level; its border must be below level.
 
     Linear between nodes; around what is above, loops turn from +column to +row, around holes the other way (marching squares,
-    diagonal cells settled by their mean).
+    saddle cells resolved by their mean).
     """
     width = field.shape[1]
-    above = (field > level).view(np.uint8).ravel()  # the border is not, so that rows may be strung together
+    above = (field > level).view(np.uint8).ravel()  # the border is below, so rows may be concatenated
     pair = above[:-1] + 2 * above[1:]
     code = pair[:-width] + 4 * pair[width:]
     node = np.flatnonzero(_CROSSED[code])
     code = code[node]
     if _SADDLE[code].any():
-        node, code = _settled(field, level, node, code)
+        node, code = _saddles_split(field, level, node, code)
     start, end = (2 * node + edges[code] for edges in _edges(width))
     return [_crossings(np.array(loop), field, level) for loop in _cycles(dict(zip(start.tolist(), end.tolist())))]
 
 
 @lru_cache(maxsize=64)
 def _edges(width: int) -> tuple[np.ndarray, np.ndarray]:
-    """By code, the number of the side that a cell's segment comes from, and of that it goes to, beyond twice the number of the cell's top
-    left node, in a field that many nodes wide; see _cycles."""
+    """For each code, ids of the edges where a cell's segment starts and ends, relative to twice its top left node; see _cycles."""
     side = np.array([0, 3, 2 * width, 1])
     return side[_FROM], side[_TO]
 
 
-def _settled(field, level, node, code) -> tuple[np.ndarray, np.ndarray]:
-    """node and code of all cells with each of the diagonal ones as the two segments that its mean asks for."""
+def _saddles_split(field, level, node, code) -> tuple[np.ndarray, np.ndarray]:
+    """node and code of all cells, each saddle split into two segments by its mean."""
     more, saddle = [], _SADDLE[code]
     for k in np.flatnonzero(saddle):
         row, column = divmod(int(node[k]), field.shape[1])

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Values of dots laid out on their grid, and what neighbours on it tell: normals of the surface, values of unseen dots."""
+"""Arrays of dot values on the printed grid: layout, slopes, surface normals, interpolation of unseen dots."""
 from __future__ import annotations
 
 import numpy as np
@@ -9,7 +9,7 @@ from .vectors import cross
 from ..errors import BadArgument
 
 
-_STRAIGHT_LAYERS = 2
+_STRAIGHT_LAYERS = 2  # dots beyond the last known one that are extrapolated linearly; farther ones take means. Chosen
 
 
 def scatter(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np.nan, last: bool = False) -> np.ndarray:
@@ -20,16 +20,16 @@ def scatter(values: np.ndarray, ids: np.ndarray, count: int, unknown: float = np
 
 
 def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.ndarray:
-    """(rows, columns, ...) float64 array of values (N, ...) at ids (N,) = row * columns + column; NaN where no dot was seen.
+    """(rows, columns, ...) float64 array of values (N, ...) at ids (N,) = row * columns + column; NaN for unseen dots.
 
-    Raises BadArgument for ids that are off the grid or come twice.
+    Raises BadArgument for ids that are off the grid or repeated.
     """
     ids = np.asarray(ids)
     seen = np.zeros(rows * columns, bool)
     if len(ids) and 0 <= ids.min() and ids.max() < rows * columns:
         seen[ids] = True
     if np.count_nonzero(seen) != len(ids):
-        raise BadArgument(f'dot ids must be different numbers from 0 to {rows * columns - 1} ({rows} rows x {columns} columns)')
+        raise BadArgument(f'dot ids must be distinct, from 0 to {rows * columns - 1} ({rows} rows x {columns} columns)')
     values = np.asarray(values, float)
     grid = np.empty((rows * columns, *values.shape[1:]))
     grid[ids] = values
@@ -39,7 +39,7 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
 
 
 def grid_slopes(grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Differences per column and per row of grid (rows, columns, ...): central, one-sided next to a gap, NaN where alone."""
+    """Differences per column and per row of grid (rows, columns, ...): central, one-sided next to a gap, NaN without neighbours."""
     return _slope(grid, 1), _slope(grid, 0)
 
 
@@ -54,7 +54,7 @@ def _slope(grid: np.ndarray, axis: int) -> np.ndarray:
 
 
 def grid_normals(xyz: np.ndarray) -> np.ndarray:
-    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), out of the sensor; NaN where neighbours lack."""
+    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), out of the sensor; NaN without neighbours."""
     along_column, along_row = grid_slopes(xyz)
     normal = cross(along_column.T, along_row.T).T
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -62,8 +62,8 @@ def grid_normals(xyz: np.ndarray) -> np.ndarray:
 
 
 def fill_unseen(grid: np.ndarray) -> np.ndarray:
-    """grid (rows, columns, ...) with NaN entries continued from their neighbours: linearly along row and column near what is known, as the
-    neighbours' mean farther off, where a straight line would carry errors away. All NaN stays all NaN.
+    """grid (rows, columns, ...) with NaN entries filled layer by layer from their neighbours: interpolated or extrapolated linearly near
+    known entries, by means farther away, where linear extrapolation amplifies errors. All NaN stays all NaN.
     """
     grid = np.array(grid, float)
     layer = 0
@@ -78,7 +78,7 @@ def fill_unseen(grid: np.ndarray) -> np.ndarray:
 
 
 def _from_neighbours(grid: np.ndarray, straight: bool) -> np.ndarray:
-    """Mean of what both axes predict for each node: between two neighbours, else (where asked) straight on from two, else the next."""
+    """Mean over both axes of each node's prediction: between two neighbours, else (straight) linear from two, else the nearest."""
     total, count = np.zeros_like(grid), np.zeros(grid.shape)
     for axis in (0, 1):
         near = [_shifted(grid, step, axis) for step in (-2, -1, 1, 2)]

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The present surface through the dots, smooth between them and a little beyond the last ones."""
+"""The current surface through the dots: cubic convolution between them, linear extrapolation beyond the last ones."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -11,8 +11,8 @@ from .dot_grid import fill_unseen
 from .vectors import cross
 from ..errors import BadArgument
 
-BEYOND = 2  # nodes added straight on at each side
-_SLOPE_STEP = 0.01
+BEYOND = 2  # nodes extrapolated on each side, as a cubic needs
+_SLOPE_STEP = 0.01  # pitches, of the finite differences
 _AROUND = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]])
 _FOUR = np.arange(4)
 
@@ -54,7 +54,7 @@ def along_lines(fine: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def extended(values: np.ndarray) -> np.ndarray:
-    """values (rows, columns, C) with two nodes more on every side, straight on from the last two."""
+    """values (rows, columns, C) with BEYOND nodes more on every side, extrapolated linearly from the last two."""
     rows, columns, channels = values.shape
     wide = np.empty((rows + 2 * BEYOND, columns + 2 * BEYOND, channels))
     middle = wide[:, BEYOND:-BEYOND]
@@ -81,7 +81,7 @@ def values_at(wide: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 class DotSurface:
-    """The surface through places of dots xyz (rows, columns, 3), m; NaN where a dot was not seen is continued from its neighbours.
+    """The surface through dots at xyz (rows, columns, 3), m; unseen dots (NaN) are filled from their neighbours.
 
     xyz: the same without NaN; wide: see extended. Raises BadArgument for other shapes or where no dot is known.
     """
@@ -114,7 +114,7 @@ class DotSurface:
         place = np.array(divmod(int(np.argmin(np.einsum('ijk,ijk->ij', off, off))), self.shape[1]), float)
         found = self.points(place + _SLOPE_STEP * _AROUND[:3])[:, :2]
         (a, c), (b, d) = (found[1:] - found[0]) / _SLOPE_STEP
-        inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)  # the slopes hardly change on the way
+        inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)  # the Jacobian is kept for both steps
         place = place + np.clip(inverse @ (xy - found[0]), -1, 1)
         place = place + np.clip(inverse @ (xy - self.points(place[None])[0, :2]), -1, 1)
         point, below, right, above, left = self.points(place + _AROUND)

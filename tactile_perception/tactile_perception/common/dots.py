@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of the printed dots in one image."""
+"""Dots detected in one image, and their tracks."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass
 class Dots:
-    """Dots found in one image, in no order.
+    """Dots detected in one image, unordered.
 
     uv: (N, 2) float64, image positions, px (column, row); area: (N,) float64, px^2;
     sigma: (N,) float64, standard deviation of a position per axis, px.
@@ -26,12 +26,12 @@ class Dots:
 
 @dataclass
 class DotTracks:
-    """Dots under numbers that stay their own; entry k of each array belongs to the same dot.
+    """Dots with persistent ids; entry k of each array belongs to the same dot.
 
-    rows, columns: of the printed grid (0 for a pattern that is no grid); id: (N,) int64, row * columns + column on a grid, a track
+    rows, columns: of the printed grid (0 for an irregular pattern); id: (N,) int64, row * columns + column on a grid, a track
     number elsewhere;
-    uv, duv: (N, 2) float64, place and displacement from the untouched reference, px; area: (N,) px^2; sigma: (N,) px per axis;
-    xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are left out.
+    uv, duv: (N, 2) float64, position and displacement from the untouched reference, px; area: (N,) px^2; sigma: (N,) px per axis;
+    xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are absent.
     """
 
     rows: int
@@ -48,10 +48,10 @@ class DotTracks:
 
     @property
     def rest_uv(self) -> np.ndarray:
-        """(N, 2) places of the same dots in the untouched reference, px."""
+        """(N, 2) positions of the same dots in the untouched reference, px."""
         return self.uv - self.duv
 
     def take(self, some: np.ndarray) -> DotTracks:
-        """Of some of the dots (N,) bool, or by place."""
+        """A subset of the dots; some: (N,) bool, or indices."""
         xyz = None if self.xyz is None else self.xyz[some]
         return DotTracks(self.rows, self.columns, self.id[some], self.uv[some], self.area[some], self.sigma[some], self.duv[some], xyz)

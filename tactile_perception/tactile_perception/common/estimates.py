@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What all sensors tell, as the messages have it: contacts, contact regions, slip. NaN: not known."""
+"""Estimates of all sensors, with the fields of their messages: contacts, contact regions, slip. NaN: unknown."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ class ContactEstimate:
 
 @dataclass
 class ContactRegionEstimate:
-    """The fields of tactile_msgs/ContactRegion; what is not known is NaN, area is 0 where nothing touches.
+    """The fields of tactile_msgs/ContactRegion; unknown is NaN; area is 0 without contact.
 
     dot_id, dot_state: (N,); outlines, holes: lists of (M, 3) m; area: m^2 on the surface; centroid, normal: (3,); orientation: rad in
     (-pi/2, pi/2]; major_axis, minor_axis: m, full lengths of the ellipse of the same moments; motion_rotation: (4,) quaternion x y z w and
@@ -58,11 +58,11 @@ NONE, INCIPIENT, GROSS = 0, 1, 2
 
 @dataclass
 class SlipEstimate:
-    """The fields of tactile_msgs/Slip; NaN: not known.
+    """The fields of tactile_msgs/Slip; NaN: unknown.
 
-    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the touched dots, NaN when nothing touches; linear, angular: (3,) m/s, rad/s,
-    twist of the object over the surface at the frame's origin, 0 while all sticks; rotation_center: (3,) m; x, y: (S,) m, places of the
-    slipping dots; vx, vy: (S,) m/s, of the object over the surface there.
+    state: NONE, INCIPIENT or GROSS; slipping_fraction: of the dots in contact, NaN without contact; linear, angular: (3,) m/s, rad/s,
+    twist of the object over the surface at the frame's origin, 0 while all dots stick; rotation_center: (3,) m; x, y: (S,) m, positions of
+    the slipping dots; vx, vy: (S,) m/s, of the object over the surface there.
     """
 
     state: int = NONE

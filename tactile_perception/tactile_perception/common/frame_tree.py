@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How frames lie to each other, by the newest transforms that have been told: what /tf and /tf_static carry."""
+"""Relative poses of frames from the newest transforms on /tf and /tf_static."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,9 +14,9 @@ _FARTHEST = 1e9  # m, of a translation: chosen, beyond any robot; chains of tran
 
 
 class FrameTree:
-    """Each frame's place in its parent. changes: how often something new was taken.
+    """Pose of each frame in its parent. changes: number of transforms taken.
 
-    Objects are held, not thrown: the newest transform stands for the present, and none is interpolated.
+    The newest transform counts as current; none is interpolated.
     """
 
     def __init__(self):

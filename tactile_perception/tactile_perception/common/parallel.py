@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that takes long, on all cores; how far it is goes to the log."""
+"""Long computations on all cores, with progress in the log."""
 from __future__ import annotations
 
 import logging
@@ -16,15 +16,15 @@ _log = logging.getLogger(__name__)
 
 
 def in_parallel(work: Callable[[Item], Result], items: Sequence[Item], what: str) -> list[Result]:
-    """[work(item) for item in items]; work: a function of a module; what: of which the log says how many are done."""
+    """[work(item) for item in items]; work: a module-level function; what: name of the items in the log."""
     workers = min(len(items), len(os.sched_getaffinity(0)))
     if workers < 2:
-        return _told(map(work, items), len(items), what)
+        return _collected(map(work, items), len(items), what)
     with ProcessPoolExecutor(workers, get_context('fork')) as pool:
-        return _told(pool.map(work, items), len(items), what)
+        return _collected(pool.map(work, items), len(items), what)
 
 
-def _told(results, count: int, what: str) -> list:
+def _collected(results, count: int, what: str) -> list:
     done = []
     for result in results:
         done.append(result)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A line on the terminal that counts while a tool works."""
+"""Progress of long work on stderr."""
 from __future__ import annotations
 
 import logging
@@ -16,9 +16,9 @@ _BAR = 24  # characters
 
 
 class Progress:
-    """Iterates over items and says once a second how many are done, on stderr; silent for what is over within a second.
+    """Iterates over items and prints once a second how many are done; prints nothing within the first second.
 
-    name: of the items; total: how many there are to be, 0 where that is not known; with it comes a bar, and the time that is left.
+    name: of the items; total: number of items, 0 if unknown; with it a bar and the remaining time are printed.
     """
 
     def __init__(self, items: Iterable[Item], name: str, total: int = 0):
@@ -32,7 +32,7 @@ class Progress:
 
 
 class ProgressLine:
-    """The line itself, for work that counts its steps. Over itself on a terminal, else a line each time."""
+    """The progress line, for work that counts its steps; overwritten on a terminal, else a new line each time."""
 
     def __init__(self, name: str, total: int = 0):
         self._name, self._total, self._done = name, total, 0
@@ -40,7 +40,7 @@ class ProgressLine:
         self._open = False
 
     def step(self) -> None:
-        """One more is done."""
+        """Count one item."""
         self._done += 1
         now = time.monotonic()
         if now - self._said > _EVERY_S:
@@ -48,7 +48,7 @@ class ProgressLine:
             print('\r' * self._open + self._text(now), end='  ' if self._open else '\n', file=sys.stderr, flush=True)
 
     def end(self) -> None:
-        """No more come: the terminal's line is left."""
+        """Finish the line."""
         if self._open:
             print(file=sys.stderr)
         self._open = False
@@ -65,8 +65,8 @@ class ProgressLine:
 
 @contextmanager
 def log_told() -> Iterator[None]:
-    """While this lasts, what the package logs of long work goes to stderr, a line a second at most."""
-    log, handler = logging.getLogger(__package__.partition('.')[0]), _Seldom(sys.stderr)
+    """Context in which the package's log goes to stderr, at most one line per second."""
+    log, handler = logging.getLogger(__package__.partition('.')[0]), _RateLimited(sys.stderr)
     level = log.level
     log.addHandler(handler)
     log.setLevel(logging.INFO)
@@ -77,13 +77,13 @@ def log_told() -> Iterator[None]:
         log.setLevel(level)
 
 
-class _Seldom(logging.StreamHandler):
-    """Leaves out what comes within a second of a line before."""
+class _RateLimited(logging.StreamHandler):
+    """Drops records within a second of the last."""
 
     _said = 0.0
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print the record, unless one was printed a moment ago."""
+        """Print the record, unless one was printed within the last second."""
         now = time.monotonic()
         if now - self._said > _EVERY_S:
             self._said = now

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Area, first and second moments of a region on the curved surface through the dots, from its polygons alone (Green's theorem)."""
+"""Area, first and second moments of a region on the curved surface through the dots, from its polygons (Green's theorem)."""
 from __future__ import annotations
 
 import math
@@ -51,7 +51,7 @@ class Moments:
 
 
 class MomentField:
-    """The integrands over one frame's surface, once for all its regions: the part of it that the outlines, at least one, take.
+    """The integrands over the part of one frame's surface that the outlines, at least one, cover; computed once for all regions.
 
     refine: as of the outlines. pitch: mean distance of neighbouring dots, m.
     """
@@ -59,7 +59,7 @@ class MomentField:
     def __init__(self, surface: DotSurface, outlines: list[Outline], refine: int = REFINE):
         places = np.concatenate([outline.grid_points for outline in outlines])
         self._refine = refine
-        # with a node more on each side where there is one, for the cubic between the outermost
+        # one node more on each side, where there is one, for the cubic
         first = np.maximum(np.floor(places.min(axis=0)).astype(int) - 1, 1 - BEYOND)
         last = np.minimum(np.ceil(places.max(axis=0)).astype(int) + 1, np.array(surface.shape) + BEYOND - 2)
         self._corner = first
@@ -81,7 +81,7 @@ class MomentField:
         self._along = refined(along, refine)
 
     def of(self, outline: Outline) -> Moments:
-        """Moments of one region, its holes taken off."""
+        """Moments of one region without its holes."""
         total = sum(self._around(loop) for loop in (outline.grid_points, *outline.grid_holes))
         return Moments(float(total[_AREA]), total[_VECTOR], total[_FIRST], total[_SECOND])
 
@@ -93,15 +93,15 @@ class MomentField:
         return 0.5 * step @ along_lines(self._along, (loop - self._corner) * self._refine)
 
 
-# Standard deviation of an outline, and the length along it over which its errors hang together, in pitches of the dots.
+# Standard deviation of an outline, and the correlation length of its errors, in pitches of the dots. Chosen.
 OUTLINE_SIGMA = 0.3
 OUTLINE_LENGTH = 1.0
-# A region has a direction where its two variances differ by this many standard deviations (about 10 degrees of doubt).
+# Standard deviations by which the two variances of a region with a direction differ (about 10 degrees uncertainty). Chosen.
 _DIRECTION = 3.0
 
 
 def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float, float, float]:
-    """Full lengths (m) of the ellipse of the same moments, and its direction (rad), NaN where errors of the outline could make it."""
+    """Full lengths (m) of the ellipse of the same moments, and its direction (rad), NaN where it is not significant."""
     x, y = (moments.first[:2] / moments.area).tolist()
     xx, xy, yy = (moments.second / moments.area).tolist()
     xx, xy, yy = xx - x * x, xy - x * y, yy - y * y
@@ -118,10 +118,10 @@ def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float
 
 
 def boundary_sd(loops: list[np.ndarray], values: list[np.ndarray], pitch: float) -> np.ndarray:
-    """Standard deviations (C,) of integrals over a region that errors of its outline make.
+    """Standard deviations (C,) of integrals over a region due to errors of its outline.
 
-    loops: [(M, 3), ...] m, outline and holes; values: [(M, C), ...], the integrands there. Each stretch of OUTLINE_LENGTH pitches is
-    taken to be off by OUTLINE_SIGMA pitches on its own.
+    loops: [(M, 3), ...] m, outline and holes; values: [(M, C), ...], the integrands there. Errors of
+    OUTLINE_SIGMA pitches are independent for each OUTLINE_LENGTH pitches.
     """
     squares = sum(_side_lengths(loop) @ value**2 for loop, value in zip(loops, values))
     return OUTLINE_SIGMA * pitch * np.sqrt(OUTLINE_LENGTH * pitch * squares)

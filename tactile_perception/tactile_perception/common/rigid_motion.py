@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rigid motion that carries one set of points onto another, with its degenerate cases named and its uncertainty given."""
+"""Rigid registration of two point sets, with named degenerate cases and covariance."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ import numpy as np
 from .rotations import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
-# Spread across the narrow direction, relative to the long one (both as variances), under which the turn about the long one is lost.
+# Least variance across the long axis relative to that along it; below, the rotation about the long axis is unobservable.
 _NARROW = 1e-6
-# A mirror image is told from noise by its third singular value, relative to the second: noise reaches this at 10 % of the spread.
+# Third singular value, relative to the second, of a reflection; noise reaches it at 10 % of the point spread.
 _MIRRORED = 1e-2
 _TUKEY = 4.685  # 95 % efficiency on normal errors
-_STARTS = 24  # neighbourhoods of _PATCH points, and triples, from which a robust fit may start
+_STARTS = 24  # starts of a robust fit: neighbourhoods of _PATCH points, and as many triples. Chosen
 _PATCH = 9
-_NEAR = 2.0  # standard deviations a coordinate, within which a point agrees with a motion
-_SETTLED = 1e-2  # change of the weights, of the largest, at which a robust fit ends
-_LARGEST = 1e60  # m, m^-2: the product of a weight and four such numbers can still be told
-_AGREED = 0.8  # share of points that agree, from which on a fit to all is a good start
+_NEAR = 2.0  # standard deviations per coordinate of an inlier. Chosen
+_SETTLED = 1e-2  # relative change of the weights at which a robust fit ends. Chosen
+_LARGEST = 1e60  # m, m^-2: the product of a weight and four such numbers does not overflow
+_AGREED = 0.8  # share of inliers from which the fit to all points is the start. Chosen
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class RigidFit:
     known: bool
 
     def apply(self, points: np.ndarray) -> np.ndarray:
-        """Points (N, 3) carried along by the motion."""
+        """Points (N, 3) transformed by the motion."""
         return points @ self.rotation.T + self.translation
 
     @property
@@ -66,7 +66,7 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
 
 
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
-    """The motion that most points share, whatever the others do: Tukey's biweight from the best of some fixed starts.
+    """Robust motion of the majority of the points: Tukey's biweight from the best of some fixed starts.
 
     p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that
     the same points give the same answer. Weights of points that do not share the motion are 0.
@@ -154,8 +154,7 @@ def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known
 
 
 def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The fit to all points where most agree with it; else of the fits to neighbourhoods, and to three points far apart, the one with the
-    least truncated loss."""
+    """The fit to all points where most are inliers; else the fit to a neighbourhood or a triple with the least truncated loss."""
     answer = _kabsch(p, q, base)[:2]
     if len(p) <= _PATCH or np.mean(_scaled(answer, p, q, base) < 3 * _NEAR**2) > _AGREED:
         return answer
@@ -174,7 +173,7 @@ def _scaled(motion: tuple[np.ndarray, np.ndarray], p: np.ndarray, q: np.ndarray,
 
 
 def _neighbourhoods(p: np.ndarray) -> np.ndarray:
-    """(starts, _PATCH) indices of points near each other, around evenly chosen ones: a part that moves as one lies together."""
+    """(starts, _PATCH) indices of points near each other, around evenly spaced ones, for an object whose points are contiguous."""
     centres = np.unique(np.linspace(0, len(p) - 1, min(_STARTS, len(p))).astype(int))
     distance = np.sum((p[centres, None] - p[None])**2, axis=2)
     return np.argpartition(distance, _PATCH - 1, axis=1)[:, :_PATCH]
@@ -182,5 +181,5 @@ def _neighbourhoods(p: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _triples(count: int) -> np.ndarray:
-    """(starts, 3) indices all over, by the golden ratio: a part that moves as one need not lie together."""
+    """(starts, 3) indices by the golden ratio, for an object whose points are not contiguous."""
     return (np.arange(3 * _STARTS) * 0.6180339887498949 % 1 * count).astype(int).reshape(-1, 3)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""States of slip by the fraction that slips, and the twist of a motion in the plane."""
+"""Slip state from the slipping fraction, and planar twist of a motion."""
 from __future__ import annotations
 
 import math
@@ -9,23 +9,23 @@ import numpy as np
 
 from .estimates import GROSS, INCIPIENT, NONE
 
-# Slipping fractions at which a state begins; it ends below the second, so that one dot more or less does not make it flicker.
+# Slipping fractions at which a state begins, and below which it ends (hysteresis against single dots). Chosen.
 _INCIPIENT = (0.05, 0.03)
 _GROSS = (0.90, 0.85)
-_FAR = 4.0  # a centre of rotation farther than this many radii of the contact is none: the motion is a translation
+_FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
 _COINCIDENT = 1e-24  # m^2: a picometre
 
 
 def next_state(state: int, fraction: float) -> int:
-    """State by the fraction that slips, with the limit of ending below that of beginning."""
+    """State from the slipping fraction, with hysteresis."""
     if fraction >= _GROSS[state == GROSS]:
         return GROSS
     return INCIPIENT if fraction >= _INCIPIENT[state != NONE] else NONE
 
 
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """Velocity (2,) at the origin, rate of turn, and centre (2,) of it, NaN for a translation, from velocity (S, 2) at place (S, 2); all
-    NaN for places that coincide, or are no numbers."""
+    """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
+    (S, 2); all NaN for coincident or NaN places."""
     if not len(place):
         return np.full(2, np.nan), np.nan, np.full(2, np.nan)
     middle, mean = place.sum(axis=0) / len(place), velocity.sum(axis=0) / len(place)

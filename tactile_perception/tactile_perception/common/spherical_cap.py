@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad's rest shape: a spherical cap clamped at its rim (paper touchpad_contact_region, section 2)."""
+"""Spherical cap, the rest shape of touchpad (paper touchpad_contact_region, section 2) and dome; intersection of rays and sphere."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Cap:
 
     def __post_init__(self):
         if not 0 < self.height <= 2 * self.curvature_radius < np.inf:
-            raise BadArgument(f'cap: need 0 < height <= 2 curvature_radius, got height {self.height}, radius {self.curvature_radius} m')
+            raise BadArgument(f'cap: need 0 < height <= 2 curvature_radius, got height {self.height} m, radius {self.curvature_radius} m')
 
     @property
     def centre_z(self) -> float:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A sensor's surface point by point: where each dot or taxel is, how far it has moved, and what it carries."""
+"""A sensor's surface as points: position, displacement, force and contact state of each dot or taxel."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from .dot_grid import grid_normals
 from ..errors import BadArgument
 
 NON_CONTACT, STICKING, SLIPPING, UNKNOWN = 0, 1, 2, 255
-_NEIGHBOURS = 8  # as many as a dot of a grid has
-_FEWEST = 4  # points, itself included, of which a plane can be told
+_NEIGHBOURS = 8  # of a dot on a grid
+_FEWEST = 4  # points for a plane with one degree of freedom left
 
 
 @dataclass(frozen=True)
 class SurfacePoints:
-    """K points in the order of their numbers, in the sensor frame; unknown is NaN.
+    """K points in the order of their ids, in the sensor frame; unknown is NaN.
 
     shape: rows and columns of the grid, row by row, (1, K) without one; xyz: (K, 3) m; normal: (K, 3) unit, out of the sensor;
-    displacement: (K, 3) m, from the untouched place; force: (K, 3) N, object on sensor; normal_force: (K,) N, its part along -normal;
+    displacement: (K, 3) m, from the untouched position; force: (K, 3) N, object on sensor; normal_force: (K,) N, component along -normal;
     state: (K,) uint8, NON_CONTACT, STICKING, SLIPPING or UNKNOWN. Raises BadArgument where shapes differ.
     """
 
@@ -42,22 +42,22 @@ class SurfacePoints:
 
 
 def dot_points(shape: tuple[int, int], xyz: np.ndarray, rest: np.ndarray, state: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
-    """The points of K dots at xyz (K, 3) m that rest at rest (K, 3) m, with their states (K,); force: (K, 3) N, None where not known."""
+    """Surface points of K dots at xyz (K, 3) m, untouched at rest (K, 3) m, with states (K,); force: (K, 3) N, None: unknown."""
     normal = grid_normals(xyz.reshape(*shape, 3)).reshape(-1, 3) if min(shape) > 1 else scattered_normals(xyz)
     force = np.full(xyz.shape, np.nan) if force is None else force
     return SurfacePoints(shape, xyz, normal, xyz - rest, force, -np.einsum('kc,kc->k', force, normal), state)
 
 
 def scattered_normals(xyz: np.ndarray) -> np.ndarray:
-    """(K, 3) unit normals, z upwards, of the surface through xyz (K, 3): of the plane with the least squared distance from a point and
-    its nearest neighbours (Hoppe et al. 1992, section 3.1). NaN for a point that is NaN, and where there are too few for a plane.
+    """(K, 3) unit normals, z upwards, of the surface through xyz (K, 3): of the least-squares plane through a point and its nearest
+    neighbours (Hoppe et al. 1992, section 3.1). NaN for a NaN point, and for too few points.
     """
     normal = np.full(xyz.shape, np.nan)
     known = np.flatnonzero(np.isfinite(xyz).all(axis=1))
     if len(known) < _FEWEST:
         return normal
     places = xyz[known]
-    from scipy.spatial import cKDTree  # only where points are subscribed to
+    from scipy.spatial import cKDTree  # needed only for points
     _, near = cKDTree(places).query(places, min(_NEIGHBOURS + 1, len(known)))
     off = places[near] - places[near].mean(axis=1, keepdims=True)
     least = np.linalg.eigh(np.einsum('kni,knj->kij', off, off))[1][:, :, 0]
