@@ -71,4 +71,4 @@ def test_random_images_meet_no_defect_on_the_way_to_the_stitched_picture(driver,
     assert len(before) >= 3 and len(after) >= 3 and set(before + after) == {np.tile(row, (48, 1)).tobytes()}
     status, health = node._stream.status, node._stream.health()
     assert node._stream.source.corrupt > count / 10 and status.state == 'running' and health.level != ERROR
-    assert 'publish' not in node._stream._say._said
+    assert 'publish' not in node._stream._log._logged

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Between messages and what drivers work with: frames, arrays, stamps."""
+"""Conversions between messages and the drivers' frames, arrays and stamps."""
 from __future__ import annotations
 
 from array import array
@@ -22,15 +22,15 @@ def header_of(stamp_ns: int, frame_id: str) -> Header:
 
 
 def stamp_ns_of(header: Header) -> int:
-    """The header's stamp, ns. Raises BadFrame for one that is no time: before 1970, or with a second or more of nanoseconds."""
+    """The header's stamp, ns. Raises BadFrame for an invalid one: before 1970, or with nanosec of a second or more."""
     stamp = header.stamp
     if stamp.sec < 0 or stamp.nanosec >= NS:
-        raise BadFrame(f'stamp {stamp.sec} s + {stamp.nanosec} ns is no time; whoever publishes has to stamp with a clock from 1970 on')
+        raise BadFrame(f'stamp {stamp.sec} s + {stamp.nanosec} ns is not a valid time; the publisher needs a clock that counts from 1970')
     return stamp.sec * NS + stamp.nanosec
 
 
 def frame_of_message(message: Image, place: str) -> Frame:
-    """The Frame of an Image, whatever anybody has put into it; place: names it in messages. Raises BadFrame where it makes none."""
+    """The Frame of an Image message; place: its name in error messages. Raises BadFrame if the message holds no valid image."""
     size = message.height, message.width, message.step
     return frame_of_bytes(message.data, size, message.encoding, stamp_ns_of(message.header), place, bool(message.is_bigendian))
 
@@ -39,7 +39,7 @@ def image_to_message(frame: Frame, encoding: str, header: Header) -> Image:
     """The frame as an Image in encoding bgr8 or mono8, '' for the frame's own."""
     image = np.ascontiguousarray(as_encoding(frame, encoding))
     data = array('B')
-    # Anything but an array('B') is converted to one element by element: 15 ms instead of 0.1.
+    # rclpy converts anything but an array('B') element by element: 15 ms instead of 0.1 (measured at 640 x 480).
     data.frombytes(memoryview(image).cast('B'))
     height, width = image.shape[:2]
     return Image(header=header, height=height, width=width, encoding=encoding or frame.encoding, step=image.strides[0], data=data)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulated sensor knows about itself, as messages on ground_truth/*."""
+"""The ground truth of a simulated sensor as messages on ground_truth/*."""
 from __future__ import annotations
 
 from array import array
@@ -17,13 +17,13 @@ from ..runtime.ros_defaults import STREAM_QOS
 from ...simulation.truth import Touch, TruthFrame
 
 _NAN = float('nan')
-_SAME_TOUCH = 5e-3
+_SAME_TOUCH = 5e-3  # m between frames; chosen
 _KINDS = {'contacts': Contacts, 'contact_region': ContactRegion, 'slip': Slip, 'wrench': WrenchStamped}
 TRUTH = tuple(_KINDS)
 
 
 class TouchNumbers:
-    """Numbers for touches that stay while a touch lasts: the touch nearest to a previous one, within 5 mm, is the same."""
+    """Numbers touches: the touch nearest to a previous one, within 5 mm, keeps its number."""
 
     def __init__(self):
         self._last: dict[int, np.ndarray] = {}
@@ -91,7 +91,7 @@ def truth_messages(truth: TruthFrame, ids: list[int], interval: float, header: H
 
 
 class GroundTruth:
-    """The publishers of ground_truth/*; each message is made only when somebody subscribes. names: of those that the sensor has."""
+    """The publishers of ground_truth/*; a message is made only if its topic has subscribers. names: topics that the sensor has."""
 
     def __init__(self, node: Node, names: Sequence[str] = TRUTH):
         self._publishers = {name: node.create_publisher(_KINDS[name], f'ground_truth/{name}', STREAM_QOS) for name in names}
@@ -99,16 +99,16 @@ class GroundTruth:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes."""
+        """Whether any topic has a subscriber."""
         return any(p.get_subscription_count() for p in self._publishers.values())
 
     def publish_contacts(self, touches: list[Touch], header: Header) -> None:
-        """Publish the touches of one instant, all that a sensor without dots knows."""
+        """Publish the touches at one instant, the only truth of a sensor without dots."""
         if self._publishers['contacts'].get_subscription_count():
             self._publishers['contacts'].publish(contacts_message(touches, self._numbers.assign(touches), header))
 
     def publish(self, truth: TruthFrame, interval: float, header: Header) -> None:
-        """Publish what is subscribed, under the image's header; interval: s between the scene's frames."""
+        """Publish the topics that have subscribers, under the image's header; interval: s between the scene's frames."""
         wanted = [name for name, publisher in self._publishers.items() if publisher.get_subscription_count()]
         for name, message in truth_messages(truth, self._numbers.assign(truth.contacts), interval, header, wanted).items():
             self._publishers[name].publish(message)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the streams of all drivers share: an open source is read in one thread and published in another."""
+"""The base of all streams: an open source is read in one thread and published in another."""
 from __future__ import annotations
 
 import threading
@@ -24,14 +24,14 @@ from ...sources.base.protocol import Source
 _TAKE_S = 0.2
 _MOST_REMARKS = 10  # chosen: more do not fit a line of /diagnostics; hostile images give thousands
 _AND_MORE = 'there were more such problems; they are left out until the node is configured again'
-#: how long a recording that is played as fast as it is consumed waits for its subscribers
+#: longest time that a recording with rate 0 waits for its subscribers' acknowledgement; chosen
 ACKNOWLEDGE = Duration(seconds=1)
 
 
 class RawPublishers:
-    """What every driver publishes beside its raw data: description (latched) and ground_truth/*, which last as long as the node does.
+    """The publishers of every driver beside its raw data: description (latched) and ground_truth/*. They live as long as the node.
 
-    truth: which of ground_truth/* there can be.
+    truth: names of the ground_truth topics that the sensor can have.
     """
 
     def __init__(self, node: LifecycleNode, truth: Sequence[str] = TRUTH):
@@ -40,12 +40,12 @@ class RawPublishers:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes to raw data or what comes with them."""
+        """Whether any of the topics has a subscriber."""
         return self.truth.wanted
 
 
 class SeriesPublishers(RawPublishers):
-    """Besides: raw data of which every message counts, so that depth of them wait for a subscriber. kind, topic: of the raw data."""
+    """With a raw topic of which no message may be lost: up to depth of them wait for a subscriber. kind, topic: of the raw data."""
 
     def __init__(self, node: LifecycleNode, kind: type, topic: str, depth: int, truth: Sequence[str] = TRUTH):
         super().__init__(node, truth)
@@ -53,7 +53,7 @@ class SeriesPublishers(RawPublishers):
             kind, topic, QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth))
 
     def publish(self, message, waited_s: float) -> None:
-        """Publish raw data that have waited so long, s: takers in this process leave out what is too old for them."""
+        """Publish raw data that have waited waited_s, s: takers in this process skip what is too old for them."""
         if isinstance(self.raw, SharedPublisher):
             self.raw.publish(message, waited_s)
         else:
@@ -61,22 +61,22 @@ class SeriesPublishers(RawPublishers):
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes to raw data or what comes with them."""
+        """Whether any of the topics has a subscriber."""
         return bool(self.raw.get_subscription_count()) or super().wanted
 
 
 class BaseStream:
-    """Publishes what comes from source, which is open and is closed by stop: read in one thread, published in another.
+    """Reads an open source in one thread and publishes in another; stop closes the source.
 
-    values: the node's parameters, of which sensor_type and frame_id go into the description. keep: how many frames of a live source wait to
-    be published, the newest ones.
+    values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that wait to
+    be published.
     """
 
     keep = 1
 
     def __init__(self, node: LifecycleNode, publishers: RawPublishers, source: Source, values: dict):
         self._node, self._publishers, self.source, self._values = node, publishers, source, values
-        self._say = LogOnce(node)
+        self._log = LogOnce(node)
         self._remarks: list[str] = []
         self._active = self._stopped = False
         self._describe()
@@ -86,11 +86,11 @@ class BaseStream:
 
     @property
     def remark(self) -> str:
-        """What is wrong with what comes all the same, or does not, ''."""
+        """Warnings about the data, '' if there are none."""
         return '; '.join(text for text in (self.source.remark, *self._remarks) if text)
 
     def change(self, changes: dict) -> None:
-        """Apply parameters that may change while it runs."""
+        """Apply changed parameters (see parameters.shared.LIVE)."""
         if 'exposure' in changes and hasattr(self.source, 'set_exposure'):
             self.source.set_exposure(changes['exposure'])
 
@@ -112,7 +112,7 @@ class BaseStream:
 
     @property
     def status(self) -> CaptureStatus:
-        """How the capture goes."""
+        """State and counts of the capture."""
         return self._capture.status
 
     def health(self) -> Health:
@@ -122,14 +122,14 @@ class BaseStream:
     def _wanted(self) -> bool:
         try:
             return self._publishers.wanted
-        except RuntimeError:  # ROS ends before this thread does
+        except RuntimeError:  # ROS may shut down before this thread ends
             if self._node.context.ok():
                 raise
             return False
 
     @property
     def _waited_s(self) -> float:
-        """How long the present frame has waited here, s; of a recording each counts, however long it takes."""
+        """How long the present frame has waited, s; 0 for a recording, of which no frame is skipped."""
         return self._capture.waited_s if self.source.live else 0.0
 
     def _report(self, level: str, text: str) -> None:
@@ -146,10 +146,10 @@ class BaseStream:
                 continue
             try:
                 self._publish(frame)
-            except Exception as error:  # the thread must outlive a frame that cannot be published
+            except Exception as error:  # the thread must survive a frame that cannot be published
                 if not self._node.context.ok():
                     return
-                self._say.error('publish', f'a frame could not be published: {error!r}; the next one is tried')
+                self._log.error('publish', f'a frame could not be published: {error!r}; the next one is tried')
 
     def _publish(self, frame) -> None:
         raise NotImplementedError
@@ -159,7 +159,7 @@ class BaseStream:
             text = _AND_MORE
         if text and text not in self._remarks:
             self._remarks.append(text)
-            self._say.warning(text, text)
+            self._log.warning(text, text)
 
     def _describe(self, **known) -> None:
         about = {'sensor_type': self._values['sensor_type'], 'frame_id': self._values['frame_id'], **self.source.describe(), **known}

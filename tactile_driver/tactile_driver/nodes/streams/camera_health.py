@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the diagnostics of a camera's node say, from its state and its capture's. No ROS but the levels."""
+"""The /diagnostics of a camera's node, from the state of its capture. No ROS but the levels."""
 from __future__ import annotations
 
 import math
@@ -8,21 +8,21 @@ import math
 from ..runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from ...sources.base.capture import CaptureStatus
 
-_RATE_TOLERANCE = 0.9
-_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
-FEW = 0.05  # so small a part that is left out is no news: the machine did something else for a moment
+_RATE_TOLERANCE = 0.9  # share of the nominal rate below which a warning is given; chosen
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods and s without a frame that are an error; chosen
+FEW = 0.05  # share of skipped frames that is not reported: other work of the machine for a moment; chosen
 
 
 def unconfigured_health(problem: str, retrying: bool) -> Health:
-    """The health of a node without a source; problem: why, '' where nobody has asked for one yet; retrying: whether it is tried again."""
+    """The health of a node without a source. problem: why, '' before the first attempt; retrying: whether the node tries again."""
     if not problem:
         return Health(OK, 'not configured yet', common_values('unconfigured'))
-    what = problem + ('; tried again by itself' if retrying else '')
+    what = problem + ('; the node retries' if retrying else '')
     return Health(ERROR, what, {**common_values('unconfigured'), 'last error': problem})
 
 
 def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) -> Health:
-    """The health of a node with an open source; about: its description; remark: something else to warn of, ''."""
+    """The health of a node with an open source. about: the source's description; live: whether it is a device; remark: a warning, ''."""
     nominal = float(about.get('rate', 0) or 0)
     values = {**common_values(status.state, status.rate, status.age_s, status.dropped), 'source': about.get('source', ''),
               'device': about.get('path') or about.get('device', ''), 'serial': about.get('serial', ''),
@@ -36,9 +36,9 @@ def capture_health(status: CaptureStatus, about: dict, live: bool, remark: str) 
 
 
 def left_out_remark(share: float) -> str:
-    """What to say where so large a part of what comes is left out."""
-    return (f'{100 * share:.0f} % of what comes is left out: what is made of it takes this machine too long; lower the rate, choose a '
-            'faster method or end what else runs')
+    """The warning for a skipped share of the frames, 0 to 1."""
+    return (f'{100 * share:.0f} % of the frames are skipped: this machine is too slow; lower the rate, choose a faster method or end other '
+            'programs')
 
 
 def _judged(status: CaptureStatus, nominal: float, live: bool, idle: bool, remark: str) -> tuple[bytes, str]:

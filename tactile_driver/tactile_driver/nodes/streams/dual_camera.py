@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stream of two cameras' pairs: each view, and the picture that is made of both."""
+"""The stream of image pairs: both views, and the picture stitched from them."""
 from __future__ import annotations
 
 from rclpy.lifecycle import LifecycleNode
@@ -17,9 +17,9 @@ from ...stitching.methods import MiddleStitcher, Stitcher, make_stitcher
 
 
 class DualPublishers(ImagePublishers):
-    """Besides those of one camera, which carry the stitched picture: image_raw and camera_info of each view, under left/ and right/.
+    """image_raw and camera_info of the stitched picture and of each view, under left/ and right/.
 
-    views: (left, right), empty where the views are what the node subscribes to.
+    views: (left, right); empty if the node subscribes to the views.
     """
 
     def __init__(self, node: LifecycleNode):
@@ -29,22 +29,22 @@ class DualPublishers(ImagePublishers):
         self._made: tuple[ImageTopic, ...] = ()
 
     def choose_views(self, published: bool) -> None:
-        """Publish both views, or only the picture."""
+        """Publish both views, or only the stitched picture."""
         if published and not self._made:
             self._made = tuple(ImageTopic(self._node, f'{name}/') for name in NAMES)
         self.views = self._made if published else ()
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes to frames or what comes with them."""
+        """Whether any of the topics has a subscriber."""
         return super().wanted or any(view.wanted for view in self.views)
 
 
 class DualStream(BaseStream):
     """Publishes the pairs of source.
 
-    stitching: how the picture is made, None where it is not known: then the views are put side by side; calibrations: of the left and
-    of the right camera, None where not known. values: the node's parameters.
+    stitching: None puts the views side by side; calibrations: of the left and the right camera, None for an unknown one; values: the
+    node's parameters.
     """
 
     def __init__(self, node: LifecycleNode, publishers: DualPublishers, source: DualSource, values: dict,
@@ -59,7 +59,7 @@ class DualStream(BaseStream):
 
     def _publish(self, pair: PairFrame) -> None:
         header = header_of(pair.stamp_ns, self._values['frame_id'])
-        self._tell_missing(pair)
+        self._log_missing(pair)
         self._note_sizes(pair)
         for name, topic, frame in zip(NAMES, self._publishers.views, (pair.left, pair.right)):
             if frame is not None:
@@ -86,7 +86,7 @@ class DualStream(BaseStream):
         self._publishers.picture.publish(picture, '', header, info_of_size(None, stitcher.size)[0])
 
     def _side_by_side(self, pair: PairFrame) -> Stitcher:
-        """Where there is no calibration: half of the stated overlap is cut off either view."""
+        """A stitcher without calibration: it cuts half of the overlap off each view."""
         sizes = tuple(self._sizes.get(name) or next(iter(pair.sizes.values())) for name in NAMES)
         half = self._values['overlap'] / 2
         if sizes[0][1] != sizes[1][1]:
@@ -94,7 +94,7 @@ class DualStream(BaseStream):
         return MiddleStitcher(sizes, (sizes[0][0] - half, half))
 
     def _note_sizes(self, pair: PairFrame) -> None:
-        """Make camera_info of each view whose size is new, and complete the description."""
+        """Make camera_info for each view with a new size, and complete the description."""
         new = {name: size for name, size in pair.sizes.items() if self._sizes.get(name) != size}
         for name, size in new.items():
             self._sizes[name] = size
@@ -106,12 +106,12 @@ class DualStream(BaseStream):
             stitched = {} if self._stitcher is None else {'width': self._stitcher.size[0], 'height': self._stitcher.size[1]}
             self._describe(stitching_path=self._values['stitching_path'], stitching=self._values['stitching'], **about, **stitched)
 
-    def _tell_missing(self, pair: PairFrame) -> None:
-        """Log that one camera is lost, or back."""
+    def _log_missing(self, pair: PairFrame) -> None:
+        """Log that a camera is lost or back."""
         missing = tuple(name for name in NAMES if name not in pair.sizes)
         if missing != self._missing:
             self._missing = missing
             if missing:
                 self._node.get_logger().error(self.source.remark or f'no {missing[0]} camera, its half is black')
             else:
-                self._node.get_logger().info('both cameras are there again')
+                self._node.get_logger().info('both cameras are back')

@@ -23,23 +23,23 @@ class ImageTopic:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes."""
+        """Whether image or camera_info has a subscriber."""
         return bool(self.image.get_subscription_count() or self.info.get_subscription_count())
 
     def publish(self, frame: Frame, encoding: str, header: Header, info: CameraInfo) -> None:
-        """Publish info and the frame under the header; the image, which needs info, is made only if somebody subscribes to it."""
+        """Publish info, and the frame if it has subscribers, under the header."""
         info.header = header
         self.info.publish(info)
         if self.image.get_subscription_count():
             self.image.publish(image_to_message(frame, encoding, header))
 
     def wait_until_received(self) -> None:
-        """Reliable subscribers say when they have the image: wait for them."""
+        """Wait until all reliable subscribers have acknowledged the image."""
         self.image.wait_for_all_acked(ACKNOWLEDGE)
 
 
 class ImagePublishers(RawPublishers):
-    """Besides what all drivers publish: image_raw and camera_info."""
+    """image_raw and camera_info, and the topics of all drivers."""
 
     def __init__(self, node: LifecycleNode):
         super().__init__(node)
@@ -47,14 +47,14 @@ class ImagePublishers(RawPublishers):
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody subscribes to frames or what comes with them."""
+        """Whether any of the topics has a subscriber."""
         return self.picture.wanted or super().wanted
 
 
 class ImageStream(BaseStream):
     """Publishes the frames of one camera.
 
-    encoding: of image_raw, '' for the frames' own; calibration: for camera_info, None where it is not known.
+    values: the node's parameters; calibration: for camera_info, None if unknown.
     """
 
     def __init__(self, node: LifecycleNode, publishers: ImagePublishers, source: Source, values: dict,
@@ -74,7 +74,7 @@ class ImageStream(BaseStream):
             self._publishers.picture.wait_until_received()
 
     def _new_size(self, size: tuple[int, int], encoding: str) -> None:
-        """Make camera_info for images of this size, px, and complete the description."""
+        """Make camera_info for images of this size (width, height), px, and complete the description."""
         self._remarks = []
         self._remark(size_remark(self._values, size))
         self._info, remark = info_of_size(self._calibration, size)
@@ -84,7 +84,7 @@ class ImageStream(BaseStream):
 
 
 def size_remark(values: dict, size: tuple[int, int]) -> str:
-    """What to say where a device gives images of another size, px, than it was asked for; else ''."""
+    """The warning if a device gives images of another size (width, height), px, than requested; else ''."""
     asked = values['width'] or size[0], values['height'] or size[1]
     if values['source'] != 'device' or asked == size:
         return ''
@@ -93,7 +93,7 @@ def size_remark(values: dict, size: tuple[int, int]) -> str:
 
 
 def info_of_size(known: CameraCalibration | None, size: tuple[int, int]) -> tuple[CameraInfo, str]:
-    """camera_info for images of this size, px, and what to say where the calibration is for another one."""
+    """camera_info for images of this size (width, height), px, and a warning if the calibration is for another size."""
     if known is None or (known.width, known.height) == size:
         return calibration_to_message(known or CameraCalibration(*size)), ''
     return calibration_to_message(CameraCalibration(*size)), (

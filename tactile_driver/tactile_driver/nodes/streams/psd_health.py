@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the diagnostics of a sampled sensor's node say, and the measuring of its rate. No ROS but the levels."""
+"""The /diagnostics of a PSD finger's node, and its sample rate. No ROS but the levels."""
 from __future__ import annotations
 
 import math
@@ -13,13 +13,13 @@ from .camera_health import FEW, left_out_remark
 from ..runtime.diagnostics import ERROR, OK, WARN, Health, common_values
 from ...sources.base.capture import CaptureStatus
 
-_WINDOW_S, _SILENCE_S = 4.0, 1.0
-_RATE_TOLERANCE, _SATURATED = 0.9, 0.01
+_WINDOW_S, _SILENCE_S = 4.0, 1.0  # span of the rate and the shares; silence that is an error; chosen
+_RATE_TOLERANCE, _SATURATED = 0.9, 0.01  # shares of the nominal rate and of saturated samples that give a warning; chosen
 _STATES = {'paused': 'ready, not active', 'ended': 'the recording is over; clean up and configure to play it again'}
 
 
 class SampleMeter:
-    """Counts the samples of the last seconds. saturation: V, from which an output tells no more."""
+    """Counts the samples of the last seconds. saturation: V, from which an output is saturated."""
 
     def __init__(self, saturation: float):
         self._saturation = saturation
@@ -27,7 +27,7 @@ class SampleMeter:
         self._recent: deque[tuple[float, int, int]] = deque()  # monotonic s, samples, saturated ones
 
     def add(self, volts: np.ndarray) -> None:
-        """Samples (N, 4) have come."""
+        """Count samples (N, 4), V."""
         now, high = time.monotonic(), int((volts >= self._saturation).any(axis=1).sum())
         self.samples += len(volts)
         self.saturated += high
@@ -36,13 +36,13 @@ class SampleMeter:
             self._recent.popleft()
 
     def _lately(self) -> list[tuple[float, int, int]]:
-        """What the window has: less and less, where nothing comes any more."""
+        """The entries that are in the window now."""
         now = time.monotonic()
         return [each for each in list(self._recent) if now - each[0] <= _WINDOW_S]
 
     @property
     def rate(self) -> float:
-        """Samples a second lately; NaN until known."""
+        """Samples per second over the window; NaN until known."""
         recent = self._lately()
         if len(recent) < 3:
             return math.nan
@@ -51,13 +51,13 @@ class SampleMeter:
 
     @property
     def saturated_part(self) -> float:
-        """Part of the samples that is saturated, lately."""
+        """Share of saturated samples in the window, 0 to 1."""
         recent = self._lately()
         return sum(high for *_, high in recent) / max(sum(count for _, count, _ in recent), 1)
 
 
 def sample_health(status: CaptureStatus, about: dict, meter: SampleMeter, live: bool, remark: str) -> Health:
-    """The health of a node with an open source; about: its description; remark: something else to warn of, ''."""
+    """The health of a node with an open source. about: the source's description; live: whether it is a device; remark: a warning, ''."""
     extra = {name: about[name] for name in ('crc errors', 'refused frames', 'garbage bytes', 'missing frames', 'missing samples', 'resets')
              if name in about}
     values = {**common_values(status.state, meter.rate, status.age_s, status.dropped), 'source': about.get('source', ''),
@@ -78,7 +78,7 @@ def _judged(status: CaptureStatus, about: dict, meter: SampleMeter, live: bool, 
     if status.left_out > FEW:
         return WARN, left_out_remark(status.left_out)
     if meter.saturated_part > _SATURATED:
-        return WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated: too much light, or an output at its end'
+        return WARN, f'{100 * meter.saturated_part:.0f} % of the samples are saturated; reduce the light or the amplifier gain'
     nominal = float(about.get('rate', 0) or 0)
     if live and nominal > 0 and meter.rate < _RATE_TOLERANCE * nominal:
         return WARN, f'{meter.rate:.0f} samples a second instead of {nominal:.0f}: a busy machine'

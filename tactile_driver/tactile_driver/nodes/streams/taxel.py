@@ -17,14 +17,14 @@ _DEPTH = 100  # images that wait for a subscriber: a fifth of a second of 500 a 
 
 
 def taxel_publishers(node: LifecycleNode) -> SeriesPublishers:
-    """image_raw and what comes with it."""
+    """image_raw, and the topics of all drivers."""
     return SeriesPublishers(node, Image, 'image_raw', _DEPTH)
 
 
 class TaxelStream(BaseStream):
     """Publishes the frames of source; values: of TAXEL_DRIVER_PARAMETERS."""
 
-    keep = _DEPTH  # slip is told from frame to frame: each counts
+    keep = _DEPTH  # slip is estimated from successive frames: none may be lost
 
     def __init__(self, node: LifecycleNode, publishers: SeriesPublishers, source, values: dict):
         own = values['source'] != 'sim'

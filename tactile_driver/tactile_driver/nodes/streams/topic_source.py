@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages of an image topic as a camera."""
+"""An image topic as a live source."""
 from __future__ import annotations
 
 import threading
@@ -18,13 +18,13 @@ from ...sources.base.pacing import NS
 from ...sources.base.protocol import NothingYet
 from ...stamp_gaps import StampGaps
 
-_MOMENT_S = 0.1
-_LONGEST_QUEUE = 4
+_MOMENT_S = 0.1  # longest wait of read; chosen
+_LONGEST_QUEUE = 4  # frames; chosen: the pairing keeps 8 more
 _QUEUE = QoSProfile(depth=10)
 
 
 class TopicSource:
-    """topic: of sensor_msgs/Image, relative to node's namespace; subscribed to only while its frames are wanted."""
+    """The images of a topic (sensor_msgs/Image, relative to node's namespace). It subscribes only while frames are wanted."""
 
     live, on_demand, corrupt = True, False, 0
 
@@ -39,7 +39,7 @@ class TopicSource:
         self._arrived = threading.Condition()
 
     def open(self) -> None:
-        """Nothing: it subscribes once its frames are wanted."""
+        """Do nothing: read subscribes."""
 
     def read(self, wanted: bool = True) -> Frame | None:
         """The next image. Raises NothingYet, or BadFrame for a message that makes no image."""
@@ -73,14 +73,14 @@ class TopicSource:
         self._subscribe(False)
 
     def describe(self) -> dict:
-        """The topic, whether it is not subscribed to at present, and how many frames did not arrive, by the gaps in their stamps."""
+        """The topic, whether it is idle (not subscribed), and the number of lost frames, counted by gaps in the stamps."""
         return {'source': 'topics', 'path': self._topic, 'rate': -1.0, 'idle': self._image is None, 'lost': self._gaps.lost}
 
     @property
     def remark(self) -> str:
-        """That frames are lost on their way, ''."""
+        """The warning that frames are lost in transport, ''."""
         return self._gaps.remark
 
     def calibration(self) -> CameraCalibration | None:
-        """None: camera_info is published by whoever publishes the images."""
+        """None: the publisher of the images publishes camera_info."""
         return None

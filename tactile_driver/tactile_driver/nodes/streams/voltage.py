@@ -20,7 +20,7 @@ _DEPTH = 100  # messages that wait for a subscriber: half a second of them
 
 
 def voltage_publishers(node: LifecycleNode) -> SeriesPublishers:
-    """voltages and what comes with them."""
+    """voltages, and the topics of all drivers."""
     return SeriesPublishers(node, PsdVoltages, 'voltages', _DEPTH, ('contacts',))
 
 
@@ -34,7 +34,7 @@ def voltages_message(block: SampleBlock, frame_id: str) -> PsdVoltages:
 class VoltageStream(BaseStream):
     """Publishes the blocks of source; values: of PSD_DRIVER_PARAMETERS."""
 
-    keep = _DEPTH  # every sample counts
+    keep = _DEPTH  # no sample may be lost
 
     def __init__(self, node: LifecycleNode, publishers: SeriesPublishers, source, values: dict):
         self.meter = SampleMeter(values['saturation'])
@@ -57,5 +57,5 @@ class VoltageStream(BaseStream):
 
 
 def instants(touching: np.ndarray) -> list[int]:
-    """The first sample of a block and those with which contacts begin or end, by how many there are (N,)."""
+    """The first sample of a block and those at which contacts begin or end. touching: (N,) number of contacts at each sample."""
     return [0, *(np.flatnonzero(np.diff(touching)) + 1).tolist()]

@@ -26,7 +26,7 @@ def test_a_camera_that_runs():
     ({'rate': 14.0}, WARN, '14.0 Hz instead of 30.0 Hz'), ({'age_s': 3.0}, ERROR, 'no frame for 3.0 s'),
     ({'failing': True, 'error': 'torn', 'age_s': 3.0}, ERROR, 'torn'),
     ({'state': 'lost', 'error': 'pulled out'}, ERROR, 'pulled out'), ({'state': 'failed', 'error': 'gone'}, ERROR, 'gone'),
-    ({'left_out': 0.25}, WARN, '25 % of what comes is left out'), ({'left_out': 0.01}, OK, '29.9 Hz'),
+    ({'left_out': 0.25}, WARN, '25 % of the frames are skipped'), ({'left_out': 0.01}, OK, '29.9 Hz'),
     ({'state': 'ended'}, OK, 'is over'), ({'state': 'paused'}, OK, 'not active'),
     ({'rate': math.nan, 'age_s': math.nan}, OK, 'waiting for the first frame')])
 def test_what_goes_wrong_is_said(change, level, said):

@@ -38,7 +38,7 @@ def test_rate_and_saturation_are_measured(monkeypatch):
 @pytest.mark.parametrize(('change', 'remark', 'level', 'said'), [
     ({'age_s': 3.0}, '', ERROR, 'no samples for 3.0 s'), ({'state': 'lost', 'error': 'pulled out'}, '', ERROR, 'pulled out'),
     ({'state': 'paused'}, '', OK, 'not active'), ({}, 'no frames: baud', WARN, 'baud'),
-    ({'left_out': 0.25}, '', WARN, '25 % of what comes is left out')])
+    ({'left_out': 0.25}, '', WARN, '25 % of the frames are skipped')])
 def test_what_goes_wrong_is_said(monkeypatch, change, remark, level, said):
     health = sample_health(replace(GOOD, **change), {}, fed(monkeypatch), True, remark)
     assert health.level == level and said in health.message
