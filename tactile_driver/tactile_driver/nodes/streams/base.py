@@ -68,8 +68,8 @@ class SeriesPublishers(RawPublishers):
 class BaseStream:
     """Reads an open source in one thread and publishes in another; stop closes the source.
 
-    values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that wait to
-    be published.
+    values: the node's parameters; sensor_type and frame_id go into the description. keep: number of newest frames of a live source that
+    wait to be published.
     """
 
     keep = 1

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A thread that reads a source: the newest frame of a live one, every frame of a recording, and a lost device again."""
+"""A thread that reads a source: the newest frames of a live one, every frame of a recording; it reopens a lost device."""
 from __future__ import annotations
 
 import math
@@ -15,36 +15,37 @@ from ...frame import Frame, PairFrame
 from .protocol import EndOfSource, NothingYet, Source
 from .frame_queue import FrameQueue
 
-_IDLE_S = 0.02
-_RATE_WINDOW = 120
-_OTHER_SIZE_S = 0.3  # a camera that gives another size for so long will go on so
-_SAID_AGAIN_S = 10.0
+_IDLE_S = 0.02  # poll period while there is nothing to read; chosen
+_RATE_WINDOW = 120  # frames over which the rate is measured; chosen
+_OTHER_SIZE_S = 0.3  # frames of another size for this long are permanent; chosen
+_LOG_AGAIN_S = 10.0  # time without bad frames after which the next one is logged; chosen
 
 
 class Backoff:
-    """Waiting times that double from first to last, s, until reset. Whoever plugs a device in again wants it back within a second."""
+    """Waiting times that double from first to last, s, until reset. The defaults reopen a device within a second of being plugged in."""
 
     def __init__(self, first: float = 0.1, last: float = 0.5):
         self._first, self._last = first, last
         self._next = first
 
     def next(self) -> float:
-        """How long to wait now, s."""
+        """The next waiting time, s."""
         wait, self._next = self._next, min(2 * self._next, self._last)
         return wait
 
     def reset(self) -> None:
-        """Begin again with the first waiting time."""
+        """Restart with the first waiting time."""
         self._next = self._first
 
 
 @dataclass(frozen=True)
 class CaptureStatus:
-    """How the capture goes. state: running, paused, lost, ended or failed; received, dropped (never delivered), corrupt: frames; rate: Hz
-    as
-    measured, NaN until known; age_s: since the newest frame came, NaN before the first; error: the last failure's message, kept after
-    recovery; failing: whether it was the newest frame that could not be used; left_out: part of the last seconds' frames that nobody took
-    in time."""
+    """State and counts of a capture.
+
+    state: running, paused, lost, ended or failed; received, dropped (not delivered), corrupt: numbers of frames; rate: as measured, Hz, NaN
+    until known; age_s: since the newest frame, NaN before the first; error: message of the last failure, kept after recovery; failing:
+    whether the newest frame could not be used; left_out: share of the last seconds' frames that were skipped because nobody took them.
+    """
 
     state: str
     received: int
@@ -60,11 +61,9 @@ class CaptureStatus:
 class Capture:
     """Reads an open source in a thread of its own.
 
-    source: opened by the caller, closed by stop; wanted: says whether anybody wants frames; report: called with each new message about a
-    failure
-    or its end (level 'error' or 'info', text); backoff: waiting times for a lost device; changed: notified of each frame, to wait for
-    several captures at once; lost: why the source could not be opened yet, ''; keep: how many frames of a live source wait to be taken,
-    the newest ones.
+    source: opened by the caller, closed by stop; wanted: returns whether frames are wanted; report: called with (level 'error' or 'info',
+    text) on a failure and its end; backoff: waiting times for a lost device; changed: notified of each frame, to wait for several captures
+    at once; lost: why the source is not open yet, ''; keep: number of newest frames of a live source that wait to be taken.
     """
 
     def __init__(self, source: Source, wanted: Callable[[], bool], report: Callable[[str, str], None], backoff: Backoff | None = None,
@@ -83,11 +82,11 @@ class Capture:
         self._thread.start()
 
     def resume(self) -> None:
-        """Let frames through."""
+        """Deliver frames from now on."""
         self._active.set()
 
     def pause(self) -> None:
-        """Hold a recording; a live source is read on, to no use."""
+        """Deliver nothing. A recording stands still; a live source is read on and its frames are dropped."""
         self._active.clear()
         with self._changed:
             self._slot.clear()
@@ -104,7 +103,7 @@ class Capture:
 
     @property
     def ready(self) -> bool:
-        """Whether a frame can be taken at once."""
+        """Whether a frame waits."""
         return bool(self._slot)
 
     def take(self, timeout: float) -> Frame | PairFrame | None:
@@ -117,16 +116,16 @@ class Capture:
 
     @property
     def waited_s(self) -> float:
-        """How long the frame that was taken last had waited, s."""
+        """Waiting time of the last frame taken, s."""
         return self._slot.waited_s
 
     @property
     def status(self) -> CaptureStatus:
-        """How the capture goes, now."""
+        """The present state and counts."""
         with self._changed:
             arrivals, left_out = list(self._arrivals), self._slot.share_left_out
         now = time.monotonic()
-        # Only the last seconds count, so that a stopped camera reads 0 and not what it once did.
+        # Only the last 4 s count (chosen): the rate of a stopped camera falls to 0.
         recent = [t for t in arrivals if now - t < 4.0]
         rate = (len(recent) - 1) / (recent[-1] - recent[0]) if len(recent) > 2 else float('nan') if not arrivals else 0.0
         return replace(self._status, rate=rate, age_s=now - arrivals[-1] if arrivals else float('nan'),
@@ -150,7 +149,7 @@ class Capture:
         active = self._active.is_set()
         if self._status.state in ('running', 'paused'):
             self._set(state='running' if active else 'paused')
-        # A recording begins when somebody first wants it: its untouched start must not be over before the perception runs.
+        # A recording starts with the first subscriber: the perception needs its untouched start as reference.
         self._begun = self._begun or (active and self._wanted())
         return self._source.live or (active and (self._wanted() or (self._begun and not self._source.on_demand)))
 
@@ -168,15 +167,15 @@ class Capture:
             self._spoilt(error)
         except DeviceLost as error:
             self._failed(error, 'lost')
-        except Exception as error:  # anything else would end the thread without a word
+        except Exception as error:  # anything else would end the thread silently
             self._failed(error, 'failed')
         else:
             self._arrived(frame)
 
     def _spoilt(self, error: BadFrame) -> None:
-        """Count a frame that cannot be used; the log gets the first of many."""
+        """Count a frame that cannot be used; log the first of many."""
         now = time.monotonic()
-        if now - self._last_bad_s > _SAID_AGAIN_S:
+        if now - self._last_bad_s > _LOG_AGAIN_S:
             self._report('error', str(error))
         self._bad, self._last_bad_s = self._bad + 1, now
         self._set(error=str(error), failing=True)
@@ -187,8 +186,8 @@ class Capture:
         self._set(error=text, state=state)
 
     def _check_size(self, frame: Frame | PairFrame) -> None:
-        """Raise BadFrame for a frame of another size than the first; DeviceLost where a live source gives no others any more: it is set up
-        anew, so that the size that was asked for comes back, or the one that the camera has now is taken."""
+        """Raise BadFrame for a frame of another size than the first, and DeviceLost if a live source sends only such frames: reopening sets
+        the requested size again or adopts the camera's."""
         for view, size in frame.sizes.items():
             first = self._sizes.setdefault(view, size)
             if size != first:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time in sources: stamps on the ROS clock of what was captured on the monotonic clock, and an even pace without drift."""
+"""Time in sources: ROS stamps for times of the monotonic clock, and playback at a steady rate."""
 from __future__ import annotations
 
 import time
@@ -8,18 +8,17 @@ import time
 from .protocol import Clock
 
 NS = 1_000_000_000
-_PROMPT_NS, _TRIES = 50_000, 4
+_PROMPT_NS, _TRIES = 50_000, 4  # chosen: three clock reads take a few us on an idle machine
 
 
 def stamp_of(captured_ns: int, clock: Clock) -> int:
-    """The stamp, ns on clock, of what happened at captured_ns on time.monotonic_ns(); steps of the wall clock between the two do no
-    harm."""
+    """The stamp, ns of clock, of an event at captured_ns of time.monotonic_ns()."""
     # Simulated time stands at 0 until its first message.
     return max(captured_ns + _between(clock), 0)
 
 
 def _between(clock: Clock) -> int:
-    """clock less time.monotonic_ns(), ns: read until nothing has come in between, which on a busy machine may take milliseconds."""
+    """clock minus time.monotonic_ns(), ns; read again if the machine was busy in between."""
     best, offset = None, 0
     for _ in range(_TRIES):
         before, now, after = time.monotonic_ns(), clock(), time.monotonic_ns()
@@ -38,10 +37,10 @@ def wait_until(due_ns: int) -> None:
 
 
 class EvenPace:
-    """Instants at a fixed rate, Hz, on deadlines that do not drift.
+    """Due times at a fixed rate, Hz, without drift.
 
-    A caller that comes late by whole periods skips them when skip is set (a camera goes on; skipped counts them), else the instants to come
-    are moved (a recording waits).
+    skip: a caller that is late by whole periods skips them, as with a camera (skipped counts them); else the later due times shift, as with
+    a recording.
     """
 
     def __init__(self, rate: float, skip: bool):
@@ -52,7 +51,7 @@ class EvenPace:
         self._count = 0
 
     def next(self) -> int:
-        """The next instant on time.monotonic_ns(); does not wait."""
+        """The next due time, ns of time.monotonic_ns(); does not wait."""
         now = time.monotonic_ns()
         if self._origin is None:
             self._origin = now
@@ -68,19 +67,19 @@ class EvenPace:
 
 
 class StampPace:
-    """Instants as far apart as recorded stamps are; moved when the caller is late or the stamps jump by more than longest_gap_s."""
+    """Due times with the intervals of recorded stamps; shifted if the caller is late or the stamps jump by more than longest_gap_s."""
 
     def __init__(self, longest_gap_s: float = 5.0):
         self._longest_gap = int(longest_gap_s * NS)
         self._last = None
 
     def next(self, stamp_ns: int) -> int:
-        """The instant on time.monotonic_ns() at which the frame stamped stamp_ns is due; does not wait."""
+        """The due time, ns of time.monotonic_ns(), of the frame stamped stamp_ns; does not wait."""
         now = time.monotonic_ns()
         due = now
         if self._last is not None and 0 <= stamp_ns - self._last[0] <= self._longest_gap:
             due = self._last[1] + stamp_ns - self._last[0]
-        # Late by more than a moment (the node was paused): go on from here instead of rushing to catch up.
+        # Late by over 0.1 s (chosen; the node was paused): continue from here instead of catching up.
         due = due if now - due < NS // 10 else now
         self._last = stamp_ns, due
         return due

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What every source of camera frames does: device, file, bag and simulation behind one protocol."""
+"""The protocol of all sources: device, file, bag and simulation."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,20 +12,19 @@ Clock = Callable[[], int]
 
 
 class EndOfSource(Exception):
-    """The recording is over: no failure, nothing more will come."""
+    """The recording is over; not a failure."""
 
 
 class NothingYet(Exception):
-    """Nothing came for a moment: no failure, ask again."""
+    """Nothing arrived for a moment; not a failure, read again."""
 
 
 class Source(Protocol):
     """A camera, live or recorded.
 
-    live: it goes on by itself whether it is read or not, and only its newest frame is of interest; a recording waits and loses nothing.
-    on_demand: it has no pace of its own, so it is read only while somebody wants its frames.
-    skipped: frames that were due but not made; corrupt: frames that could not be used; remark: what is wrong with frames that come all the
-    same, or do not, ''.
+    live: it runs whether it is read or not, and only its newest frames matter; a recording waits and loses nothing. on_demand: it has no
+    rate of its own and is read only while frames are wanted. skipped: number of frames that were due but not produced; corrupt: number of
+    unusable frames; remark: a warning about the data, ''.
     """
 
     live: bool
@@ -35,19 +34,19 @@ class Source(Protocol):
     remark: str
 
     def open(self) -> None:
-        """Get ready to read, from the start. Raises DeviceLost, BadRecording or BadArgument; may be called again after close."""
+        """Open at the start. Raises DeviceLost, BadRecording or BadArgument; may be called again after close."""
 
     def read(self, wanted: bool = True) -> Frame | PairFrame | None:
-        """Wait for the next frame; None if it was not wanted (it is passed over, at less cost).
+        """Wait for the next frame; None if it is not wanted (skipping costs less than decoding).
 
-        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without one, or BadFrame for a frame to skip.
+        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without a frame, or BadFrame for an unusable one.
         """
 
     def close(self) -> None:
-        """Let go of the device or file; harmless when not open."""
+        """Release the device or file; does nothing if it is not open."""
 
     def describe(self) -> dict:
-        """What is read: source, device or path, serial, width, height (px), rate (Hz) and what else is known, as plain values."""
+        """Plain values for the description: source, device or path, serial, width, height (px), rate (Hz) and others, if known."""
 
     def calibration(self) -> CameraCalibration | None:
-        """The camera's calibration, where the source knows it; valid once open."""
+        """The camera's calibration, None if unknown; valid once open."""

@@ -11,15 +11,14 @@ from .protocol import Clock
 class SceneSource:
     """A scene of a simulated sensor in real time, again from its start when it is over.
 
-    scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen; clock: ns for the stamps; count: steps of the scene that
-    are made at once. While what it shows is not wanted the scene stands still: nothing is computed that nobody sees. Subclasses say in
-    _open_scene what the scene is, in _make what is made of one step, and in _handed_over how it goes out.
+    scene: its name; rate: Hz, or -1 for usual_rate; seed: of noise and specimen; clock: ns for the stamps; count: steps of the scene per
+    read. The scene stands still while it is not wanted. Subclasses define _open_scene, _make and _handed_over.
     """
 
     live, on_demand = True, False
     remark = ''
     usual_rate = 30.0
-    longest_leap = 2  # times that are skipped at once: more would make the next one later still
+    longest_leap = 2  # steps caught up at once; chosen: computing more would delay the next one
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock, count: int = 1):
         self.corrupt = 0
@@ -30,30 +29,30 @@ class SceneSource:
 
     @classmethod
     def rate_of(cls, rate: float) -> float:
-        """The rate that is played, Hz. Raises BadArgument for 0."""
+        """The rate, Hz, with usual_rate for -1. Raises BadArgument for 0."""
         if rate == 0:
-            raise BadArgument(f'rate: source sim runs in real time, 0 is no rate; give one in Hz, or -1 for {cls.usual_rate:g} Hz')
+            raise BadArgument(f'rate: source sim runs in real time, so 0 is not allowed; give one in Hz, or -1 for {cls.usual_rate:g} Hz')
         return rate if rate > 0 else cls.usual_rate
 
     @property
     def skipped(self) -> int:
-        """Steps that were due before the one in front of them was made."""
+        """Number of steps that were skipped because computing was late."""
         return self._pace.skipped * self._count if self._pace else 0
 
     def open(self) -> None:
-        """Set the scene up at its start. Raises BadArgument, listing the scenes, for an unknown one."""
+        """Open the scene at its start. Raises BadArgument, listing the scenes, for an unknown one."""
         self._scene = self._open_scene()
         self._pace = EvenPace(self.rate / self._count, skip=True)
         self._number = 0
 
     def read(self, wanted: bool = True):
-        """What comes next, made ahead and handed over at the instant that it shows; None where it is not wanted."""
+        """The next step, computed ahead and returned when due; None if it is not wanted."""
         skipped = self._pace.skipped
         due = self._pace.next()
         if not wanted:
             wait_until(due)
             return None
-        # What was missed has to be computed too, only not drawn: to catch up after a long stall would make the next one longer.
+        # Skipped steps have to be computed too: catching up fully after a long stall would cause the next stall.
         self._number += self._count * min(self._pace.skipped - skipped, self.longest_leap)
         made = self._make(self._number)
         self._number += self._count
@@ -61,7 +60,7 @@ class SceneSource:
         return self._handed_over(made, due)
 
     def close(self) -> None:
-        """Let the scene go."""
+        """Drop the scene."""
         self._scene = None
 
     def describe(self) -> dict:
@@ -69,17 +68,17 @@ class SceneSource:
         return {'source': 'sim', 'device': 'simulated', 'scene': self._name, 'seed': self._seed, 'rate': self.rate}
 
     def calibration(self) -> None:
-        """None, where there is no camera."""
+        """None: no camera."""
 
     def _open_scene(self):
         raise NotImplementedError
 
     def _make(self, number: int):
-        """Steps number to number + count of the scene."""
+        """Compute steps number to number + count of the scene."""
         raise NotImplementedError
 
     def _handed_over(self, made, due_ns: int):
-        """What _make has made, that was due (ns, steady clock)."""
+        """The result of _make as the source's data, due at due_ns of the monotonic clock."""
         raise NotImplementedError
 
     def _stamp(self, due_ns: int) -> int:

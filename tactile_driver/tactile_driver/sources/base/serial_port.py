@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Serial ports: which exist, which one a user means, and reading what has come."""
+"""Serial ports: find the one that the user names, and read from it."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,9 +15,9 @@ _BY_ID = Path('/dev', 'serial', 'by-id')
 
 
 def find_port(wanted: str) -> str:
-    """The path of the port that wanted means: a path, a name under /dev/serial/by-id, or (part of) a USB serial number.
+    """The path of the port named by wanted: a path, a name under /dev/serial/by-id, or (part of) a USB serial number.
 
-    Raises DeviceLost, listing the ports that exist, where none or several fit.
+    Raises DeviceLost, listing the ports, if none or several match.
     """
     if wanted.startswith('/'):
         if Path(wanted).exists():
@@ -34,7 +34,7 @@ def find_port(wanted: str) -> str:
 def _known() -> str:
     ports = '; '.join(f'{p.device} ({p.description}' + (f', serial {p.serial_number})' if p.serial_number else ')')
                       for p in list_ports.comports())
-    return f'there are: {ports or "none at all"}. Name one by path or serial number, and check the cable'
+    return f'there are: {ports or "none"}. Name one by path or serial number, and check the cable'
 
 
 class SerialPort:
@@ -48,32 +48,32 @@ class SerialPort:
         self.path = ''
 
     def open(self) -> None:
-        """Open it anew. Raises DeviceLost where it does not exist or cannot be opened."""
+        """Open or reopen the port. Raises DeviceLost if it does not exist or cannot be opened."""
         self.close()
         self.path = find_port(self._device)
         try:
             self._port = serial.Serial(self.path, self._baud, timeout=_WAIT_S, exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
             self._port = None
-            raise DeviceLost(f'device: {self.path} cannot be opened at {self._baud} baud: {error}; is it in use, or not permitted '
+            raise DeviceLost(f'device: {self.path} cannot be opened at {self._baud} baud: {error}; is it in use, or access denied '
                              '(group dialout)?') from error
 
     def read(self) -> bytes:
-        """What has come; b'' after a moment without anything. Raises DeviceLost where the port is gone."""
+        """The bytes received; b'' after a moment without any. Raises DeviceLost if the port is gone."""
         if self._port is None:
             raise DeviceLost(f'device: {self._device} is not open')
         try:
             waiting = self._port.in_waiting
             data = self._port.read(waiting or 1)
             return data if waiting or not data else data + self._port.read(self._port.in_waiting)
-        except (OSError, TypeError) as error:  # TypeError: pyserial's way to tell that it was closed meanwhile
+        except (OSError, TypeError) as error:  # pyserial raises TypeError if the port was closed meanwhile
             raise DeviceLost(f'device: {self.path} is gone ({error}); check the cable') from error
 
     def close(self) -> None:
-        """Close it; harmless when not open."""
+        """Close the port; does nothing if it is not open."""
         port, self._port = self._port, None
         if port is not None:
             try:
                 port.close()
-            except OSError:  # it was pulled out
+            except OSError:  # unplugged
                 pass

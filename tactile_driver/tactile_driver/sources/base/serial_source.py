@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What sensors on a serial port share: the port, the frames read from it, and what it has met."""
+"""The base of sources on a serial port: the port, its frame reader and error counts."""
 from __future__ import annotations
 
 import time
@@ -12,15 +12,15 @@ from .serial_port import SerialPort
 
 
 class FrameReader(Protocol):
-    """Makes frames of bytes."""
+    """Parses bytes into frames."""
 
     def feed(self, data: bytes) -> list[CountFrame]:
-        """The frames that data ends."""
+        """The frames that are complete with data."""
 
 
 class SerialSource:
-    """device: see serial_port.find_port; baud: bits a second; clock: ns for the stamps; deaf_bytes: without a frame among so many, what is
-    expected of the device is wrong. Subclasses give a new reader in _new_reader and fill _ready with what comes next in _poll.
+    """device: see serial_port.find_port; baud: bit/s; clock: ns for the stamps; deaf_bytes: so many bytes without a frame mean wrong
+    settings. Subclasses return a new reader from _new_reader and fill _ready in _poll.
     """
 
     live, on_demand = True, False
@@ -34,13 +34,13 @@ class SerialSource:
         raise NotImplementedError
 
     def _begin(self) -> None:
-        """What was begun on a port that is gone is forgotten; what has been counted is not."""
+        """Start with a new reader; the counts continue."""
         self._counts.stranger = ''
         self._reader, self._ready, self._deaf = self._new_reader(), [], 0
 
     @property
     def corrupt(self) -> int:
-        """Frames or lines with a wrong check sum or impossible content."""
+        """Number of frames or lines with a wrong checksum or impossible content."""
         return self._counts.bad_crc + self._counts.refused
 
     def open(self) -> None:
@@ -49,7 +49,7 @@ class SerialSource:
         self._begin()
 
     def read(self, wanted: bool = True):
-        """What comes next. Raises NothingYet or DeviceLost."""
+        """The next frame or block. Raises NothingYet or DeviceLost."""
         if not self._ready:
             self._poll()
         if not self._ready:
@@ -64,7 +64,7 @@ class SerialSource:
         return found
 
     def _received(self) -> tuple[list[CountFrame], int]:
-        """The frames that have come whole, and when they were read, ns of the monotonic clock."""
+        """The complete frames, and the time at which they were read, ns of the monotonic clock."""
         data = self._port.read()
         arrived_ns = time.monotonic_ns()
         frames = self._reader.feed(data)
@@ -76,7 +76,7 @@ class SerialSource:
         self._port.close()
 
     def describe(self) -> dict:
-        """The port and what it has met."""
+        """The port and its error counts."""
         counts = self._counts
         return {'source': 'device', 'path': self._port.path, 'device': self._port.path, 'baud': self._baud, 'rate': 0.0,
                 'crc errors': counts.bad_crc, 'refused frames': counts.refused, 'garbage bytes': counts.garbage,
@@ -84,14 +84,14 @@ class SerialSource:
 
     @property
     def remark(self) -> str:
-        """What is wrong though bytes come, ''."""
+        """The warning if bytes arrive but no valid frames, ''."""
         if self._counts.stranger:
-            return (f'another sensor sends on {self._port.path}: {self._counts.stranger}; where cables were swapped, name the device by '
-                    'its serial number, else set the parameters that tell what it sends')
+            return (f'another sensor sends on {self._port.path}: {self._counts.stranger}; if cables were swapped, name the device by '
+                    'its serial number, else set the parameters to match')
         return self._deafness() if self._deaf >= self._deaf_bytes else ''
 
     def _deafness(self) -> str:
         raise NotImplementedError
 
     def calibration(self) -> None:
-        """None: there is no camera."""
+        """None: no camera."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The images of a rosbag2 recording, with the stamps that they were recorded with."""
+"""The images of a rosbag2 recording, with their recorded stamps."""
 from __future__ import annotations
 
 import posixpath
@@ -22,8 +22,8 @@ _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/Compresse
 
 def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
                  content: str = 'image') -> str:
-    """The topic to play, of types (topic -> type name): the one wanted, or the only one that ends with it, or with '' the only one of
-    kinds, whose content is named so, or the only image_raw among several. Raises BadRecording, listing them."""
+    """The topic to play among types (topic -> type name): the one named or the only one that ends with wanted; for '' the only topic of
+    kinds, or the only image_raw among several. content: for error messages. Raises BadRecording, listing the topics."""
     images = sorted(name for name, kind in types.items() if kind in kinds)
     fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
     fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
@@ -40,9 +40,8 @@ def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str
 class BagSource:
     """A rosbag2 folder or file, sqlite3 or MCAP; a damaged one as far as it goes.
 
-    topic: of sensor_msgs/Image or CompressedImage, '' where the bag has only one; rate: Hz, or -1 for the bag's own pace, or 0 for as
-    fast as
-    it is consumed; loop: start again at the end (the stamps then go back).
+    topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one; rate: Hz; -1: as recorded; 0: as fast as consumed; loop:
+    restart at the end (the stamps then go back).
     """
 
     live = False
@@ -59,12 +58,12 @@ class BagSource:
         self._topic, self._recorded = '', {}
 
     def open(self) -> None:
-        """Open the bag at its beginning. Raises BadRecording where it is missing, broken or lacks the topic."""
+        """Open the bag at its start. Raises BadRecording if it is missing, broken or lacks the topic."""
         self.close()
         try:
             self._reader = BagReader(self._path).__enter__()
         except (BadRecording, OSError) as error:
-            raise BadRecording(f'path: {self._path} is no rosbag2 recording that can be read: {error}') from error
+            raise BadRecording(f'path: {self._path} is not a readable rosbag2 recording: {error}') from error
         types = self._reader.topics
         self._topic = choose_topic(types, self._wanted, str(self._path), self.kinds, self.content)
         self._calibration = self._recorded_calibration(types)
@@ -87,7 +86,7 @@ class BagSource:
 
     @property
     def remark(self) -> str:
-        """What of the bag is damaged or missing, as far as it has been come upon, ''."""
+        """The damage found in the bag so far, ''."""
         return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
 
     def read(self, wanted: bool = True) -> Frame | None:
@@ -113,7 +112,7 @@ class BagSource:
     def _decoded(self, data: bytes, name: str):
         try:
             return self._types.deserialize_cdr(data, name)
-        except Exception as error:  # whatever broken bytes provoke
+        except Exception as error:  # rosbags raises many types for broken bytes
             raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
 
     def _frame(self, message, name: str, stamp: int) -> Frame:
@@ -136,5 +135,5 @@ class BagSource:
                 **({'recorded': self._recorded} if self._recorded else {})}
 
     def calibration(self) -> CameraCalibration | None:
-        """What the bag's camera_info beside the images says."""
+        """The calibration in camera_info beside the images, None if there is none."""
         return self._calibration

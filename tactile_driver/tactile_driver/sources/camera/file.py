@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A video file or a folder of images, as a camera."""
+"""A video file or a folder of images as a source."""
 from __future__ import annotations
 
 import re
@@ -15,7 +15,7 @@ from ...errors import BadArgument, BadRecording
 from ...frame import CameraCalibration, Frame, frame_of
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
-_FOLDER_RATE = 30.0
+_FOLDER_RATE = 30.0  # Hz, of a folder and of a video without a rate; that of most cameras
 
 
 def natural_key(path: Path) -> list:
@@ -31,7 +31,7 @@ class _Folder:
     def __init__(self, path: Path):
         self._files = sorted((p for p in path.iterdir() if p.suffix.lower() in IMAGE_ENDINGS), key=natural_key)
         if not self._files:
-            raise BadRecording(f'path: {path} holds no image; endings that count are {" ".join(IMAGE_ENDINGS)}')
+            raise BadRecording(f'path: {path} holds no image; known endings are {" ".join(IMAGE_ENDINGS)}')
         self._at = -1
         self.lost = 0
 
@@ -40,7 +40,7 @@ class _Folder:
         return self._at
 
     def grab(self) -> bool:
-        """Go on to the next frame that can be decoded; whether there is one."""
+        """Advance to the next decodable frame; False at the end."""
         self._at += 1
         return self._at < len(self._files)
 
@@ -58,7 +58,7 @@ class _Video:
         self._path = path
         self._capture = cv2.VideoCapture(str(path))
         if not self._capture.isOpened() or not self._capture.get(cv2.CAP_PROP_FRAME_WIDTH):
-            raise BadRecording(f'path: {path} is no video that OpenCV can read, nor a folder of images')
+            raise BadRecording(f'path: {path} is neither a video that OpenCV can read nor a folder of images')
         rate = self._capture.get(cv2.CAP_PROP_FPS)
         self.rate = rate if 0 < rate < 1e4 else _FOLDER_RATE
         self._count = max(int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
@@ -70,8 +70,8 @@ class _Video:
         return self._at - 1
 
     def grab(self) -> bool:
-        """Go on to the next frame that can be decoded; whether there is one."""
-        # A broken frame makes grab fail as the end does: the container's count tells the two apart.
+        """Advance to the next decodable frame; False at the end."""
+        # grab fails at a broken frame as at the end: the container's frame count distinguishes them.
         while not self._capture.grab():
             if self._at >= self._count:
                 return False
@@ -91,8 +91,8 @@ class _Video:
 class FileSource:
     """A video or a folder of images.
 
-    rate: Hz, or -1 for the video's own (a folder: 30), or 0 for as fast as it is consumed; loop: start again at the end; clock: ns for the
-    stamps, which are as far apart as the rate says (its own where it is 0).
+    rate: Hz; -1: the video's own (a folder: 30); 0: as fast as consumed, stamped at the video's own rate; loop: restart at the end; clock:
+    ns for the stamps.
     """
 
     live = False
@@ -109,23 +109,23 @@ class FileSource:
 
     @property
     def rate(self) -> float:
-        """Frames a second of recorded time."""
+        """Frame rate of the recording, Hz."""
         return self._asked_rate if self._asked_rate > 0 else self._reader.rate if self._reader else _FOLDER_RATE
 
     @property
     def number(self) -> int:
-        """Which frame of the file was read last, from 0; frames that cannot be decoded count."""
+        """Index of the last frame read, from 0; undecodable frames count."""
         return self._reader.number
 
     def open(self) -> None:
-        """Open the recording at its beginning. Raises BadRecording where there is none, or it is empty or unreadable."""
+        """Open the recording at its start. Raises BadRecording if it is missing, empty or unreadable."""
         self.close()
         self._start()
         self._pace = None if self.on_demand else EvenPace(self.rate, skip=False)
         self._first_stamp, self._number = None, 0
 
     def rewind(self) -> None:
-        """Go back to the beginning; pace and stamps go on. Raises as open does."""
+        """Return to the start; due times and stamps continue. Raises as open does."""
         self._reader.close()
         self._start()
 
@@ -135,7 +135,7 @@ class FileSource:
         self._reader = _Folder(self._path) if self._path.is_dir() else _Video(self._path)
 
     def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame, decoded ahead and handed over when due. Raises EndOfSource, or BadFrame for an image that cannot be decoded."""
+        """The next frame, decoded ahead and returned when due. Raises EndOfSource, or BadFrame for an undecodable image."""
         self._advance()
         self._number += 1
         due = self._pace.next() if self._pace is not None else 0
@@ -175,5 +175,5 @@ class FileSource:
         return {'source': 'file', 'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
 
     def calibration(self) -> CameraCalibration | None:
-        """None: neither videos nor images carry one."""
+        """None: videos and images carry none."""
         return None

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The voltages of a rosbag2 recording, with the stamps that they were recorded with."""
+"""The voltages of a rosbag2 recording, with their recorded stamps."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,6 +25,6 @@ class PsdBagSource(BagSource):
 
     def _frame(self, message, name: str, stamp: int) -> SampleBlock:
         if len(message.voltages) % CHANNELS or not len(message.voltages):
-            raise BadFrame(f'{len(message.voltages)} voltages at {stamp} ns; there are four a sample; they are skipped')
+            raise BadFrame(f'{len(message.voltages)} voltages at {stamp} ns; a sample has four; the message is skipped')
         volts = np.array(message.voltages, np.float32).reshape(-1, CHANNELS)
         return SampleBlock(volts, stamp, float(message.sample_period))

@@ -14,16 +14,15 @@ from ...serial_frames.assemble import SampleAssembler
 from ...serial_frames.binary import SAMPLES, BinaryReader, Expected
 from ...serial_frames.lines import LineReader
 
-_LONGEST_POLL_S = 0.01  # Linux keeps 4 KB of what nobody has read: 10 ms at 400 KB/s
-_DEAF_BYTES = 4096  # without a frame among so many, format or baud rate are wrong
+_LONGEST_POLL_S = 0.01  # Linux buffers 4 KB of unread input: 10 ms at 400 KB/s
+_DEAF_BYTES = 4096  # so many bytes without a frame mean a wrong format or baud rate; chosen
 
 FORMATS = ('binary', 'csv')
 
 
 @dataclass(frozen=True)
 class SerialSettings:
-    """format: of FORMATS; baud: bits a second; full_scale: V, of the converter; bits: of the converter, for CSV, which does not tell;
-    batch_period: s."""
+    """format: one of FORMATS; baud: bit/s; full_scale: of the converter, V; bits: of the converter, for CSV; batch_period: s."""
 
     format: str
     baud: int
@@ -33,7 +32,7 @@ class SerialSettings:
 
 
 class PsdSerialSource(SerialSource):
-    """device: see serial_port.find_port; clock: ns for the stamps."""
+    """A PSD finger. device: see serial_port.find_port; clock: ns for the stamps."""
 
     def __init__(self, device: str, settings: SerialSettings, clock: Clock):
         if settings.format not in FORMATS:
@@ -55,11 +54,11 @@ class PsdSerialSource(SerialSource):
 
     @property
     def skipped(self) -> int:
-        """Samples that the device has sent and that did not come, or not whole."""
+        """Number of samples lost in transmission."""
         return self._missing + self._assembler.missing
 
     def _poll(self) -> None:
-        """Take what has come; blocks are made once a batch_period."""
+        """Read the port; make blocks once per batch_period."""
         wait_until(self._pace.next())
         frames, arrived_ns = self._received()
         self._waiting += frames
@@ -72,7 +71,7 @@ class PsdSerialSource(SerialSource):
                        for block in self._assembler.assemble(frames, arrived_ns)]
 
     def describe(self) -> dict:
-        """The port and what it has met."""
+        """The port and its error counts."""
         about = super().describe()
         return about | {'format': self._settings.format, 'missing samples': self.skipped,
                         'resets': about['resets'] + self._resets + self._assembler.clock.resets}

@@ -15,8 +15,8 @@ from ...simulation.psd.scene import open_psd_scene
 
 
 class PsdSimulatedSource(SceneSource):
-    """A scene of the simulated finger, a sample a step. batch_period: s, of the samples that are handed over when the last of them is due;
-    the rest as of SceneSource.
+    """A scene of the simulated finger; a step is a sample. batch_period: s of samples per block, returned when its last sample is due; the
+    rest as in SceneSource.
     """
 
     usual_rate = 1000.0

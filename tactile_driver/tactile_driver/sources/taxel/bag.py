@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The taxel images of a rosbag2 recording, with all their bits."""
+"""The taxel images of a rosbag2 recording, mono8 or mono16."""
 from __future__ import annotations
 
 from ..camera.bag import BagSource

@@ -14,16 +14,16 @@ from ...errors import BadArgument, BadRecording
 from ...frame import Frame
 from ...matrix import matrix_frame
 
-_RATE = 100.0
-_TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # names of an .npz's times, and their unit, s
+_RATE = 100.0  # Hz of a recording without times; that of the simulated array
+_TIMES = {'t': 1.0, 'stamps': 1.0, 't_ms': 1e-3}  # name of the times in an .npz: their unit, s
 
 
 class TaxelFileSource:
-    """path: .npz with an array (frames, rows, columns) and perhaps t, stamps (s) or t_ms; .npy with such an array; .csv with a row a
-    frame, row by row (columns as parameters rows and columns say), perhaps its time (s) before.
+    """path: .npz with an array (frames, rows, columns) and maybe times t, stamps (s) or t_ms; .npy with such an array; .csv with a line a
+    frame, row-major in the given shape, optionally preceded by its time (s).
 
-    array: name in an .npz that holds several; rate: Hz, -1 for the recording's own times (100 without), 0 for as fast as it is consumed;
-    loop: start again at the end.
+    array: its name in an .npz with several; rate: Hz; -1: the recorded times (100 Hz without); 0: as fast as consumed; loop: restart at the
+    end; shape: (rows, columns); clock: ns for the stamps.
     """
 
     live = False
@@ -40,7 +40,7 @@ class TaxelFileSource:
         self._next = 0
 
     def open(self) -> None:
-        """Read the file. Raises BadRecording where it is missing, broken or holds no frames."""
+        """Read the file. Raises BadRecording if it is missing, broken or holds no frames."""
         readers = {'.npz': self._read_npz, '.npy': self._read_npy, '.csv': self._read_csv}
         if self._path.suffix not in readers:
             raise BadRecording(f'path: {self._path} is none of {", ".join(readers)}')
@@ -92,7 +92,7 @@ class TaxelFileSource:
         return matrix_frame(self._values[number], self._shape, stamp, f'frame {number} of {self._path}')
 
     def close(self) -> None:
-        """Let the file go."""
+        """Drop the data."""
         self._values = None
 
     def describe(self) -> dict:
@@ -100,4 +100,4 @@ class TaxelFileSource:
         return {'source': 'file', 'path': str(self._path), 'topic': self._array, 'rate': self._rate, 'loop': self._loop}
 
     def calibration(self) -> None:
-        """None: there is no camera."""
+        """None: no camera."""

@@ -12,11 +12,11 @@ from ...serial_frames.binary import MATRIX, BinaryReader, Expected
 from ...serial_frames.counts import CountFrame
 from ...serial_frames.device_clock import DeviceClock
 
-_DEAF_BYTES = 65536  # without a frame among so many, size or baud rate are wrong
+_DEAF_BYTES = 65536  # so many bytes without a frame mean a wrong size or baud rate; chosen
 
 
 class TaxelSerialSource(SerialSource):
-    """device: see serial_port.find_port; shape: (rows, columns); clock: ns for the stamps."""
+    """A taxel array. device: see serial_port.find_port; shape: (rows, columns); clock: ns for the stamps."""
 
     def __init__(self, device: str, baud: int, shape: tuple[int, int], clock: Clock):
         self._shape = shape
@@ -31,7 +31,7 @@ class TaxelSerialSource(SerialSource):
 
     @property
     def skipped(self) -> int:
-        """Frames that the device has sent and that did not come, or not whole."""
+        """Number of frames lost in transmission."""
         return self._counts.missing
 
     def _poll(self) -> None:
@@ -45,7 +45,7 @@ class TaxelSerialSource(SerialSource):
         return matrix_frame(frame.values, self._shape, stamp_of(stamp_ns, self._clock), f'frame {frame.sequence}')
 
     def describe(self) -> dict:
-        """The port and what it has met."""
+        """The port and its error counts."""
         about = super().describe()
         return about | {'resets': about['resets'] + self._device_clock.resets}
 

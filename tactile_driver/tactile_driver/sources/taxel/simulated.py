@@ -10,7 +10,7 @@ from ...simulation.taxel.scene import open_taxel_scene
 
 
 class TaxelSimulatedSource(SceneSource):
-    """A scene of the simulated array, a frame a step. Parameters as of SceneSource."""
+    """A scene of the simulated array; a step is a frame. Parameters as in SceneSource."""
 
     usual_rate = 100.0
     longest_leap = 5

@@ -50,7 +50,7 @@ def test_a_remark_is_the_reason_for_silence():
 def test_without_a_source():
     assert unconfigured_health('', False).level == OK
     missing = unconfigured_health('no such device', True)
-    assert missing.level == ERROR and 'tried again' in missing.message and missing.values['last error'] == 'no such device'
+    assert missing.level == ERROR and 'retries' in missing.message and missing.values['last error'] == 'no such device'
 
 
 def test_pairs_without_mates_and_frames_that_did_not_arrive_are_told():

@@ -204,7 +204,7 @@ def paused_after(read, count):
 
 
 def test_a_failure_is_said_again_after_a_while(captured, monkeypatch):
-    monkeypatch.setattr(capture_module, '_SAID_AGAIN_S', 0.0)
+    monkeypatch.setattr(capture_module, '_LOG_AGAIN_S', 0.0)
     it = captured(ScriptedSource([1, BadFrame('torn'), 2, BadFrame('torn'), 3]))
     assert it.take_all(3) == [1, 2, 3]
     assert [r for r in it.reports if r[0] == 'error'] == [('error', 'torn')] * 2

@@ -30,7 +30,7 @@ def test_voltages_keep_their_stamps(tmp_path):
     source.open()
     first = source.read()
     assert (first.stamp_ns, first.period_s, first.volts.tolist()) == (5 * 10**9, 2e-4, [[0, 1, 2, 3], [4, 5, 6, 7]])
-    with pytest.raises(BadFrame, match='four a sample'):
+    with pytest.raises(BadFrame, match='a sample has four'):
         source.read()
     assert source.read().volts.shape == (3, 4)
     with pytest.raises(EndOfSource):
