@@ -39,7 +39,7 @@ class Source(Protocol):
     def read(self, wanted: bool = True) -> Frame | PairFrame | None:
         """Wait for the next frame; None if it is not wanted (skipping costs less than decoding).
 
-        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without a frame, or BadFrame for an unusable one.
+        Raises EndOfSource at the end of a recording, DeviceLost, NothingYet after a moment without one, or BadFrame for an unusable one.
         """
 
     def close(self) -> None:
