@@ -64,7 +64,7 @@ def test_an_array_that_sends_datagrams_is_published(tmp_path, images):
     assert process.returncode == 0, said
     assert received and (received[0].height, received[0].width, received[0].encoding) == (44, 44, 'mono8')
     np.testing.assert_array_equal(np.frombuffer(received[0].data, np.uint8).reshape(44, 44), values)
-    assert 'a datagram of 9 bytes is no frame of 44 x 44' in said
+    assert '9 bytes' in said
 
 
 def test_a_method_of_ones_own_finds_the_dots(tmp_path):

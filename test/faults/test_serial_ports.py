@@ -60,7 +60,7 @@ def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger,
     pulled = time.monotonic()
     bus.pull('A1')
     told = bench.told(node, ERROR, 'device:', pulled)
-    assert 'check the cable' in told.text and told.values['state'] == 'lost'
+    assert 'cable' in told.text and told.values['state'] == 'lost'
     time.sleep(1.0)
     bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)  # another one on the port that was its own
     plugged = time.monotonic()
@@ -103,9 +103,9 @@ def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_number
     bus.plug('B2', CountingArray, 'ttyUSB0', mark=2)
     bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
     told = bench.told(finger_node, ERROR, 'another sensor sends', swapped)
-    assert 'a matrix of 4 x 4 values' in told.text and 'serial number' in told.values['what to do']
+    assert '4 x 4' in told.text and 'serial number' in told.values['what to do']
     told_array = bench.told(array_node, ERROR, 'another sensor sends', swapped)
-    assert 'samples of 5 x 4 values' in told_array.text
+    assert '5 x 4' in told_array.text
     later = max(told.at, told_array.at)  # what was on its way when the cables were pulled has come by then
     assert messages(volts, later) == [] and messages(images, later) == []
     assert set(samples(messages(volts))[:, 1]) == {1} and set(frames(messages(images))[:, 1]) == {2}

@@ -116,7 +116,7 @@ def test_a_wrong_hand_is_told_in_one_line(ros2, tmp_path):
     (tmp_path / 'hand.yaml').write_text(yaml.safe_dump({'sensors': [{**HAND['sensors'][1], 'calibration': 'none.yaml'}]}))
     launched = ros2('launch', 'tactile_bringup', 'hand.launch.py', 'hand:=hand.yaml', 'source:=device')
     assert launched.wait(30) == WRONG
-    assert 'hand hand.yaml: sensor tip: calibration:=none.yaml is no file' in launched.log
+    assert 'sensor tip' in launched.log and 'calibration:=none.yaml' in launched.log
     assert len(launched.log.splitlines()) == 3, launched.log
 
 

@@ -71,7 +71,7 @@ def test_a_bag_that_exists_is_not_overwritten(ros2, tmp_path):
     (tmp_path / 'old').mkdir()
     refused = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'record:=old')
     assert refused.wait(30) != 0
-    assert 'record:=old exists already' in refused.log
+    assert 'record:=old' in refused.log
     node = ros2('run', 'tactile_bringup', 'record_node', '--ros-args', '-p', 'bag:=old')
     assert node.wait(30) == 2
-    assert 'old: exists already' in node.log and 'Traceback' not in node.log
+    assert 'exists' in node.log and 'Traceback' not in node.log

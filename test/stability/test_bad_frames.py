@@ -88,7 +88,7 @@ def test_twenty_bad_frames_in_the_middle_of_a_press(pad):
 @pytest.mark.parametrize('stamp, what', [(0.0, 'repeats'), (-5.0, 'goes back'), (np.nan, 'is no number')])
 def test_a_stamp_that_does_not_go_on_is_refused(pad, running, stamp, what):
     running(pad.rest[3])
-    with pytest.raises(BadFrame, match='does not come after the last one'):
+    with pytest.raises(BadFrame, match='stamp'):
         running(pad.rest[3], running.stamp + stamp)
     running.dots.process(pad.rest[4], running.stamp + 0.05)
     _, result = running(pad.rest[3])
@@ -161,7 +161,7 @@ def test_half_of_the_dots_gone_here_and_there(pad, running):
 
 def test_another_pattern_than_configured(pad):
     for rows, columns in ((15, 15), (23, 21), (30, 30)):
-        with pytest.raises(BadFrame, match='not numbered: .* (configured|seen)'):
+        with pytest.raises(BadFrame, match='not numbered'):
             pad.chain(rows=rows, columns=columns)(pad.rest[0])
 
 

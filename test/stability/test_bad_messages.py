@@ -140,7 +140,7 @@ def test_a_changed_camera_info_begins_anew(pad):
 def test_an_image_of_another_size_than_camera_info_is_refused(pad, small_pad):
     feed = Feed(pad)
     feed.info()
-    with pytest.raises(BadFrame, match='320 x 240 px, camera_info is for 640 x 480 px'):
+    with pytest.raises(BadFrame, match='320 x 240.*640 x 480'):
         feed.image(small_pad.rest[0])
     assert len(feed.image(pad.rest[0])['dots'].x) > 515
 

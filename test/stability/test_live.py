@@ -142,7 +142,7 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         for image, spoil in bad:
             rig.refuse(image, spoil)
         status = rig.last['dot_tracker_node'][0]
-        assert status.level == b'\x02' and 'camera_info is for 640 x 480' in status.message
+        assert status.level == b'\x02' and 'camera_info' in status.message
         assert len([text for text in rig.said if 'refused' in text]) == 1, 'said once, not for each frame'
         assert len(rig.regions) == known, 'nothing is published for a frame that cannot be used'
         region, contacts = rig.good(pad.pressed)

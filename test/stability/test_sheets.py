@@ -63,7 +63,7 @@ def test_a_reference_that_is_wrong_and_cannot_be_mended_tells_nothing(any_sheet)
     """The camera has moved by half a pitch, and something presses from the start; all is well once it does not."""
     moved, chain = [np.roll(image, 15, axis=1) for image in (any_sheet.pressed, any_sheet.rest[0])], any_sheet.chain([])
     for _ in range(3):
-        with pytest.raises(BadFrame, match='calibrate again'):
+        with pytest.raises(BadFrame, match='calibrate'):
             chain(moved[0])
     assert nothing(chain(moved[1])) and len(chain(moved[0]).contacts) == 1
 
@@ -186,7 +186,7 @@ def test_a_press_deeper_than_calibrated_is_flagged():
 def test_the_calibration_of_another_sensor_is_refused():
     for own in SENSORS:
         for other in set(SENSORS) - {own}:
-            with pytest.raises(BadCalibration, match=f'for sensor type .{own}.'):
+            with pytest.raises(BadCalibration, match=own):
                 read_touch(share('calibration', f'{own}_sim.yaml'), other)
 
 

@@ -118,7 +118,7 @@ def test_a_wrong_value_is_told_in_one_line(wrong, told):
 
 
 def test_not_every_sensor_has_every_source():
-    with pytest.raises(LaunchError, match='none of sim, device, bag'):
+    with pytest.raises(LaunchError, match='source:='):
         sensor_plan(values('psd_finger', source='file', path='x'), 'psd_finger')
     assert sensor_plan(values('areal_dual', source='topics', topic='a', right_topic='b'), 'areal_dual').nodes['dual_camera_node'] == {
         'source': 'topics', 'topic': 'a', 'right_topic': 'b', 'frame_id': 'areal_dual'}
@@ -135,7 +135,7 @@ def run_with(monkeypatch, words, file='touchpad.launch.py'):
 
 
 def test_an_argument_that_nobody_knows_is_refused_with_those_known(monkeypatch):
-    with pytest.raises(LaunchError, match='origin:=bag: there is no launch argument origin; known are namespace, source'):
+    with pytest.raises(LaunchError, match='origin.*namespace'):
         run_with(monkeypatch, ['origin:=bag'])
     assert run_with(monkeypatch, ['source:=sim'])
     assert run_with(monkeypatch, ['origin:=bag'], file='of_others.launch.py'), 'which includes this one and has arguments of its own'

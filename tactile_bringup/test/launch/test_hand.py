@@ -86,10 +86,10 @@ def test_a_wrong_argument_is_told(given, told):
 def test_what_is_wrong_with_a_sensor_names_it(tmp_path):
     path = tmp_path / 'hand.yaml'
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'palm', 'type': 'areal_single', 'calibration': 'none.yaml', 'device': '0'}]}))
-    with pytest.raises(LaunchError, match=f'sensor palm: calibration:={tmp_path}/none.yaml is no file'):
+    with pytest.raises(LaunchError, match='palm.*none.yaml'):
         actions(hand=str(path), source='device')
     path.write_text(yaml.safe_dump({'sensors': [{'name': 'palm', 'type': 'areal_single', 'device': '0', 'rate': 'fast'}]}))
-    with pytest.raises(LaunchError, match='sensor palm: rate:=fast is no number'):
+    with pytest.raises(LaunchError, match='palm.*rate:=fast'):
         actions(hand=str(path), source='device')
 
 
@@ -116,5 +116,5 @@ def test_a_recording_without_the_sensor_names_it(monkeypatch):
     def nothing(recording, name):
         raise BadArgument(f'{recording} has no topic under /{name}')
     monkeypatch.setattr(recorded, 'bag_of', nothing)
-    with pytest.raises(LaunchError, match='sensor thumb: bag has no topic under /thumb'):
+    with pytest.raises(LaunchError, match='/thumb'):
         actions(source='bag', path='bag')

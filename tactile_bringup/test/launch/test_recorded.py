@@ -57,7 +57,7 @@ def test_of_several_of_a_type_the_namespace_or_the_topic_chooses(tmp_path):
     bag = write(tmp_path / 'bag', thumb=('touchpad', 'sim'), index=('touchpad', 'device'))
     assert recorded_topics(bag, 'touchpad', 'index', {}) == ({'topic': '/index/image_raw'}, False)
     assert recorded_topics(bag, 'touchpad', 'touchpad', {'topic': '/thumb/image_raw'}) == ({'topic': '/thumb/image_raw'}, True)
-    with pytest.raises(BadArgument, match='several sensors .*/index/, /thumb/'):
+    with pytest.raises(BadArgument, match='/index/.*/thumb/'):
         recorded_topics(bag, 'touchpad', 'touchpad', {})
 
 
@@ -75,13 +75,13 @@ def test_a_kind_of_sensor_that_has_no_launch_file_may_be_anything(tmp_path):
 @pytest.mark.parametrize('wanted', ['areal_single', 'psd_finger'])
 def test_a_recording_of_another_type_is_refused_by_name(tmp_path, wanted):
     bag = write(tmp_path / 'bag', pad=('touchpad', 'sim'))
-    with pytest.raises(BadArgument, match=f'a recording of touchpad, not of {wanted}; play it with touchpad.launch.py'):
+    with pytest.raises(BadArgument, match=f'touchpad.*{wanted}.*touchpad.launch.py'):
         recorded_topics(bag, wanted, wanted, {})
 
 
 def test_what_is_not_there_is_told(tmp_path):
     whole = write(tmp_path / 'whole', thumb=('touchpad', 'sim'))
-    with pytest.raises(BadArgument, match='has no topic under /palm; it has /thumb/description'):
+    with pytest.raises(BadArgument, match='/palm.*/thumb/description'):
         bag_of(whole, 'palm')
     with pytest.raises(BadArgument, match='no such file'):
         bag_of(str(tmp_path / 'nowhere'), 'palm')

@@ -32,8 +32,8 @@ def test_the_table_names_what_there_is():
         assert hasattr(import_module(f'{package}.{name}'), kind), name
 
 
-@pytest.mark.parametrize(('names', 'told'), [(['camera_node', 'x'], "node 'x' is unknown; known are camera_node"),
-                                             ([], 'no node is named')])
+@pytest.mark.parametrize(('names', 'told'), [(['camera_node', 'x'], "'x'.*camera_node"),
+                                             ([], 'node')])
 def test_a_list_that_is_none(names, told):
     with pytest.raises(BadArgument, match=told):
         next(made(names))

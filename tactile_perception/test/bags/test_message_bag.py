@@ -22,5 +22,5 @@ def test_messages_are_read_back_under_the_namespace(tmp_path):
 
 
 def test_a_bag_that_exists_is_not_overwritten(tmp_path):
-    with pytest.raises(BadArgument, match='exists already'):
+    with pytest.raises(BadArgument, match='exists'):
         write_messages(tmp_path, 'pad', [])

@@ -21,7 +21,7 @@ def test_messages_come_back_in_the_order_of_their_stamps(tmp_path):
 
 def test_nothing_recorded_is_overwritten(tmp_path):
     (tmp_path / 'bag').mkdir()
-    with pytest.raises(BadArgument, match='exists already'):
+    with pytest.raises(BadArgument, match='exists'):
         BagWriter(tmp_path / 'bag', STORE)
 
 

@@ -49,8 +49,8 @@ def test_an_unknown_lens_is_found_as_far_as_the_markers_show_it():
 
 def test_too_few_markers_and_markers_that_form_no_grid_are_refused():
     left, right = seen('left', GRID), seen('right', GRID)
-    with pytest.raises(BadCalibration, match='5 markers in a view are too few'):
+    with pytest.raises(BadCalibration, match='5 markers'):
         fit_sides([SideMarkers(SIZE, left.id[:5], left.uv[:5], left.camera), right], GRID)
     shuffled = np.random.default_rng(0).permutation(left.uv)
-    with pytest.raises(BadCalibration, match='mm off the grid'):
+    with pytest.raises(BadCalibration, match='grid'):
         fit_sides([SideMarkers(SIZE, left.id, shuffled, left.camera), right], GRID)

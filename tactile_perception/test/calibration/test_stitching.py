@@ -85,7 +85,7 @@ def test_what_cannot_tell_is_refused(pair):
         fit_stitching((black, pair[1]), (KNOWN, KNOWN), SENSOR)
     covered = pair[0].copy()
     covered[:120] = 12
-    with pytest.raises(BadCalibration, match='left image: . rows and . columns'):
+    with pytest.raises(BadCalibration, match='left image.*rows'):
         fit_stitching((covered, pair[1]), (KNOWN, KNOWN), SENSOR)
     wide = MarkerSensor('areal_dual', 5, 14, SENSOR.pitch, (0.133, 0.046))
     with pytest.raises(BadCalibration, match='gap'):

@@ -44,15 +44,15 @@ def test_markers_that_were_never_seen_stay_unknown(path):
 
 
 def test_a_method_that_was_not_fitted_is_refused_with_those_that_were(path):
-    with pytest.raises(BadCalibration, match='no method paper; it has far, near'):
+    with pytest.raises(BadCalibration, match='paper.*far, near'):
         read_touch(path, 'areal_single').fitted('paper')
 
 
 def test_a_file_without_methods_or_for_another_sensor_is_refused(path, tmp_path):
-    with pytest.raises(BadCalibration, match='for sensor type'):
+    with pytest.raises(BadCalibration, match='sensor type'):
         read_touch(path, 'air_cushion')
     write_touch(tmp_path / 'none.yaml', 'areal_single', {}, {}, {}, SPAN, [])
-    with pytest.raises(BadCalibration, match='no touch method'):
+    with pytest.raises(BadCalibration, match='method'):
         read_touch(tmp_path / 'none.yaml', 'areal_single')
 
 
@@ -82,7 +82,7 @@ def test_the_pattern_of_a_dome_without_a_grid_is_kept(path):
     write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': pattern}, {}, {}, SPAN, [])
     np.testing.assert_allclose(read_touch(path, 'air_cushion').pattern, pattern)
     write_touch(path, 'air_cushion', {'methods': {'one': {'a': 1.0}}, 'pattern': [1.0, 2.0]}, {}, {}, SPAN, [])
-    with pytest.raises(BadCalibration, match='pairs of numbers'):
+    with pytest.raises(BadCalibration, match='pairs'):
         read_touch(path, 'air_cushion')
 
 
@@ -94,5 +94,5 @@ def test_untouched_places_are_those_of_the_markers_or_of_the_pattern(path):
     write_touch(path, 'areal_single', {'methods': {'one': {}}, 'pattern': rest[:1]}, {}, {}, SPAN, [])
     np.testing.assert_array_equal(read_touch(path, 'areal_single').rest, rest[:1])
     write_touch(path, 'areal_single', {'methods': {'one': {}}, 'rest': [1.0]}, {}, {}, SPAN, [])
-    with pytest.raises(BadCalibration, match='rest must be a list of pairs'):
+    with pytest.raises(BadCalibration, match='rest'):
         read_touch(path, 'areal_single')

@@ -59,13 +59,13 @@ def test_a_missing_number_is_named(path):
     page = yaml.safe_load(path.read_text())
     del page['fitted']['lamp_z']
     path.write_text(yaml.safe_dump(page, sort_keys=False))
-    with pytest.raises(BadCalibration, match='no lamp_z'):
+    with pytest.raises(BadCalibration, match='lamp_z'):
         read_touchpad(path, CAMERA)
 
 
 def test_another_image_size_or_camera_pose_is_refused(path):
-    with pytest.raises(BadCalibration, match=r'\[640, 480\] px, these are \[320, 240\]'):
+    with pytest.raises(BadCalibration, match=r'\[640, 480\].*\[320, 240\]'):
         read_touchpad(path, CAMERA, (320, 240))
     moved = CameraModel(CAMERA.matrix, translation=np.array([0, 0, 0.041]))
-    with pytest.raises(BadCalibration, match='1.00 mm from where'):
+    with pytest.raises(BadCalibration, match='1.00 mm'):
         read_touchpad(path, moved, SIZE)

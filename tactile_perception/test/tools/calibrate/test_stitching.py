@@ -46,7 +46,7 @@ def test_with_the_stitching_alone_markers_are_told_and_no_touches(tmp_path, para
     output, bag = tmp_path / 'out.yaml', write_pairs(tmp_path / 'bag', [pair()] * 2, truth=False)
     calibrate.main([str(bag), '--params', str(params), '--output', str(output)])
     assert read_touch(output, 'areal_dual').best == ''
-    with pytest.raises(BadCalibration, match='stitching alone; record presses'):
+    with pytest.raises(BadCalibration, match='presses'):
         read_touch(output, 'areal_dual').fitted('')
     assert process_bag.main([str(bag), str(tmp_path / 'dots'), '--params', str(params), '--calibration', str(output)]) == 0
     with BagReader(tmp_path / 'dots') as reader:
@@ -74,7 +74,7 @@ def test_cameras_that_are_not_calibrated_give_a_stitching_without_eyes(tmp_path,
 
 def test_pairs_that_show_nothing_are_named(tmp_path, params, capsys):
     bag = write_pairs(tmp_path / 'bag', [dark()] * 3, truth=False)
-    with pytest.raises(BadCalibration, match='no stitching from untouched pairs: bag: left image'):
+    with pytest.raises(BadCalibration, match='left image'):
         find_stitching([bag], params, SENSOR, '')
     assert calibrate.main([str(bag), '--params', str(params), '--output', str(tmp_path / 'out.yaml')]) == 1
     assert len(capsys.readouterr().err.strip().splitlines()) <= 2

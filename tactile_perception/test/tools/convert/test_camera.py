@@ -74,7 +74,7 @@ def test_two_cameras_are_two_views_with_stamps_of_their_own(dual_folder):
     assert [int(recording.image(1, view)[0, 0, 0]) for view in (0, 1)] == [20, 120]
     np.testing.assert_array_equal(recording.truth(1).dot_uv, np.load(dual_folder / 'truth.npz')['uv_left'][1])
     (dual_folder / 'frames_right/002.png').unlink()
-    with pytest.raises(BadRecording, match='2 images in frames_right/ but 3 stamps'):
+    with pytest.raises(BadRecording, match='frames_right/'):
         Recording(dual_folder)
 
 
