@@ -55,19 +55,20 @@ def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.nda
     return found
 
 
-def enlargement(width: int, smallest: int = PANEL) -> int:
-    """The whole number by which an image is enlarged to be at least smallest px wide."""
-    return max(1, -(-smallest // width))
+def enlargement(width: int, height: int) -> int:
+    """The whole number by which an image is enlarged to be at least PANEL px wide, but no higher than twice that."""
+    return max(1, min(-(-PANEL // width), 2 * PANEL // height))
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
     """A picture (kH + t, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it.
 
-    k: enlargement(W); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot. Text and lines
-    are in proportion to pictures wider than 640 px, which are shown smaller.
+    k: enlargement(W, H); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot. Text and lines
+    are in proportion to pictures wider than 640 px, which are shown smaller, but a line is no higher than a quarter of the image.
     """
-    scale = enlargement(image.shape[1])
-    thick = max(1.0, scale * image.shape[1] / 640)
+    height, width = image.shape[:2]
+    scale = enlargement(width, height)
+    thick = max(1.0, scale * min(width / 640, height / (4 * 26)))
     picture = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image.copy()
     if scale > 1:
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)

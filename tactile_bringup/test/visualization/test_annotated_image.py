@@ -133,4 +133,11 @@ def test_states_are_found_by_the_dots_numbers():
 
 
 def test_enlargement():
-    assert [picture.enlargement(width) for width in (640, 600, 320, 160, 1280)] == [1, 1, 2, 4, 1]
+    sizes = (640, 480), (600, 400), (320, 240), (160, 120), (1280, 720), (240, 320), (44, 44)
+    assert [picture.enlargement(*size) for size in sizes] == [1, 1, 2, 4, 1, 3, 14]
+
+
+@pytest.mark.parametrize('shape', [(1, 300_000), (300_000, 1), (3, 100_000)])
+def test_an_image_of_one_row_or_column_makes_no_huge_picture(shape):
+    found = picture.annotate(np.zeros(shape, np.uint8), Annotation(text=['1 touch', '0.50 N']))
+    assert found.nbytes < 100e6
