@@ -15,6 +15,8 @@ from random_messages import hostile  # noqa: E402
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
 _FEW, _MANY = 100, 20_000
 _STEP_NS = 10_000_000
+#: Markers of a taxel array need five messages of one stamp of which none was refused: measured, 16 of 800 times.
+_DRAWN = 0.005
 
 
 def thrown(name, sensor, count):
@@ -38,7 +40,7 @@ def check(name, sensor, count):
     node, stamp, published = thrown(name, sensor, count)
     try:
         log = node.node.log
-        assert node.node.net.caught == 0 and log.refused > count / 10 and published > count / 50, (log.refused, published)
+        assert node.node.net.caught == 0 and log.refused > count / 10 and published > count * _DRAWN, (log.refused, published)
         health = node.node._examine()
         assert health.values['refused frames'] == log.refused and health.values['last error']
         done = log.done
