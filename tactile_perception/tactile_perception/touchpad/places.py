@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the dots of a touchpad are in 3D: untouched, from their places in the image and the cap's shape; touched, by the colour that the
-water leaves, made to agree with what a membrane can do."""
+"""3D positions of a touchpad's dots: untouched, from their image positions and the cap's shape; touched, from their ranges by colour,
+regularised by the membrane's force balance."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -20,11 +20,11 @@ from .optics.identification import fit_rest, update_constants
 from .optics.surface_shape import SurfaceShape
 from .sensor import Touchpad
 
-_MOVED = 0.02  # px: a smaller change of the reference is not worth a new membrane
+_MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
 
 
 class RestPlaces:
-    """Rest places of all K dots of a grid. xyz: (K, 3) m, NaN for dots never seen untouched; uv: (K, 2) px, the same in the image."""
+    """Rest positions of all K dots of a grid. xyz: (K, 3) m, NaN for dots without a reference; uv: (K, 2) px, in the image."""
 
     def __init__(self, cap: Cap, camera: CameraModel, rows: int, columns: int):
         self._cap, self._camera = cap, camera
@@ -32,7 +32,7 @@ class RestPlaces:
         self.xyz = np.full((rows * columns, 3), np.nan)
 
     def update(self, tracks: DotTracks) -> bool:
-        """Take the untouched places of the dots in tracks; whether any has moved or is new."""
+        """Take the rest positions of the dots in tracks; whether any has moved or is new."""
         rest = tracks.rest_uv
         if (np.abs(rest - self.uv[tracks.id]) <= _MOVED).all():  # NaN is not
             return False
@@ -46,9 +46,9 @@ class RestPlaces:
 
 
 class DotPlaces:
-    """Places frame by frame. pace: a name in PACES; water: a calibrated model; None: fitted to the first untouched image.
+    """Positions frame by frame. pace: a name in PACES; water: a calibrated model, None: fitted to the first untouched image.
 
-    A grey image tells nothing of the water: its dots have no places.
+    Grey images have no ranges by colour: their dots have no positions.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, pace: str = 'full', water: WaterModel | None = None):
@@ -61,17 +61,15 @@ class DotPlaces:
         self._light: RestLight | None = None
         self._bled: np.ndarray | None = None
         self._shape = SurfaceShape()
-        self._begun = False
+        self._initialised = False
 
     def renew(self) -> None:
-        """A new reference is taken: what the water looks like is learnt anew with the next image."""
-        self._water, self._begun, self._last, self._shape = self._calibrated, False, None, SurfaceShape()
+        """Identify the water's colour again in the next image, which is the new reference."""
+        self._water, self._initialised, self._last, self._shape = self._calibrated, False, None, SurfaceShape()
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Places (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for a dot without a rest place, and in a
-        grey image.
-
-        Raises BadFrame where too few dots have a rest place.
+        """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
+        grey image. Raises BadFrame if too few dots have a rest position.
         """
         seen = np.isfinite(tracks.uv).all(axis=1)
         xyz = np.full((len(tracks), 3), np.nan)
@@ -80,9 +78,9 @@ class DotPlaces:
         return xyz
 
     def _located(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        moved = self._follow_reference(tracks)
-        if not self._begun:
-            self._begin(image, tracks)
+        moved = self._update_rest(tracks)
+        if not self._initialised:
+            self._initialise(image, tracks)
         if moved or self._light is None:
             self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
@@ -92,8 +90,8 @@ class DotPlaces:
         xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan
         return xyz
 
-    def _follow_reference(self, tracks: DotTracks) -> bool:
-        """Whether the dots' untouched places are others than before."""
+    def _update_rest(self, tracks: DotTracks) -> bool:
+        """Update the membrane's rest positions; whether they have changed."""
         if not self._rest.update(tracks):
             return False
         try:
@@ -105,11 +103,11 @@ class DotPlaces:
     def _new_membrane(self) -> Membrane:
         return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
 
-    def _begin(self, image: np.ndarray, tracks: DotTracks) -> None:
-        """Learn the water's colour from an untouched image; of a calibrated one what lamps and white balance have changed since."""
+    def _initialise(self, image: np.ndarray, tracks: DotTracks) -> None:
+        """Identify the water's colour from an untouched image, or adapt the calibrated model to today's illumination and white balance."""
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
             update_constants(self._calibrated, image, tracks.uv, self._camera)
-        self._scale, self._light, self._begun = RangeScale(self._water.scale_sigma), None, True
+        self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
         bled, self._bled = self._water.bled(image, tracks, self._camera), None
         if bled is not None:
             self._bled = np.zeros(len(self._rest.xyz), np.float32)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad as its parameters describe it."""
+"""The touchpad's geometry and material, from parameters."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from .membrane.forces import MembraneMaterial
 
 @dataclass(frozen=True)
 class Touchpad:
-    """rows, columns: of the printed grid, 0 for none; cap: rest shape, None where dots are not placed in 3D; material: of the membrane;
+    """rows, columns: of the printed grid, 0 for none; cap: rest shape, None without 3D positions; material: of the membrane;
     rotation (3, 3), translation (3,) m: x_camera = rotation @ x_sensor + translation."""
 
     rows: int
@@ -29,7 +29,7 @@ class Touchpad:
 
     @classmethod
     def from_parameters(cls, values: Mapping) -> Touchpad:
-        """The sensor of SENSOR_PARAMETERS' values. Raises BadArgument for what does not fit together."""
+        """The sensor for values (of SENSOR_PARAMETERS). Raises BadArgument for inconsistent values."""
         rotation, translation = camera_pose(values)
         cap = Cap(values['cap.curvature_radius'], values['cap.height']) if values['surface'] == 'cap' else None
         if cap is not None and min(values['rows'], values['columns']) < 3:
@@ -40,7 +40,7 @@ class Touchpad:
         return cls(values['rows'], values['columns'], cap, material, rotation, translation)
 
     def camera(self, matrix: np.ndarray, distortion: np.ndarray) -> CameraModel:
-        """The camera with K (3, 3) and distortion (5,) in its place in the sensor."""
+        """The camera with K (3, 3), distortion (5,) and its pose in the sensor."""
         return CameraModel(matrix, distortion, self.rotation, self.translation)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How far each dot is from the camera, from the colour that the red water leaves (Beer-Lambert along the light's path)."""
+"""Range of each dot from the colour around it: absorption in the red water along the light's path (Beer-Lambert)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from ...errors import BadArgument
 from .light_path import LightPath
 from .surface_shape import SurfaceShape
 
-PATCHY = 2.5    # times the noise of ring points: blue that varies more around a ring than that is glare or an edge
-IN_PLACE = 0.7  # px: dots that have gone further lie otherwise among the blocks of pixels that share a stored colour
-LARGEST_BLED = 3e-4  # m
-DISAGREE = 2.5  # standard deviations by which two ratios may disagree before their disagreement widens sigma
+PATCHY = 2.5  # times the noise variance of ring points above which blue/red around a ring shows glare or an edge; chosen
+IN_PLACE = 0.7  # px; chosen: a dot that has moved by more lies differently in the blocks of pixels that share a stored colour
+LARGEST_BLED = 3e-4  # m; chosen: larger errors are not colour bleeding
+DISAGREE = 2.5  # standard deviations of disagreement between the two ratios above which sigma is widened; chosen
 
 
 @dataclass(frozen=True)
 class RestLight:
-    """Untouched dots: ranges (N,), m; normals (3, N); what LightPath.slants gives there (N,); by how much, m, each dot's range was read too
-    long (N,) because colour had bled from it, as far as that is known. Single precision."""
+    """Untouched dots: ranges (N,), m; normals (3, N); slants, changes (N,): LightPath.slants there; bled: (N,) m, range error by colour
+    bleeding, None without. Single precision."""
 
     ranges: np.ndarray
     normals: np.ndarray
@@ -35,20 +35,19 @@ class RestLight:
     bled: np.ndarray | None = None
 
     def take(self, ids: np.ndarray) -> RestLight:
-        """Of those with these numbers (M,)."""
+        """The same of dots ids (M,)."""
         bled = None if self.bled is None else self.bled[ids]
         return RestLight(self.ranges[ids], self.normals.take(ids, axis=1), self.slants[ids], self.changes[ids], bled)
 
 
 @dataclass(frozen=True)
 class WaterModel:
-    """Colour -> range. Made by optics.identification.fit_rest (untouched pad alone) or improved by calibration.touchpad.fit_touchpad.
+    """Colour -> range. From optics.identification.fit_rest (untouched pad alone) or calibration.touchpad.fit_touchpad.
 
-    path: the light's way; constants: (2,) log blue/red and green/red at no water; absorptions: (2,) 1/m, how much more blue and green
-    fade than red; noise: (2, 2) covariance of the two log ratios with all ring points; ring: radius of the sampling ring, px;
-    ring_offset: m, by which a mean over that ring exceeds the range in its centre on the cap at rest; scale_sigma: relative standard
-    deviation of (range - range at rest) that all dots share; offset_sigma: m, of a range shift that all share; ring_share: radius of the
-    ring over the dots' pitch.
+    constants: (2,) log blue/red and green/red without water; absorptions: (2,) 1/m, of blue and green minus that of red; noise: (2, 2)
+    covariance of the two log ratios of a whole ring; ring: radius of the sampling ring, px; ring_offset: m, mean range over that ring
+    minus the range at its centre, on the cap at rest; scale_sigma: standard deviation of the common relative error of (range - range at
+    rest); offset_sigma: m, of the common offset of the ranges; ring_share: radius of the ring over the dots' pitch. Raises BadArgument.
     """
 
     path: LightPath
@@ -70,14 +69,14 @@ class WaterModel:
     def depths(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> tuple[np.ndarray, np.ndarray]:
         """Ranges (N,) of the dots, m along the unit ray from the camera's centre, and their standard deviations (N,), m.
 
-        image: (H, W, 3) uint8 BGR; sigma leaves out what all dots share (scale_sigma, offset_sigma). Both are NaN where the colour cannot
-        be read. Raises BadFrame for an image without colour.
+        image: (H, W, 3) uint8 BGR; the standard deviations exclude the common errors (scale_sigma, offset_sigma). Both are NaN for a dot
+        without a usable colour. Raises BadFrame for an image without colour.
         """
         rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.rest_uv)))
         return self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)
 
     def at_rest(self, xyz: np.ndarray) -> RestLight:
-        """What is known of the light at untouched places xyz (N, 3), m."""
+        """Ranges, normals and light paths at untouched positions xyz (N, 3), m."""
         places = np.ascontiguousarray(xyz.T, np.float32)
         away, normals = places - np.float32(self.path.centre)[:, None], places.copy()
         normals[2] -= self.cap.centre_z
@@ -87,25 +86,24 @@ class WaterModel:
 
     def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks,
               shape: SurfaceShape | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,), what is known of them untouched.
+        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
 
-        shape: of the surface in the last frame, to go on from. Single precision inside: 2 nm of a range.
+        shape: the surface's shape, kept between frames. Single precision inside: 2 nm of a range.
         """
         length, sigma = self.path_lengths(colours)
         length, rays, centre = np.float32(length), np.ascontiguousarray(rays.T, np.float32), np.float32(self.path.centre)[:, None]
         first, _ = self._march(length, centre, rays, rest.ranges, (rest.slants, rest.changes))
-        facing, bend = (shape or SurfaceShape()).at(first, rays, centre, rest, tracks)
+        facing, curvature = (shape or SurfaceShape()).at(first, rays, centre, rest, tracks)
         second, slope = self._march(length, centre, rays, first, self.path.slants(centre + first * rays, facing, rays))
-        ranges = second - bend * np.float32(self.ring_share**2 / 4) - self.ring_offset
+        ranges = second - curvature * np.float32(self.ring_share**2 / 4) - self.ring_offset
         if rest.bled is not None:
             ranges -= rest.bled * np.exp(-np.square(tracks.duv).sum(1) / (2 * IN_PLACE**2))
         return ranges, sigma / slope
 
     def bled(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> np.ndarray | None:
-        """By how much, m, the range of each of the tracks (N,) is read too long in an untouched image (H, W, 3), where colour bleeds; None
-        where it does not, as all there is then is noise.
+        """Range error (N,), m, of the tracks by colour bleeding, from an untouched image (H, W, 3); None for colour at full resolution.
 
-        How a dot bleeds hangs on where it lies among the blocks that share a colour, so each one has its own error while it stays there.
+        It depends on a dot's position in the blocks of pixels that share a colour, and is constant while the dot stays there.
         """
         if self.ring_share <= RING:
             return None
@@ -114,9 +112,9 @@ class WaterModel:
         return np.where(np.abs(error) < LARGEST_BLED, error, np.float32(0))
 
     def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
-        """Path lengths (N,), m, that explain both log ratios best, and their standard deviations, m: wider where glare shows.
+        """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
-        Glare makes the two ratios disagree, and blue uneven around the ring; so does a sharp edge of the surface.
+        Glare and sharp edges make the two ratios disagree and blue/red vary around the ring: both widen the standard deviation.
         """
         gain, apart, scale = self._explanation
         short = self.constants[:, None] - colours.ratios.T
@@ -128,14 +126,14 @@ class WaterModel:
 
     @cached_property
     def _explanation(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Of two log ratios short of those at no water: the length (2,) that explains both best; in units of DISAGREE standard deviations
-        what it leaves over (2,) (of two numbers less one, one is left); the information about the length, 1/m^2."""
+        """For the two log ratios minus their constants: weights (2,) of the path length, weights (2,) of the residual in units of DISAGREE
+        standard deviations (one degree of freedom), and the information about the length, 1/m^2."""
         weight, (blue, green) = np.linalg.inv(self.noise), self.absorptions
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)
         return gain / information, np.array([green, -blue]) * np.sqrt(np.linalg.det(weight) / information) / DISAGREE, information
 
     def _march(self, length, centre, rays, start, slants) -> tuple[np.ndarray, np.ndarray]:
-        """Ranges (N,) along rays where the path has that length, by one Newton step from start; and the path's slope (N,) there."""
+        """Ranges (N,) along rays at which the path has that length, by one Newton step from start, and the path's derivative (N,) there."""
         here, slope = self.path.from_slants(centre[2] + start * rays[2], rays[2], *slants)
         return start + (length - here) / slope, slope

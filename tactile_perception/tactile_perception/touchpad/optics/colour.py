@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The colour of the light ground around each dot, as logarithms of channel ratios."""
+"""Colour of the bright background around each dot, as logarithms of channel ratios."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,22 +11,23 @@ import numpy as np
 from ...common.statistics import robust_sigma
 from ...errors import BadFrame
 
-POINTS = 16   # on a ring around each dot, each the sum of 3x3 pixels
+POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels; chosen
 RING_PIXELS = 9 * POINTS
-INK, GLARE = 0.75, 1.2  # a point whose blue is under/over these parts of its ring's upper quartile is ink or a specular spot (white light
-# raises blue, the weakest channel in red water, first); shading across a dent's flank stays between them
-GROUND = 0.93  # at rest, where shading is slow: ground is at least so bright as the brightest around it
-SATURATED = 9 * 254.0  # of a sum of nine pixels; red is the brightest channel in red water
-RING = 0.45  # of the pitch: as far out as the gap's middle allows without the rim of the next dot
-WIDE = 0.55  # the same where colour has been stored more coarsely than brightness (4:2:0, 4:2:2, JPEG) and dots have bled into the ground
-BLED = 2e-3  # by which log blue/red of the two rings may differ; the dented pad's own slopes make a quarter of that
+# A point with blue below/above these shares of its ring's upper quartile is ink/glare (white light raises blue, the weakest channel in red
+# water, first); chosen: shading across the flank of a dent stays between them.
+INK, GLARE = 0.75, 1.2
+GROUND = 0.93  # share of the brightest surrounding pixel from which a pixel is background, at rest, where shading varies slowly; chosen
+SATURATED = 9 * 254.0  # of a sum of nine pixels of red, the brightest channel in red water
+RING = 0.45  # radius over the pitch; chosen: the farthest from the dot without the rim of the next one
+WIDE = 0.55  # the same where dots bleed into the background: colour at reduced resolution (4:2:0, 4:2:2, JPEG); chosen
+BLED = 2e-3  # difference of log blue/red between the two rings from which colour bleeds; chosen: four times that of a dented surface
 HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
 _ONES = np.ones((1, POINTS), np.float32)
-NOISE_FLOOR = 0.5  # grey levels over a sum of nine pixels: below it a channel says nothing
+NOISE_FLOOR = 0.5  # grey levels, mean below which a channel has no information; chosen
 
 
 def check_image(image: np.ndarray) -> np.ndarray:
-    """The image itself when it is (H, W, 3) uint8; BadFrame, saying what is wrong, otherwise."""
+    """The image itself if it is (H, W, 3) uint8. Raises BadFrame."""
     if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         shape = getattr(image, 'shape', None)
         raise BadFrame(f'surface: need a colour image (H, W, 3) uint8 in BGR order, got {shape}; set the camera to bgr8')
@@ -36,7 +37,7 @@ def check_image(image: np.ndarray) -> np.ndarray:
 def pitch_px(uv: np.ndarray) -> float:
     """Median distance, px, from each of the dots at uv (N, 2) to the nearest other one. Raises BadFrame for less than 9 dots."""
     if len(uv) < 9:
-        raise BadFrame(f'surface: need at least 9 dots to know their pitch, got {len(uv)}')
+        raise BadFrame(f'surface: need at least 9 dots for their pitch, got {len(uv)}')
     points = uv - uv.mean(0)
     length = np.square(points).sum(1)
     square = length[:, None] + length - 2 * points @ points.T
@@ -45,9 +46,9 @@ def pitch_px(uv: np.ndarray) -> float:
 
 
 def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
-    """Radius, over the pitch, of the ring to sample around dots at uv (N, 2) px: WIDE where colour bleeds, else RING.
+    """Radius over the pitch of the sampling ring around dots at uv (N, 2) px: WIDE if colour bleeds, else RING.
 
-    image: (H, W, 3) uint8 BGR, untouched. Bled colour shows as a ground that is another one near its dots.
+    image: (H, W, 3) uint8 BGR, untouched. Colour bleeding changes the background's colour near the dots.
     """
     pitch = pitch_px(uv)
     near, far = (log_ratios(image, uv, share * pitch).ratios[:, 0] for share in (RING, WIDE))
@@ -55,14 +56,14 @@ def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
     if len(gap) == 0:
         return RING
     middle = np.median(gap)
-    doubt = robust_sigma(gap - middle) / np.sqrt(len(gap))
-    return WIDE if abs(middle) > BLED + 4 * doubt else RING
+    sigma = robust_sigma(gap - middle) / np.sqrt(len(gap))
+    return WIDE if abs(middle) > BLED + 4 * sigma else RING
 
 
 _ANGLE = np.arange(POINTS)[:, None] * (2 * np.pi / POINTS)
 _CIRCLE = np.float32(np.cos(_ANGLE)), np.float32(np.sin(_ANGLE))
 _BLOCK = (np.repeat([-1, 0, 1], 3) * 2**16 + np.tile([-1, 0, 1], 3)).astype(np.int32)[:, None, None]  # 3x3 pixels as rows and columns
-_FAR = 2.0**14  # px: places are brought inside of this, where half a word holds them; no image is that large
+_FAR = 2.0**14  # px: positions are clipped to this, within int16; no image is that large
 
 
 def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
@@ -70,7 +71,7 @@ def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
     u, v = np.clip(uv.T, -_FAR, _FAR).astype(np.float32)
     column = np.rint(u + np.float32(radius) * _CIRCLE[0]).astype(np.int32)
     row = np.rint(v + np.float32(radius) * _CIRCLE[1]).astype(np.int32)
-    row *= 2**16  # column and row as the two half words that remap reads, the lower first
+    row *= 2**16  # column and row as the int16 pairs of cv2.remap
     row += column
     places = (_BLOCK + row).view(np.int16).reshape(9 * POINTS, -1, 2)
     pixels = cv2.remap(image, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
@@ -79,11 +80,8 @@ def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
 
 @dataclass
 class RingColours:
-    """Colour around dots.
-
-    ratios: (N, 2) logarithms of blue/red and green/red; count: (N,) ring points that they stand on; patchiness: (N,) relative variance of
-    blue/red around the ring, beyond an even slope: noise, and glare or a sharp edge.
-    """
+    """ratios: (N, 2) logarithms of blue/red and green/red; count: (N,) ring points used; patchiness: (N,) relative variance of blue/red
+    around the ring without its linear gradient: noise, glare, sharp edges."""
 
     ratios: np.ndarray
     count: np.ndarray
@@ -91,10 +89,10 @@ class RingColours:
 
 
 def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
-    """Colour of the ground around dots.
+    """Colour of the background around dots.
 
-    image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on a specular spot or outside of the image do not
-    count; ratios are NaN where fewer than a quarter of the points do, or where a channel is dark. Raises BadFrame for a wrong image.
+    image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on glare or outside the image are not used; ratios
+    are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image.
     """
     if len(uv) == 0:
         return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
@@ -114,12 +112,12 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
 
 
 def _around(values: np.ndarray) -> np.ndarray:
-    """Sums (..., N) over the rings' points of values (..., POINTS, N): whole numbers stay exact, and products are quicker than sums."""
+    """Sums (..., N) over the rings' points of values (..., POINTS, N), as a product, which is faster; whole numbers stay exact."""
     return (_ONES @ values)[..., 0, :]
 
 
 def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Relative variance (N,) of blue/red (POINTS, N) around the ring without mean and first harmonic; points not kept count as even."""
+    """Relative variance (N,) of blue/red, ratio (POINTS, N), around the ring without mean and first harmonic; keep (POINTS, N): used."""
     uneven = ratio * keep
     uneven /= np.maximum(_around(uneven) / count, np.float32(1e-6))
     uneven -= keep
@@ -128,10 +126,10 @@ def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.nd
 
 
 def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Colour of the ground between the dots over the whole image, at rest: places uv (M, 2) px, log ratios (M, 2), pixels used (M,).
+    """Colour of the background between the dots of an untouched image: positions uv (M, 2) px, log ratios (M, 2), pixels used (M,).
 
-    image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px. Cells of step x step pixels; a pixel counts
-    where it is nearly as bright as the brightest around it.
+    image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px; cells: step x step pixels. A pixel is
+    background if it is nearly as bright as the brightest around it.
     """
     values = np.ascontiguousarray(image, np.float32)
     smooth = cv2.blur(values.sum(2), (3, 3))
@@ -143,7 +141,7 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple
 
 
 def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means over cells of step x step pixels of those in ground: places (M, 2), log ratios (M, 2), pixels used (M,)."""
+    """Means over the background pixels of cells of step x step pixels: positions (M, 2), log ratios (M, 2), pixels used (M,)."""
     rows, columns = (side // step for side in ground.shape)
     mask = ground[:rows * step, :columns * step]
     v, u = np.mgrid[0:rows * step, 0:columns * step].astype(np.float32)

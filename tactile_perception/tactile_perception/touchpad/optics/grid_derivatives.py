@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What neighbours on the printed grid tell: the surface's normal at a dot, and how a quantity bends around it."""
+"""Derivatives on the printed grid: surface normals, discrete Laplacian, smoothing."""
 from __future__ import annotations
 
 import cv2
@@ -8,11 +8,11 @@ import numpy as np
 
 from ...common.vectors import cross, dot
 
-BINOMIAL = np.float32([0.25, 0.5, 0.25])  # kernels of double precision take OpenCV seven times as long
+BINOMIAL = np.float32([0.25, 0.5, 0.25])  # float32: OpenCV is seven times slower with float64
 
 
-def bend(grid: np.ndarray) -> np.ndarray:
-    """Sum of the second differences along rows and columns, per pitch squared, of grid (rows, columns); 0 where a neighbour is missing."""
+def laplacian(grid: np.ndarray) -> np.ndarray:
+    """Discrete Laplacian, per pitch squared, of grid (rows, columns); 0 where a neighbour is missing."""
     out = np.zeros_like(grid)
     inner = grid[:-2, 1:-1] + grid[2:, 1:-1]
     inner += grid[1:-1, :-2]
@@ -23,7 +23,7 @@ def bend(grid: np.ndarray) -> np.ndarray:
 
 
 def smooth(grid: np.ndarray) -> np.ndarray:
-    """Binomial 3x3 mean of grid (rows, columns); neighbours that are missing do not count; NaN stays only where all nine are missing."""
+    """Binomial 3 x 3 mean of grid (rows, columns) over known neighbours; NaN where all nine are missing."""
     known = np.isfinite(grid)
     if known.all():
         return cv2.sepFilter2D(grid, -1, BINOMIAL, BINOMIAL, borderType=cv2.BORDER_REPLICATE)
@@ -34,8 +34,8 @@ def smooth(grid: np.ndarray) -> np.ndarray:
 
 
 def normals(places: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
-    """Unit normals (3, rows, columns), z up, of a surface through places (3, rows, columns); `otherwise` at the border of the grid and
-    where neighbours are missing."""
+    """Unit normals (3, rows, columns), z up, of the surface through places (3, rows, columns); otherwise (3, rows, columns) at the border
+    of the grid and where neighbours are missing."""
     found = cross(places[:, 1:-1, 2:] - places[:, 1:-1, :-2], places[:, 2:, 1:-1] - places[:, :-2, 1:-1])
     found /= np.copysign(np.sqrt(dot(found, found)), found[2])
     out = otherwise.copy()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the untouched pad tells about its water: its rest shape is known, so each background pixel is a place with a known path."""
+"""Identification of the water's colour from the untouched pad: its rest shape gives the light path of each background pixel."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -16,20 +16,19 @@ from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
 from .light_path import LightPath
 
-MODEL_FLOOR = 5e-4  # in a log ratio: what the path model itself leaves open
+MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
 CHECK_LIGHT = 'check light and exposure (too dark, or red saturated)'
-_STEP = 1e-4  # of the prior's standard deviations, for slopes
-_ENOUGH = 1e-6  # of the sum of squares: a step that lowers it by less ends the fit
-RIM_MARGIN = 0.04   # of the cap's height: nearer to the rim the picture is blurred into what lies outside
+_STEP = 1e-4  # of the prior's standard deviations, for finite differences; chosen
+_ENOUGH = 1e-6  # relative decrease of the sum of squares that ends the fit; chosen
+RIM_MARGIN = 0.04  # of the cap's height; chosen: nearer to the rim the image is blurred with the outside
 
 
 @dataclass(frozen=True)
 class OpticsPrior:
-    """What is known of the design before any image: (mean, standard deviation) each; lengths in m.
+    """Prior of the design: (mean, standard deviation) each, in units of the camera's distance from the rim plane (as_lengths).
 
-    The defaults are a camera with a ring of lamps around its lens and a window somewhere between it and the rim, in units of the
-    camera's distance from the rim plane (as_lengths). They matter where an untouched pad alone must do: it cannot tell the window's
-    place from the lamps' well.
+    The defaults, chosen, describe a ring light around the lens and a window somewhere between lens and rim. They matter for a fit to the
+    untouched pad alone, in which window and ring light are nearly confounded.
     """
 
     window: tuple[float, float] = (-0.20, 0.20)
@@ -46,7 +45,7 @@ class OpticsPrior:
 
 @dataclass
 class Colours:
-    """Measured colours at known places: log ratios (M, 2) with covariances (M, 2, 2) at places (M, 3) m with normals (M, 3)."""
+    """Measured colours: log ratios (M, 2) with covariances (M, 2, 2) at known positions places (M, 3), m, with normals (M, 3)."""
 
     ratios: np.ndarray
     covariances: np.ndarray
@@ -65,7 +64,7 @@ class Colours:
 
 
 def ring_covariances(noise: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2) that of a whole ring."""
+    """Covariances (M, 2, 2) of log ratios from count (M,) points of a sampling ring; noise: (2, 2), of a whole ring."""
     return noise * (POINTS / np.maximum(count, 1))[:, None, None] + np.eye(2) * MODEL_FLOOR**2
 
 
@@ -76,7 +75,7 @@ def predict(q: np.ndarray, places: np.ndarray, normals: np.ndarray, centre: np.n
 
 
 class _Misfit:
-    """What parameters q (8,), as predict takes them, leave over of colours: whitened, softened, with the prior's own at the end."""
+    """Whitened residuals of colours for parameters q (8,) of predict, with square root of Huber's loss, the prior's at the end."""
 
     def __init__(self, colours: Colours, camera: CameraModel, prior: OpticsPrior):
         self._colours, self._centre = colours, tuple(camera.centre)
@@ -97,7 +96,7 @@ class _Misfit:
         return np.concatenate([(np.sign(plain) * _soften(np.abs(plain))).ravel(), (q[4:] - self.mean) / self.sd])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """(2 M + 4, 8) slopes of the residuals: those of constants and absorptions by hand, of the light's path by small steps."""
+        """(2 M + 4, 8) derivatives of the residuals: analytic for constants and absorptions, finite differences for the light path."""
         lengths, root = self.lengths(q[4:]), self._root
         columns = [root[:, :, 0], root[:, :, 1], -lengths[:, None] * root[:, :, 0], -lengths[:, None] * root[:, :, 1]]
         for step in np.diag(_STEP * self.sd):
@@ -119,7 +118,7 @@ def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.n
 
 
 def _soften(size: np.ndarray) -> np.ndarray:
-    """Residuals up to 3 as they are, larger ones with the square root of Huber's loss: a few glaring cells must not bend the fit."""
+    """Residuals up to 3 unchanged, larger ones by the square root of Huber's loss: robust to cells with glare."""
     return np.where(size <= 3, size, np.sqrt(np.maximum(6 * size - 9, 0)))
 
 
@@ -143,7 +142,7 @@ def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float
 
 
 def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
-    """The water of a pad from its untouched image alone.
+    """The WaterModel of a pad from its untouched image alone.
 
     image: (H, W, 3) uint8 BGR, untouched; uv: (N, 2) px, its dots; camera, cap: known. Raises BadFrame where the image shows too little,
     BadArgument where the water leaves no colour.
@@ -157,7 +156,7 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
 
 
 def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> Colours:
-    """Colours of the ground as the rings of a model read it, which sample nearer to dots: another colour where theirs has bled."""
+    """Background colours shifted to those of the model's sampling rings, which are nearer to the dots and differ where colour bleeds."""
     if model.ring_share <= RING:
         return ground
     q = np.array([*model.constants, *model.absorptions, model.path.window_z, model.path.lamp_z, model.path.lamp_radius, model.path.ambient])
@@ -166,7 +165,7 @@ def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> C
 
 
 def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Covariance (2, 2) of log ratios (N, 2) over rings, from what a smooth surface over places (N, 3) does not explain."""
+    """Covariance (2, 2) of log ratios (N, 2) over rings: of the residuals of a polynomial of degree 6 over places (N, 3)."""
     x, y, _ = places.T / np.nanmax(np.abs(places))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:
@@ -186,7 +185,7 @@ def model_from(q: np.ndarray, covariance: np.ndarray, noise: np.ndarray, radius:
 
 
 def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
-    """By how much, m, a mean over a ring of radius px exceeds the range in its centre on the cap at rest (small: one value serves)."""
+    """Mean range over a ring of radius px minus the range at its centre, m, on the cap at rest: the median over the cap."""
     side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
     x, y = (part.ravel() for part in np.meshgrid(side, side))
     uv = camera.project(np.column_stack([x, y, np.full(x.size, 0.7 * cap.height)]))
@@ -196,7 +195,7 @@ def ring_offset(radius: float, camera: CameraModel, cap: Cap) -> float:
 
 
 def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap: Cap, dent: float = 2e-3) -> float:
-    """Relative standard deviation of a dent's depth (dents of `dent` m all over the cap) that the parameters' covariance (8, 8) leaves."""
+    """Relative standard deviation of the depth of a dent, m, from the parameters' covariance (8, 8), RMS over the cap."""
     side = np.linspace(-0.5, 0.5, 5) * cap.rim_radius
     x, y = (part.ravel() for part in np.meshgrid(side, side))
     z = cap.centre_z + np.sqrt(cap.curvature_radius**2 - x**2 - y**2)
@@ -213,10 +212,10 @@ def scale_sigma(q: np.ndarray, covariance: np.ndarray, camera: CameraModel, cap:
 
 
 def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> WaterModel:
-    """A calibrated model after its lamps' colour, the white balance, the camera's noise or the way that colour is stored have changed.
+    """A calibrated model adapted to changes of illumination colour, white balance, camera noise or chroma resolution.
 
-    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Only the two constants, the noise and the ring follow; the absorptions
-    and the light's path stay. Raises BadFrame where too little of the image can be read.
+    image: (H, W, 3) uint8 BGR, untouched, its dots at uv (N, 2), px. Updates the two constants, the noise and the ring; the absorptions and
+    the light path stay. Raises BadFrame if the colour can be read around too few dots.
     """
     share, pitch = ring_share(check_image(image), uv), pitch_px(uv)
     if share > model.ring / pitch + 0.02:

@@ -1,29 +1,28 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How the present surface faces and bends at the dots, as far as their ranges by colour need it: the shape between frames."""
+"""Normals and curvature of the deformed surface at the dots, for their ranges by colour, kept between frames."""
 from __future__ import annotations
 
 import numpy as np
 
 from ...common.dot_grid import scatter
 from ...common.dots import DotTracks
-from .grid_derivatives import bend, normals, smooth
+from .grid_derivatives import laplacian, normals, smooth
 
-_FRAMES = 3  # for which a shape serves,
-_NEAR, _MANY = 3e-4, 0.02  # m: or until this share of the dots has gone that far from where they were
+_FRAMES = 3  # for which a shape is used; chosen
+_NEAR, _MANY = 3e-4, 0.02  # m; chosen: or until more than this share of the dots has changed its range by more
 
 
 class SurfaceShape:
-    """Follows the surface from frame to frame; rest in what follows is optics.RestLight."""
+    """The surface's shape, updated every few frames."""
 
     def __init__(self):
         self._age, self._id = _FRAMES, np.zeros(0, np.int64)
 
     def at(self, ranges: np.ndarray, rays: np.ndarray, centre: np.ndarray, rest, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-        """The present surface's normals (3, N), and how the shift of the ranges since rest bends (N,), m per pitch squared, by first
-        ranges (N,), m, along rays (3, N) from centre (3, 1), m.
+        """Unit normals (3, N) of the surface, and the Laplacian (N,), m per pitch squared, of the change of the ranges since rest.
 
-        Where there is no grid, the normals are those at rest.
+        ranges: (N,) m, a first estimate, along rays (3, N) from centre (3, 1), m; rest: RestLight. Without a grid, the rest normals.
         """
         self._age += 1
         if not self._serves(ranges, tracks.id):
@@ -32,14 +31,14 @@ class SurfaceShape:
         return self._found
 
     def _serves(self, ranges, id) -> bool:
-        """Whether the last shape found is still that of dots id (N,) at these ranges (N,)."""
+        """Whether the last shape still holds for dots id (N,) at these ranges (N,)."""
         if self._age >= _FRAMES or not np.array_equal(id, self._id):
             return False
         return bool(np.count_nonzero(np.abs(ranges - self._ranges) > _NEAR) <= _MANY * len(id))
 
     @staticmethod
     def _find(ranges, rays, centre, rest, tracks):
-        """The shift of the ranges is smoothed over neighbours: otherwise its noise, not its shape, would show."""
+        """As at, from smoothed ranges: derivatives amplify noise."""
         if tracks.rows < 3 or tracks.columns < 3:
             return rest.normals, np.zeros_like(ranges)
         def on_grid(values):
@@ -48,4 +47,4 @@ class SurfaceShape:
         near = even.reshape(-1).take(tracks.id)
         places = centre + (rest.ranges + np.where(np.isfinite(near), near, np.float32(0))) * rays
         facing = normals(on_grid(places), on_grid(rest.normals)).reshape(3, -1).take(tracks.id, axis=1)
-        return facing, bend(even).ravel().take(tracks.id)
+        return facing, laplacian(even).ravel().take(tracks.id)

@@ -3,14 +3,14 @@
 """Neighbours on the grid: curvature, smoothing and normals of shapes whose own are known."""
 import numpy as np
 import pytest
-from tactile_perception.touchpad.optics.grid_derivatives import bend, normals, smooth
+from tactile_perception.touchpad.optics.grid_derivatives import laplacian, normals, smooth
 
 
 def test_bend_of_a_paraboloid_is_constant_and_zero_beside_gaps():
     y, x = np.mgrid[0:7, 0:7].astype(float)
     grid = 0.5 * (3 * x**2 + 5 * y**2)
     grid[3, 3] = np.nan
-    out = bend(grid)
+    out = laplacian(grid)
     assert out[1, 1] == pytest.approx(8.0)
     assert out[3, 3] == 0 and out[3, 2] == 0 and out[0, 3] == 0
 

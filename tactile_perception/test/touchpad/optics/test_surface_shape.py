@@ -29,12 +29,12 @@ def _tracks(id, side=SIDE):
 def test_a_tilt_turns_the_normals_and_bends_nothing(flat):
     rays, ranges, rest = flat
     tilted = HEIGHT / (rays[2] - np.float32(0.1) * rays[0])  # z = HEIGHT + 0.1 x
-    facing, bend = SurfaceShape().at(tilted, rays, CENTRE, rest, _tracks(np.arange(SIDE**2)))
+    facing, curvature = SurfaceShape().at(tilted, rays, CENTRE, rest, _tracks(np.arange(SIDE**2)))
     inner = np.zeros((SIDE, SIDE), bool)
     inner[2:-2, 2:-2] = True
     expected = np.array([-0.1, 0, 1]) / np.hypot(0.1, 1)
     np.testing.assert_allclose(facing[:, inner.ravel()], np.repeat(expected[:, None], inner.sum(), 1), atol=3e-3)
-    assert np.abs(bend[inner.ravel()]).max() < 3e-6
+    assert np.abs(curvature[inner.ravel()]).max() < 3e-6
 
 
 def test_a_shape_serves_three_frames_or_until_dots_have_gone_far(flat):
@@ -53,5 +53,5 @@ def test_a_shape_serves_three_frames_or_until_dots_have_gone_far(flat):
 
 def test_without_a_grid_the_normals_are_those_at_rest(flat):
     rays, ranges, rest = flat
-    facing, bend = SurfaceShape().at(ranges, rays, CENTRE, rest, _tracks(np.arange(SIDE**2), 0))
-    assert facing is rest.normals and not bend.any()
+    facing, curvature = SurfaceShape().at(ranges, rays, CENTRE, rest, _tracks(np.arange(SIDE**2), 0))
+    assert facing is rest.normals and not curvature.any()
