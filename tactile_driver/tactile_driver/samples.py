@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a source of samples yields: blocks of evenly spaced samples in volts."""
+"""Blocks of evenly spaced samples in volts."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ class SampleBlock:
     """Samples that follow each other without a gap.
 
     volts: (N, 4) float32, x1, y1, x2, y2, NaN where the converter gave none; stamp_ns: sampling of the first one on the clock that the
-    source was given, ns; period_s: between two samples, NaN for a single one of unknown rate; truth: what a simulated sensor knows, else
+    source was given, ns; period_s: between two samples, NaN for a single one of unknown rate; truth: truth of a simulated sensor, else
     None.
     """
 

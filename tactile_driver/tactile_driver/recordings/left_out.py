@@ -1,16 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Counts what a tool had to leave out, so that it can be told and be seen in the exit code."""
+"""Counts what a tool skips, for its report and exit code."""
 from __future__ import annotations
 
 import re
 
-_MOST = 50  # reasons that are told apart
+_MOST = 50  # different reasons; chosen
 _NUMBER = re.compile(r'-?\d+(\.\d+)?')
 
 
 class LeftOut:
-    """What was left out, by where and why; reasons that differ in their numbers alone count as one, told by the first of them."""
+    """Skipped items by place and reason; reasons that differ only in numbers count as one, reported by the first."""
 
     def __init__(self):
         self._found: dict[tuple[str, str], list] = {}

@@ -11,7 +11,7 @@ import numpy as np
 NS_PER_US = 1000
 _WRAP = 2**32
 _BLOCK_NS, _BLOCKS = 10**9, 30
-_FEWEST = 5  # blocks from which on the two clocks' rates are compared
+_FEWEST = 5  # blocks needed to fit the rate of the device's clock; chosen
 _FASTEST = 5e-4  # crystals of hobby boards differ by less; RC oscillators are calibrated to some 1 %, which _LARGEST_STEP tells
 _LARGEST_STEP_NS = 10**9
 _SLEW = 0.05  # of the time that passes: stamps come right without going back

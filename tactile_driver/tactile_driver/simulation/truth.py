@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulated frame carries besides its picture: the true state of dots, contact, slip and forces."""
+"""The ground truth of a simulated frame: dots, contact, slip and forces."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -13,8 +13,8 @@ NO_SLIP, INCIPIENT, GROSS = 0, 1, 2
 
 @dataclass
 class Touch:
-    """One separate touch: position (3,), m, where the object's foremost part stands on the present surface; normal (3,), unit, towards
-    the object; depth, m, how far the object has to go back along z to just touch the untouched surface; force, N, along the normal."""
+    """One separate touch: position (3,), m, the contact point on the present surface; normal (3,), unit, towards the object; depth, m, how
+    far the object has to go back along z to just touch the undeformed surface; force, N, along the normal."""
 
     position: np.ndarray
     normal: np.ndarray
