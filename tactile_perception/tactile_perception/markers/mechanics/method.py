@@ -43,14 +43,14 @@ class Tip:
 
 @dataclass
 class _Followed:
-    """State between frames. shift: (K, 2) m, of the last frame; straight, dragged, two: last solution of each hypothesis; told_two: whether
+    """State between frames. shift: (K, 2) m, of the last frame; straight, dragged, two: last solution of each hypothesis; are_two: whether
     two presses were reported; age: frames since two were searched."""
 
     shift: np.ndarray
     straight: Inverse | None = None
     dragged: Inverse | None = None
     two: Inverse | None = None
-    told_two: bool = False
+    are_two: bool = False
     age: int = 0
 
     def leads_to(self, field: MarkerField) -> bool:
@@ -80,17 +80,17 @@ class SheetPresses:
         last.age += 1
         seen = Seen(field)
         straight = self._inverse.solve(seen, [begin]) if last.straight is None else self._continued(seen, last.straight)
-        if straight.misfit < WRONG and not last.told_two:
+        if straight.misfit < WRONG and not last.are_two:
             last.straight = None
             return straight
         last.straight, last.dragged = straight, self._dragged(seen, straight, last.dragged)
         single = last.dragged if last.dragged.misfit < BETTER * straight.misfit else straight
-        if single.misfit < WRONG and not last.told_two:
+        if single.misfit < WRONG and not last.are_two:
             return single
         enough = FAR_BETTER * last.dragged.misfit
         last.two = self._followed(seen, last.two, enough) or self._two(field, seen, straight, enough)
-        last.told_two = self._are_two(last.two, enough)
-        return last.two if last.told_two else single
+        last.are_two = self._are_two(last.two, enough)
+        return last.two if last.are_two else single
 
     def _continued(self, seen: Seen, last: Inverse, dragged: bool = False) -> Inverse:
         """Solve from the last solution."""
@@ -112,9 +112,9 @@ class SheetPresses:
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
         """Two presses: one, and another from the matched filter of its residual; not refined where the misfit is far above enough."""
         self._last.age = 0
-        told = np.zeros((len(field), 3))
-        told[seen.index] = self._inverse.predict(one.presses, seen)[0]
-        left = replace(field, shift=field.shift - told[:, :2], growth=field.growth - told[:, 2])
+        predicted = np.zeros((len(field), 3))
+        predicted[seen.index] = self._inverse.predict(one.presses, seen)[0]
+        left = replace(field, shift=field.shift - predicted[:, :2], growth=field.growth - predicted[:, 2])
         two = self._inverse.solve(seen, [*one.presses, self._start.best(left)[0]])
         for _ in range(AGAIN if two.misfit < HOPELESS * enough else 0):
             two = self._inverse.solve(seen, two.presses, two.mixed)

@@ -172,8 +172,8 @@ class SheetInverse:
         shared = (each.sum(0) - each.max(0))[:, None]
         own = np.array([noise.shift, noise.shift, noise.growth])**2
         share = np.array([noise.share_shift, noise.share_shift, noise.share_growth])**2
-        told = np.stack([seen.sigma, seen.sigma, np.zeros(len(seen.sigma))], axis=1)**2
-        return seen.known / np.sqrt(np.maximum(own, told) + share * amount + BETWEEN**2 * shared)
+        reported = np.stack([seen.sigma, seen.sigma, np.zeros(len(seen.sigma))], axis=1)**2
+        return seen.known / np.sqrt(np.maximum(own, reported) + share * amount + BETWEEN**2 * shared)
 
     def _disc_correction(self, presses: list[Press], fields: list[np.ndarray], seen: Seen) -> np.ndarray:
         """(N, 3): difference of discs and centre points for the markers near a press."""

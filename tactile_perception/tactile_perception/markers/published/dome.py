@@ -112,4 +112,4 @@ class PaperCushion:
             cubic = Cubic(np.array(fitted['coefficients'], float), float(fitted['top']), float(fitted['sigma']))
             return cls(rest, rest_points(rest, eye, sensor), cubic, sensor, fitted)
         except (KeyError, TypeError, ValueError) as wrong:
-            raise BadCalibration(f'the cushion\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong
+            raise BadCalibration(f'the air cushion\'s method in the calibration file cannot be read ({wrong!r}); calibrate anew') from wrong

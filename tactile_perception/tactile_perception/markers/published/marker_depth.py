@@ -90,8 +90,8 @@ class MarkerDepths:
         share = self._share * (area | moved)
         depth = share * (of_area * np.where(area, by_area, 0.0) + of_shift * np.where(moved, by_shift, 0.0))
         outside = (share > 0) & (((of_area > 0) & area_out) | ((of_shift > 0) & shift_out))
-        told = share.sum(1)
-        return depth.sum(1) / np.where(told > 0, told, np.nan), outside.any(1)
+        total = share.sum(1)
+        return depth.sum(1) / np.where(total > 0, total, np.nan), outside.any(1)
 
     def _lend(self) -> tuple[np.ndarray, np.ndarray]:
         """(K, LENDERS) rows that each marker interpolates, and their weights; its own row alone where it has one."""

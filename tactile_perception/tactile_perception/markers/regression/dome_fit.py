@@ -74,10 +74,10 @@ class DentSolver:
         for turn in range(ITERATIONS):
             fields = [self.dent.fields(one[:2]) for one in parameters]
             moved = [self.dent.powers(one) @ field for one, field in zip(parameters, fields)]
-            told = np.nan_to_num(self.dent.seen_at(sum(moved))).ravel()
+            predicted = np.nan_to_num(self.dent.seen_at(sum(moved))).ravel()
             if turn < FOLLOW:
-                slope = self._slope(parameters, fields, moved, told)
-            normal, pull = _with_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ ((shift - told) * weight))
+                slope = self._slope(parameters, fields, moved, predicted)
+            normal, pull = _with_prior(parameters, slope.T @ (slope * weight[:, None]), slope.T @ ((shift - predicted) * weight))
             normal[np.diag_indices_from(normal)] += np.tile(LEAST, len(starts))
             size = 1 / np.sqrt(np.diag(normal))
             step = size * np.linalg.solve(normal * np.outer(size, size), pull * size)
@@ -89,13 +89,13 @@ class DentSolver:
         covariance = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
         return DentFound(parameters, covariance, float(np.sum(weight * left**2)))
 
-    def _slope(self, parameters, fields, moved, told) -> np.ndarray:
+    def _slope(self, parameters, fields, moved, predicted) -> np.ndarray:
         columns = []
         for k, one in enumerate(parameters):
             others = sum(moved[:k] + moved[k + 1:], np.zeros_like(moved[k]))
             for number, step in enumerate(np.diag(STEPS)):  # the modes depend on the place alone
                 field = fields[k] if number >= LOG_DEPTH else self.dent.fields((one + step)[:2])
-                columns.append(self.dent.seen_at(others + self.dent.powers(one + step) @ field).ravel() - told)
+                columns.append(self.dent.seen_at(others + self.dent.powers(one + step) @ field).ravel() - predicted)
         return np.nan_to_num(np.stack(columns, axis=1)) / np.tile(STEPS, len(parameters))
 
     def _weight(self, field: MarkerField) -> np.ndarray:

@@ -75,12 +75,12 @@ class BellFitter:
         iterations, derived = (DRAGGED, DRAGGED) if self.drag else (ITERATIONS, DERIVED)
         for turn in range(iterations):
             anew = turn < derived
-            told, deep = self.bell.predict(np.vstack([parameters, parameters + np.diag(STEPS)[loose]])[:, :loose[-1] + 1] if anew
+            predicted, deep = self.bell.predict(np.vstack([parameters, parameters + np.diag(STEPS)[loose]])[:, :loose[-1] + 1] if anew
                                            else parameters[None, :loose[-1] + 1])
             if anew:
-                slope = np.nan_to_num((told[1:] - told[0]) / STEPS[loose, None]).T
+                slope = np.nan_to_num((predicted[1:] - predicted[0]) / STEPS[loose, None]).T
                 system = self._system(known, sigma, deep[0], np.exp(parameters[DEPTH]))
-            residual = np.where(known, observed - told[0], 0.0)
+            residual = np.where(known, observed - predicted[0], 0.0)
             normal, pull, squares = system.reduce(slope, residual)
             normal, pull = self._add_prior(parameters, loose, normal, pull)
             step = np.linalg.solve(normal, pull)

@@ -26,8 +26,8 @@ class BellStart:
         self.places = np.stack(np.meshgrid(*nodes), axis=-1).reshape(-1, 2)
         short = bell.size.min()
         shape = np.tile(np.log([DEPTH * short, WIDTH * short, 1.0]), (len(self.places), 1))
-        told, _ = bell.predict(np.column_stack([self.places, shape]))
-        self.templates = np.nan_to_num(told)
+        predicted, _ = bell.predict(np.column_stack([self.places, shape]))
+        self.templates = np.nan_to_num(predicted)
         self.depth, self.rest_noise, self.threshold = DEPTH * short, rest_noise, max(SURE, QUIETER * quiet)
         self._squares = self.templates**2
 
@@ -58,7 +58,7 @@ class BellStart:
 def quiet_noise(presses: Presses) -> float:
     """m, standard deviation of displacements per axis: the larger of that of untouched frames and the fields' own sigma."""
     still = [field.shift for field, on in zip(presses.fields, presses.touching) if not on]
-    told = np.concatenate([field.sigma for field in presses.fields])
+    sigma = np.concatenate([field.sigma for field in presses.fields])
     known = [np.sqrt(np.nanmean(np.square(still)))] if still else []
-    known += [np.nanmedian(told)] if np.isfinite(told).any() else []
+    known += [np.nanmedian(sigma)] if np.isfinite(sigma).any() else []
     return float(max(known, default=NOISE)) or NOISE

@@ -45,10 +45,10 @@ def clearance(place: np.ndarray, sensor: MarkerSensor) -> float:
 
 
 def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSensor, tip_radius: float) -> ContactRegionEstimate:
-    """The region of a frame's touches; tip_radius: m, of tips whose size the touch method does not tell.
+    """Contact region of a frame's touches; tip_radius: m, of tips whose radius the touch method does not estimate.
 
-    The outlines are circles where the skin leaves the tips, across the untouched surface's normal where they touch. A marker is in contact
-    where it appears under a tip; whether it slips is not told.
+    The outlines are the circles where the skin leaves the tips, perpendicular to the untouched surface's normal there. A marker under a
+    tip is sticking; slip is not estimated.
     """
     known = np.flatnonzero(field.seen)
     now = field.rest[known] + field.shift[known]

@@ -37,7 +37,7 @@ _PARTS = len(_FEATURES)
 def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrench | None = None) -> dict:
     """Parameters of a map fitted to the presses with a known wrench; mechanics: of a sheet, used if it lowers the cross-validation error.
 
-    held_out_force, held_out_moment: median relative cross-validation errors; told: axes that are reported. Raises BadCalibration for too
+    held_out_force, held_out_moment: median relative cross-validation errors; told: which axes are reported. Raises BadCalibration for too
     few presses.
     """
     deepest = float(presses.depth.max(initial=0.0))
@@ -83,10 +83,10 @@ class WrenchMap:
         try:
             base = SheetWrench.from_numbers(numbers['mechanics']) if 'mechanics' in numbers else None
             self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']), base)
-            self._scale, self._told = float(numbers['scale']), np.array(numbers['told'], bool)
+            self._scale, self._reported = float(numbers['scale']), np.array(numbers['told'], bool)
             self._states, self._lengths = np.array(numbers['states'], float), np.array(numbers['lengths'], float)
             duals = [np.array(dual, float) for dual in numbers['duals']]
-            shapes = [dual.shape for dual in duals] + [self._lengths.shape, self._told.shape]
+            shapes = [dual.shape for dual in duals] + [self._lengths.shape, self._reported.shape]
             count, inputs = self._states.shape
             if shapes != [(count, features) for features in _FEATURES] + [(_PARTS, inputs), (_PARTS,)]:
                 raise ValueError('shapes do not agree')
@@ -108,7 +108,7 @@ class WrenchMap:
         outputs = np.add.reduceat(factors * np.concatenate(parts), self._starts)
         outputs[0] += self._scale
         wrench = _assembled(outputs, self._features.plain(place, touch.depth, touch.radius), place)
-        return np.where(self._told, wrench, np.nan)
+        return np.where(self._reported, wrench, np.nan)
 
 
 def _outputs(wrench: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -133,18 +133,18 @@ class _Fit:
     def __init__(self, presses: Presses, sensor: MarkerSensor, base: SheetWrench | None):
         half = np.array(sensor.size) / 2 if sensor.is_sheet else np.full(2, sensor.rim_radius)
         self._features = _Features(half, float(presses.depth.max()), ABOUT * max(sensor.pitch), sensor.is_sheet, base)
-        told = [self._features(field, place, depth) for field, place, depth in zip(presses.fields, presses.position, presses.depth)]
-        seen = np.array([np.isfinite(np.concatenate(parts)).all() for _, parts in told])
-        presses, told = presses.select(seen), [row for row, good in zip(told, seen) if good]
-        if len(told) < FEWEST:
-            raise BadCalibration(f'markers around the tip are seen in only {len(told)} presses; {FEWEST} are needed for a wrench map')
-        self._states = np.array([state for state, _ in told])
+        samples = [self._features(field, place, depth) for field, place, depth in zip(presses.fields, presses.position, presses.depth)]
+        seen = np.array([np.isfinite(np.concatenate(parts)).all() for _, parts in samples])
+        presses, samples = presses.select(seen), [row for row, good in zip(samples, seen) if good]
+        if len(samples) < FEWEST:
+            raise BadCalibration(f'markers around the tip are seen in only {len(samples)} presses; {FEWEST} are needed for a wrench map')
+        self._states = np.array([state for state, _ in samples])
         plain = np.array([self._features.plain(place, depth) for place, depth in zip(presses.position, presses.depth)])
         apart = np.array([_outputs(*row) for row in zip(presses.wrench, plain, presses.position)])
         self._scale = float(np.median(apart[:, 0]))
         apart[:, 0] -= self._scale
         unsure = 1 + (SHALLOW * self._features.deepest / presses.depth)**2
-        self._factors = [VaryingFactors(self._states, np.array([parts[k] for _, parts in told]), apart[:, k], unsure)
+        self._factors = [VaryingFactors(self._states, np.array([parts[k] for _, parts in samples]), apart[:, k], unsure)
                          for k in range(_PARTS)]
         self._judge(presses, plain, _mirror_groups(presses.position[:, :2], max(sensor.pitch)))
 
@@ -153,10 +153,10 @@ class _Fit:
         held[:, 0] += self._scale
         error = np.array([_assembled(*row) for row in zip(held, plain, presses.position)]) - presses.wrench
         spread, largest = presses.wrench.std(axis=0), np.repeat(np.abs(presses.wrench).reshape(-1, 2, 3).max(axis=(0, 2)), 3)
-        self._told = spread > EXCITED * largest
-        self._told[2] = True
+        self._reported = spread > EXCITED * largest
+        self._reported[2] = True
         if len(np.unique(groups)) >= PLACES:
-            self._told &= np.mean(error**2, axis=0) < np.mean(presses.wrench**2, axis=0)
+            self._reported &= np.mean(error**2, axis=0) < np.mean(presses.wrench**2, axis=0)
         self.force_error, self.moment_error = (_relative(error[:, part], presses.wrench[:, part])
                                                for part in (slice(3), slice(3, 6)))
 
@@ -164,7 +164,7 @@ class _Fit:
         """For a calibration file."""
         base = self._features.base
         return {'half': self._features.half.tolist(), 'deepest': self._features.deepest, 'width': self._features.width,
-                'is_sheet': int(self._features.is_sheet), 'scale': self._scale, 'told': self._told.astype(int).tolist(),
+                'is_sheet': int(self._features.is_sheet), 'scale': self._scale, 'told': self._reported.astype(int).tolist(),
                 'states': self._states.tolist(), 'lengths': [factors.lengths.tolist() for factors in self._factors],
                 'duals': [factors.dual.tolist() for factors in self._factors],
                 'held_out_force': self.force_error, 'held_out_moment': self.moment_error} | (
