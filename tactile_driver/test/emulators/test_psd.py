@@ -15,6 +15,8 @@ from tactile_driver.sources.psd.serial import PsdSerialSource, SerialSettings
 
 VOLT = 5 / 4096
 
+pytestmark = pytest.mark.full  # a device in a thread keeps its own time
+
 
 class Bench:
     """A running emulator, and a source that is open on it."""

@@ -11,6 +11,8 @@ from tactile_driver.errors import BadArgument, DeviceLost
 from tactile_driver.sources.base.protocol import NothingYet
 from tactile_driver.sources.taxel.serial import TaxelSerialSource
 
+pytestmark = pytest.mark.full  # a device in a thread keeps its own time
+
 
 class Bench:
     """A running emulator, and a source that is open on it."""

@@ -54,6 +54,7 @@ def test_gas_is_compressed_and_carries_the_indenter(scene, deepest):
     assert lost == pytest.approx((truth.pressure - rest.pressure) / (101325 + rest.pressure), rel=0.05)
 
 
+@pytest.mark.full
 def test_random_circles_are_no_grid_and_do_not_overlap():
     scene = open_scene('air_cushion_random_test', rate=20.0, seed=1)
     truth = scene.observe(0).truth
@@ -64,6 +65,7 @@ def test_random_circles_are_no_grid_and_do_not_overlap():
     assert len(other.dot_uv) != len(truth.dot_uv) or np.abs(other.dot_uv - truth.dot_uv).max() > 20
 
 
+@pytest.mark.full
 def test_a_larger_indenter_makes_a_wider_contact():
     scene = open_scene('air_cushion_demo', rate=4.0)
     areas = {}

@@ -47,6 +47,7 @@ def test_demo_takes_half_a_minute_and_shows_all_that_it_promises(demo):
     assert max(abs(truth.motion[5]) for truth in truths if truth.contacts) > 0.01
 
 
+@pytest.mark.full
 def test_demo_s_dots_stay_apart(demo):
     scene, truths = demo
     rest = truths[0].dot_uv.reshape(23, 23, 2)

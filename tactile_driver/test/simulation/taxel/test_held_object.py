@@ -43,6 +43,7 @@ def test_a_grip_that_comes_in_time_holds_it():
     assert not scene.lost and scene.slid - before < 0.3e-3
 
 
+@pytest.mark.full
 def test_it_is_put_there_and_taken_away_in_each_round():
     scene, told = played(12.5, grip=12.0)
     touched = np.array([bool(frame.contacts) for frame in told])

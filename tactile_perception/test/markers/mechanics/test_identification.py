@@ -50,6 +50,7 @@ def test_places_are_far_apart_on_the_folded_sheet_and_depths_rise():
     assert all((np.diff(group.depth) > 0).all() for group in groups)
 
 
+@pytest.mark.full
 def test_the_markers_size_is_measured():
     assert marker_radius(presses()) == pytest.approx(1.2e-3, rel=1e-3)
 

@@ -12,6 +12,8 @@ from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 
 PLACES = np.random.default_rng(3).uniform(-0.038, 0.038, (8, 2))
 
+pytestmark = pytest.mark.full  # its calibration takes eight seconds
+
 
 @pytest.fixture(scope='module')
 def fitted():
@@ -23,7 +25,6 @@ def method(fitted):
     return DomeRegression.from_fitted(fitted, DOME)
 
 
-@pytest.mark.full
 def test_the_calibrated_tip_is_told_elsewhere_and_at_other_depths(method):
     score = judge(method, dome_presses(PLACES, (0.009, 0.018, 0.033), seed=7))
     assert score.place_mean < 0.6e-3 and score.place_95 < 1.5e-3 and score.depth_mean < 0.1e-3 and score.depth_95 < 0.3e-3

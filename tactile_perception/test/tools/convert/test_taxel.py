@@ -75,6 +75,7 @@ def test_a_simulated_recording_as_a_bag():
 
 @needs_weights
 @pytest.mark.parametrize('name, most', [('operating', 5.0), ('room', 8.0)])
+@pytest.mark.full
 def test_real_weights_held_out(name, most, tmp_path, capsys):
     convert_recording.main([str(RECORDINGS / f'dsa_slip/weights/{name}.npz'), str(tmp_path / 'bag')])
     assert calibrate.main([str(tmp_path / 'bag'), '--params', str(tmp_path / 'bag.yaml'), '--output', str(tmp_path / 'c.yaml')]) == 0
