@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The launch file of any sensor: its arguments, and the actions that these make, by the table of sensor types."""
+"""The launch file of any sensor type: its arguments and actions, from the table of sensor types."""
 from __future__ import annotations
 
 import math
@@ -22,7 +22,7 @@ from .processes import LaunchError, SensorPlan, processes, written
 from ..sensor_types import SENSOR_TYPES
 
 _BOOLEANS = {'true': True, 'false': False}
-# The whole tables take a second to import, and launch needs only this of them.
+# Importing the whole parameter tables takes a second; launch needs only these two.
 _SURFACE = (Parameter('surface', str, 'cap', '', 'rest shape that places dots in 3D'),)
 _CALIBRATION = (Parameter('calibration', str, '', '', 'calibration file'),)
 
@@ -53,14 +53,14 @@ def sensor_arguments(sensor_type: str) -> list[DeclareLaunchArgument]:
                              'each node, for debugging'),
         **{name: ('', text) for name, text in kind.arguments.items()},
     }
-    # No choices: launch would say a wrong one twice; check says it once.
+    # Without choices: launch would report a wrong value twice; check reports it once.
     return [DeclareLaunchArgument(name, default_value=default, description=text) for name, (default, text) in texts.items()]
 
 
 def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]) -> dict[str, str]:
-    """Name -> value as given, of the arguments declared. Raises LaunchError for one that is not."""
+    """Name -> value of the declared arguments. Raises LaunchError for an undeclared one."""
     known = [argument.name for argument in arguments]
-    # launch would swallow a name that nobody declares. A launch file that includes this one may have arguments of its own.
+    # launch ignores undeclared names. A launch file that includes this one may have arguments of its own.
     file = Path(getattr(context.locals, 'current_launch_file_path', 'none')).name if context.argv else ''
     if any(Path(word).name == file for word in sys.argv):
         for word in context.argv:
@@ -71,7 +71,7 @@ def values_of(context: LaunchContext, arguments: Sequence[DeclareLaunchArgument]
 
 
 def sensor_actions(context: LaunchContext, sensor_type: str, more: Sequence[DeclareLaunchArgument] = ()) -> list:
-    """The actions for the arguments in context; more: arguments that the launch file has besides. Raises LaunchError."""
+    """The actions for the arguments in context; more: further arguments of the launch file. Raises LaunchError."""
     values = values_of(context, [*sensor_arguments(sensor_type), *more])
     plan = sensor_plan(values, sensor_type)
     return [*processes(plan, _BOOLEANS[values['composed']]), *(LogInfo(msg=note) for note in plan.notes),
@@ -89,7 +89,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
     stitching = {'stitching_path': calibration} if kind.stitched and calibration else {}
     perception = kind.perception if _NEEDS[kind.needs](values['params'], calibration) else kind.perception[:-1]
     notes = ()
-    if kind.uncalibrated and not _tells_touches(values['params'], calibration):
+    if kind.uncalibrated and not _has_contact_model(values['params'], calibration):
         notes = (f'not calibrated (calibration:=FILE): {kind.uncalibrated} and run `ros2 run tactile_perception calibrate`',)
     nodes = {kind.driver: driver_parameters(values, sensor_type) | {'frame_id': frame} | stitching,
              **{name: calibrated for name in perception},
@@ -98,7 +98,7 @@ def sensor_plan(values: Mapping[str, str], sensor_type: str) -> SensorPlan:
 
 
 def check(values: Mapping[str, str], sources: Sequence[str]) -> None:
-    """What can be told before anything is read. Raises LaunchError."""
+    """Check the values before any file is read. Raises LaunchError."""
     for name, choices in {'source': sources, 'rviz': _BOOLEANS, 'loop': ('', *_BOOLEANS), 'autostart': ('', *_BOOLEANS),
                           'composed': _BOOLEANS}.items():
         check_choice(name, values[name], choices)
@@ -126,11 +126,13 @@ def check_new(record: str) -> None:
 
 
 def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
-    """values with what a recording says of its sensor, and with the package's own parameter and calibration files where the user gives
-    none; the simulated specimen has its own. Raises LaunchError."""
+    """values with the topics of a recording, and with the parameter and calibration files of this package where the user names none.
+
+    The simulated specimen has files of its own. Raises LaunchError.
+    """
     simulated, topics = values['source'] == 'sim', {}
     if values['source'] == 'bag':
-        from .recorded import recorded_topics  # half a second, that other sources do without
+        from .recorded import recorded_topics  # takes half a second; only this source needs it
         given = {name: values[name] for name in SENSOR_TYPES[sensor_type].raw}
         try:
             topics, simulated = recorded_topics(values['path'], sensor_type, values['namespace'], given)
@@ -143,7 +145,7 @@ def completed(values: Mapping[str, str], sensor_type: str) -> dict[str, str]:
 
 
 def driver_parameters(values: Mapping[str, str], sensor_type: str) -> dict:
-    """The parameters of the driver that the arguments set. Raises LaunchError for a rate that is none."""
+    """The driver parameters that the arguments set. Raises LaunchError for a rate that is no number."""
     kind = SENSOR_TYPES[sensor_type]
     names = ('source', 'device', 'path', 'topic', 'scene', *kind.arguments)
     chosen = {name: values[name] for name in names if values[name]}
@@ -164,8 +166,8 @@ def number(name: str, text: str) -> float:
     return value
 
 
-def _tells_touches(_params: str, calibration: str) -> bool:
-    """Whether a calibration file holds more than a stitching; a bad one does as well: the node says what is wrong with it."""
+def _has_contact_model(_params: str, calibration: str) -> bool:
+    """Whether a calibration file has more than a stitching; True for a damaged one too, whose error the node reports."""
     if not calibration:
         return False
     text = Path(calibration).read_text(errors='replace') if Path(calibration).is_file() else ''
@@ -173,11 +175,11 @@ def _tells_touches(_params: str, calibration: str) -> bool:
 
 
 def _has_surface(params: str, _calibration: str) -> bool:
-    """Whether a parameter file gives the dots places in 3D, without which there is no contact region. Raises LaunchError."""
+    """Whether a parameter file has a surface model, which the contact region needs. Raises LaunchError."""
     return _parameter(params, 'dot_tracker_node', _SURFACE) != 'none'
 
 
-_NEEDS: dict[str, Callable[[str, str], bool]] = {'': lambda *_: True, 'surface': _has_surface, 'presses': _tells_touches}
+_NEEDS: dict[str, Callable[[str, str], bool]] = {'': lambda *_: True, 'surface': _has_surface, 'presses': _has_contact_model}
 
 
 def _parameter(params: str, node: str, table: tuple[Parameter]) -> str:

@@ -25,11 +25,11 @@ def demo_arguments() -> list[DeclareLaunchArgument]:
 
 
 def demo_actions(context: LaunchContext) -> list:
-    """The touchpad's actions and the demo's, with whose end all ends. Raises LaunchError."""
+    """The actions of the touchpad and the demo; launch ends with the demo. Raises LaunchError."""
     sensor = sensor_actions(context, SENSOR_TYPE, demo_arguments())
     given = {name: LaunchConfiguration(name).perform(context) for name in ('out', 'seconds', 'source', 'namespace')}
     own = {'out': str(Path(given['out']).expanduser().absolute()), 'panel': sys.stdout.isatty(), 'seconds': duration(given)}
-    # The panel goes to the terminal as it is: launch would write the process's name before every line.
+    # Without it launch would write the name of the process before each line of the panel.
     demo = Node(package='tactile_bringup', executable='demo', name='demo', namespace=given['namespace'], output='screen',
                 output_format='{line}', parameters=[own], on_exit=Shutdown(reason='the demo is over'))
     return [*sensor, demo]

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All sensors of a hand, from the arguments of its launch file: each by the lines of its own launch file."""
+"""All sensors of a hand, each started as its own launch file does."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ _CHOICES = {'source': ('sim', 'device', 'bag'), 'composed': _BOOLEANS, 'rviz': _
 
 
 def hand_arguments() -> list[DeclareLaunchArgument]:
-    """The arguments of hand.launch.py; what holds for one sensor is in the hand's file."""
+    """The arguments of hand.launch.py; those of single sensors are in the YAML file of the hand."""
     texts = {
         'hand': (share('hands', 'example_hand.yaml'), 'YAML file with the sensors of the hand; where none is given an example'),
         'source': ('sim', 'where data comes from: ' + ', '.join(_CHOICES['source'])),
@@ -73,20 +73,20 @@ def sensor_values(sensor: HandSensor, given: dict[str, str]) -> dict[str, str]:
         values['record'] = str(Path(given['record']).expanduser() / sensor.frame)
     simulated = given['source'] == 'sim'
     if given['source'] == 'bag':
-        from .recorded import bag_of, recorded_topics  # half a second, that other sources do without
+        from .recorded import bag_of, recorded_topics  # takes half a second; only this source needs it
         if not given['path']:
             raise LaunchError('source:=bag needs the recording: path:=...')
         path = bag_of(given['path'], sensor.name)
         topics = {name: f'/{sensor.name}/{topic}' for name, topic in SENSOR_TYPES[sensor.type].raw.items()}
         values.update(topics, path=path, loop=given['loop'], rate='')
         simulated = recorded_topics(path, sensor.type, sensor.name, topics)[1]
-    if simulated:  # the simulated specimen's own, whatever the real sensor's are
+    if simulated:  # the simulated specimen has its own files
         values.update({name: '' for name in ('device', 'right_device', 'params', 'calibration') if name in values})
     return values
 
 
 def _optional(package: str, executable: str, **how) -> list:
-    """A node of a package that may be missing: then one line says so."""
+    """A node of an optional package; without the package a note."""
     try:
         get_package_prefix(package)
     except PackageNotFoundError:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What launch starts: the nodes of a sensor in one process, or each in its own; whatever dies is started again."""
+"""The processes that launch starts: one for all nodes of a sensor or one per node, restarted when they die."""
 from __future__ import annotations
 
 import json
@@ -20,13 +20,13 @@ _RESPAWN_S = 0.5
 
 
 class LaunchError(ValueError):
-    """What launch was given is wrong; the message is the one line that the user gets to see. It ends the launch."""
+    """A wrong launch argument; the message is one line for the user. It ends the launch."""
 
 
 @dataclass(frozen=True)
 class SensorPlan:
-    """The nodes of one sensor. frame: the sensor frame; params: parameter file of all; nodes: name -> parameters that go before those of
-    the file; bag: that is recorded, '' for none; notes: what launch has to say about it."""
+    """The nodes of one sensor. frame: the sensor frame; params: parameter file of all nodes; nodes: name -> parameters that override the
+    file; bag: to record, '' for none; notes: lines that launch logs."""
 
     frame: str
     namespace: str
@@ -37,8 +37,8 @@ class SensorPlan:
 
 
 def processes(plan: SensorPlan, composed: bool) -> list[Node]:
-    """What starts the sensor: one process of all nodes, or one for each; a recorder is a process of its own, since a disk that is slow or
-    full must not hold up a sensor, and is not started again, since its bag exists."""
+    """The processes of the sensor: one for all nodes, or one per node. The recorder is always a process of its own, since a slow or full
+    disk must not delay the sensor; it is not restarted, since its bag exists."""
     given = {'namespace': plan.namespace, 'output': 'screen', 'parameters': [plan.params, own_parameters(plan)], 'on_exit': end_if_wrong}
     again = {**given, 'respawn': True, 'respawn_delay': _RESPAWN_S}
     if composed:
@@ -55,13 +55,13 @@ def processes(plan: SensorPlan, composed: bool) -> list[Node]:
 
 
 def hand_frames(hand: str | Path) -> Node:
-    """The process that publishes where the sensors of a hand are; hand: its file."""
+    """The process that publishes the frames of the sensors of a hand; hand: its file."""
     return Node(package='tactile_bringup', executable='hand_frames_node', output='screen', respawn=True, respawn_delay=_RESPAWN_S,
                 parameters=[{'hand': str(Path(hand).expanduser().absolute())}], on_exit=end_if_wrong)
 
 
 def end_if_wrong(event: ProcessExited, context: LaunchContext) -> None:
-    """A parameter or file that is wrong ends the launch, anything else is no reason. Raises LaunchError: launch ends by it, and fails."""
+    """End the launch when a process exits because of a wrong parameter or file. Raises LaunchError, with which launch fails."""
     if event.returncode == WRONG and not context.is_shutdown:
         raise LaunchError(f'{event.process_name}: what it was given is wrong, see above')
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recording says about its sensors: where each one's bag is, its topics, whether it was simulated."""
+"""Reads from a recording the bag and the topics of each sensor, and whether it was simulated."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -14,8 +14,8 @@ from ..sensor_types import SENSOR_TYPES
 
 
 def bag_of(recording: str, namespace: str) -> str:
-    """The bag with a sensor's topics: the recording itself, or the one in it that is named as the sensor's frame. Raises BadArgument where
-    it holds nothing under that namespace."""
+    """The bag with a sensor's topics: the recording itself, or the bag in it that is named like the sensor frame. Raises BadArgument when
+    it has no topic under that namespace."""
     whole = Path(recording).expanduser()
     own = whole / namespace.replace('/', '_')
     path = own if own.is_dir() else whole
@@ -26,7 +26,7 @@ def bag_of(recording: str, namespace: str) -> str:
 
 
 def topics_of(path: str | Path) -> set[str]:
-    """The topics of a bag. Raises BadArgument for one that cannot be read, in one line."""
+    """The topics of a bag. Raises BadArgument for one that cannot be read."""
     try:
         with BagReader(Path(path).expanduser()) as bag:
             return set(bag.topics)
@@ -35,10 +35,10 @@ def topics_of(path: str | Path) -> set[str]:
 
 
 def recorded_topics(path: str, sensor_type: str, namespace: str, given: Mapping[str, str]) -> tuple[dict[str, str], bool]:
-    """Parameters of the driver that name the topics to play, and whether the sensor was simulated; given: those that the user names.
+    """The driver parameters that name the topics to play, and whether the sensor was simulated; given: topics that the user names.
 
-    The sensor is that of the topic given; else that in namespace; else the only one of sensor_type. Nothing is added where the bag has no
-    topics of the usual names: the driver then plays what is there. Raises BadArgument for another type of sensor, or for several sensors.
+    The sensor is that of the given topic, else the one in namespace, else the only one of sensor_type. Without topics of the usual names
+    nothing is added: the driver then chooses the topic. Raises BadArgument for another type of sensor, or for several sensors.
     """
     given = {name: topic for name, topic in given.items() if topic}
     kinds, simulated = _described(path)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the nodes that draw for RViz share: markers for those who look, a place in the sensor frame on /tf_static, diagnostics."""
+"""Base of the nodes that draw for RViz: markers on demand, a static transform, diagnostics."""
 from __future__ import annotations
 
 import time
@@ -31,7 +31,7 @@ _LOOK_S = 0.25
 
 
 class DrawingNode(Node):
-    """Subclasses set self.markers, which draws (frame) and clears (nothing), and say in follow_demand what they subscribe to.
+    """Subclasses set self.markers, with the methods frame, which draws, and nothing, which clears, and subscribe in follow_demand.
 
     table: of the node's parameters; host: of the process. Raises BadArgument for a parameter that cannot be used.
     """
@@ -53,13 +53,13 @@ class DrawingNode(Node):
         guard_services(self)
 
     def demanded(self, kind: type, topic: str) -> Publisher:
-        """A publisher whose subscribers' coming and going calls follow_demand."""
+        """A publisher that calls follow_demand when its subscribers change."""
         matched = PublisherEventCallbacks(matched=lambda _info: self.follow_demand())
         self._outputs.append(self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched))
         return self._outputs[-1]
 
     def publish_drawn(self, output: Publisher, header: Header, draw: Callable[[], object]) -> None:
-        """Publish what draw makes, and note how long that took; header: of what is drawn."""
+        """Publish the result of draw and log its time; header: of the data drawn."""
         begin = time.perf_counter()
         output.publish(draw())
         if output is self.marker_output:
@@ -67,7 +67,7 @@ class DrawingNode(Node):
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
 
     def _clear_stale(self) -> None:
-        """Take markers away of which nothing new has come for a while: they say what is not known any more."""
+        """Clear markers that are out of date."""
         if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
             self._drawn_s = None
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
@@ -77,7 +77,7 @@ class DrawingNode(Node):
         return self.log.health(idle, values={'defects met': self.net.caught})
 
     def try_message(self, topic: str, message, work: Callable[[], None]) -> None:
-        """work() on a message of topic, whatever somebody has put into it: one that cannot be used is counted, said once, let go."""
+        """Check a message and call work(); a message that fails is counted, logged once and skipped."""
         try:
             check_message(message)
             work()
@@ -92,7 +92,7 @@ class DrawingNode(Node):
             self.say.settle(topic)
 
     def follow_demand(self) -> None:
-        """Subscribe to what is wanted now, and to nothing else."""
+        """Subscribe to the inputs of the outputs that have subscribers, and to no others."""
         raise NotImplementedError
 
     def publish_place(self, name: str, translation: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> None:
@@ -104,7 +104,7 @@ class DrawingNode(Node):
         self._transform_output.publish(TFMessage(transforms=[transform]))
 
     def destroy_node(self) -> None:
-        """Take the markers away first."""
+        """Clear the markers first."""
         if self.context.ok() and self.marker_output.get_subscription_count():
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
         super().destroy_node()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""record_node: everything that a sensor publishes, as it comes, into a bag (MCAP)."""
+"""record_node: records all topics of a sensor in a bag (MCAP)."""
 from __future__ import annotations
 
 import math
@@ -35,14 +35,14 @@ RESULTS = {'dots': DotTracks, 'contact_region': ContactRegion, 'contacts': Conta
            'ground_truth/wrench': WrenchStamped}
 PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
-_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # of reliable publishers nothing is lost here while the disk keeps up
+_KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_LOOK_S = 0.05
-_FLUSH_S = 1.0  # a process that is killed loses no more than this
+_CHECK_S = 0.05  # between two checks for subscribers of raw data
+_FLUSH_S = 1.0  # a killed process loses at most so much
 
 
 class RecordNode(Node):
-    """Writes each message as it was received, stamped with the time of receipt; the bag carries the messages' definitions."""
+    """Writes each message as received with its time of receipt; the bag contains the message definitions."""
 
     def __init__(self):
         super().__init__('record_node')
@@ -60,21 +60,21 @@ class RecordNode(Node):
             self._record(topic, kind)
         self._record('description', String, _LATCHED)
         self._record('/tf_static', TFMessage, _LATCHED)
-        # Raw data after those who work on it: a recording that is played begins with its first subscriber.
-        self._waiting = steady_timer(self, _LOOK_S, self._record_raw)
+        # Subscribe to raw data after the perception nodes: a played recording starts with its first subscriber.
+        self._waiting = steady_timer(self, _CHECK_S, self._record_raw)
         steady_timer(self, _FLUSH_S, self._writer.flush)
         self._examined = time.monotonic(), 0
         self._diagnostics = NodeDiagnostics(self, 'recording', self._path, self._examine)
         guard_services(self)
 
     def destroy_node(self) -> None:
-        """Close the bag: without that it has no index."""
+        """Close the bag, which writes its index."""
         writer, self._writer = getattr(self, '_writer', None), None
         if writer is not None:
             try:
                 writer.__exit__(None, None, None)
             except OSError as error:
-                print(f'{self._path}: not ended ({error}); what was written can be read by process_bag all the same', flush=True)
+                print(f'{self._path}: not closed ({error}); process_bag can read what was written', flush=True)
             print(f'{self._path}: {self.written} messages recorded' + (f', {self._lost} lost' if self._lost else ''), flush=True)
         super().destroy_node()
 
@@ -95,7 +95,7 @@ class RecordNode(Node):
         AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
 
     def _add_topic(self, topic: str, type_name: str) -> None:
-        """Tell the bag what is offered, once a message is there: its publisher is known by then."""
+        """Add a topic with the QoS of its publishers, which are known once the first message has come."""
         self._topics.add(topic)
         self._writer.add_topic(topic, type_name, [recorded_qos(each.qos_profile) for each in self.get_publishers_info_by_topic(topic)])
 
@@ -124,7 +124,7 @@ class RecordNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process record_node."""
+    """Run the process record_node."""
     sys.exit(run_node(RecordNode, args))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""snapshot: a PNG with all sensors of a hand, as they see and feel at present, and beside it what RViz shows of each.
+"""snapshot: writes a PNG with the present image and contacts of all sensors, and the markers that RViz shows of each.
 
     ros2 run tactile_bringup snapshot OUT.png [--hand FILE]
 """
@@ -45,7 +45,7 @@ _FULL = {'mono8': 255.0, 'mono16': 65535.0}
 
 @dataclass
 class Seen:
-    """What is known of one sensor: its type, and the last message of each topic that its tile is made of."""
+    """One sensor: its type, and the last message of each topic that its tile shows."""
 
     type: str = ''
     topics: dict[str, type] = field(default_factory=dict)
@@ -70,7 +70,7 @@ class Seen:
 
     @property
     def complete(self) -> bool:
-        """Whether there is all that its tile needs."""
+        """Whether all messages of its tile have come."""
         return bool(self.type) and self.topics.keys() <= self.messages.keys()
 
 
@@ -98,7 +98,7 @@ _OTHER = ('image_annotated', _annotated)
 
 
 class SnapshotNode(Node):
-    """Finds sensors by their descriptions, and collects one message of each topic that is drawn. names: of those that ought to be there."""
+    """Finds sensors by their descriptions and collects one message of each drawn topic. names: of expected sensors."""
 
     def __init__(self, names: Collection[str]):
         super().__init__('snapshot')
@@ -134,8 +134,8 @@ class SnapshotNode(Node):
 
 
 def tile_of(name: str, seen: Seen) -> np.ndarray:
-    """The sensor's tile, of what there is of it."""
-    line = 'no contacts are told' if seen.touches is None else touch_line([c.force for c in seen.touches])
+    """The tile of a sensor, from the messages received."""
+    line = 'no contacts received' if seen.touches is None else touch_line([c.force for c in seen.touches])
     topic, draw = DRAWINGS.get(seen.type, _OTHER)
     try:
         picture = draw(seen.messages) if (topic or 'contacts') in seen.messages else None
@@ -146,7 +146,7 @@ def tile_of(name: str, seen: Seen) -> np.ndarray:
 
 
 def touch_line(forces: Collection[float]) -> str:
-    """How many touch, and with how much, N, as far as it is known."""
+    """The number of touches and the sum of their known forces, N."""
     if not forces:
         return 'nothing touches'
     known = [force for force in forces if np.isfinite(force)]
@@ -154,7 +154,7 @@ def touch_line(forces: Collection[float]) -> str:
 
 
 def collect(node: SnapshotNode, patience_s: float) -> None:
-    """Until all sensors that there are have said all that is drawn, or patience is at its end."""
+    """Collect messages until each sensor found is complete, at most patience_s."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     begin = time.monotonic()
@@ -165,7 +165,7 @@ def collect(node: SnapshotNode, patience_s: float) -> None:
 
 
 def write(path: Path, seen: dict[str, Seen]) -> str:
-    """Write the picture; what is wrong, '' for nothing."""
+    """Write the picture; the error message, '' for success."""
     if not any(each.type for each in seen.values()):
         return 'no sensor was found; is the hand launched, in this ROS domain?'
     picture = sheet([tile_of(name, seen[name]) for name in sorted(seen)])
@@ -177,16 +177,16 @@ def write(path: Path, seen: dict[str, Seen]) -> str:
     print(path)
     missing = [f'{name} ({", ".join(sorted(each.topics.keys() - each.messages.keys())) or "description"})'
                for name, each in sorted(seen.items()) if not each.complete]
-    return f'nothing came of {"; ".join(missing)}' if missing else ''
+    return f'no message from {"; ".join(missing)}' if missing else ''
 
 
 @tells_errors('snapshot')
 def main(args: list[str] | None = None) -> int:
-    """The command; the exit code, 1 where a sensor is missing or the file cannot be written."""
+    """Run the command; exit code 1 when a sensor is missing or the file cannot be written."""
     parser = argparse.ArgumentParser(prog='snapshot', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('out', type=Path, help='PNG file to write')
-    parser.add_argument('--hand', type=Path, help='YAML file with the sensors that ought to be there')
-    parser.add_argument('--patience', type=float, default=30.0, help='s to wait for all sensors')
+    parser.add_argument('--hand', type=Path, help='YAML file of the hand: its sensors are waited for')
+    parser.add_argument('--patience', type=float, default=30.0, help='longest time to wait for all sensors, s')
     given = parser.parse_args(remove_ros_args(sys.argv if args is None else ['snapshot', *args])[1:])
     names = names_in(given.hand)
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

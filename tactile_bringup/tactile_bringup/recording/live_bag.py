@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A bag that is written while a sensor runs: whatever happens to the disk or the process, what was written can be read."""
+"""A bag that stays readable when the disk is full or the process is killed while it is written."""
 from __future__ import annotations
 
 import os
@@ -10,15 +10,15 @@ from typing import BinaryIO
 
 from tactile_perception.bags.rosbag import BagWriter
 
-_AGAIN_S = 0.1  # between two tries to write to a disk that is full
-_RESERVE = 4 << 20  # bytes: what waits for a disk that is full, and the index
+_AGAIN_S = 0.1  # chosen: between two attempts to write to a full disk
+_RESERVE = 4 << 20  # bytes, chosen: for the messages that wait for a full disk, and the index
 _RESERVE_NAME = 'reserve'
 
 
 class KeptFile:
-    """What rosbags writes to: bytes are kept until settle has written them, all of them or none.
+    """The file of a rosbags writer, with a buffer that settle writes completely or not at all.
 
-    file: of which the beginning is written; what follows it goes through this object alone.
+    file: with its beginning already written; everything after that must be written by this object.
     """
 
     def __init__(self, file: BinaryIO):
@@ -26,21 +26,21 @@ class KeptFile:
         self._file, self._written, self._kept = file, file.tell(), bytearray()
 
     def write(self, data: bytes) -> int:
-        """Keep data; how many bytes that was."""
+        """Buffer data; its number of bytes."""
         self._kept += data
         return len(data)
 
     def tell(self) -> int:
-        """Where the next byte will be."""
+        """Position of the next byte."""
         return self._written + len(self._kept)
 
     @property
     def waiting(self) -> bool:
-        """Whether anything is kept."""
+        """Whether the buffer holds data."""
         return bool(self._kept)
 
     def settle(self) -> None:
-        """Write what is kept. Raises OSError where it cannot be written: the file is then as it was before, and it stays kept."""
+        """Write the buffer. Raises OSError when that fails; the file is then unchanged and the buffer is kept."""
         begin, view = self._written, memoryview(self._kept)
         try:
             while view:
@@ -55,7 +55,7 @@ class KeptFile:
         self._kept = bytearray()
 
     def close(self) -> None:
-        """Settle and close the file; it is closed in any case."""
+        """Write the buffer and close the file; it is closed in any case."""
         try:
             self.settle()
         finally:
@@ -63,8 +63,8 @@ class KeptFile:
 
 
 class LiveBag(BagWriter):
-    """As BagWriter, with a file that is whole after each flush: a full disk costs the messages of that time, the death of the process
-    those since the last flush. Some space is kept free from the start, so that there is an index in the end."""
+    """A BagWriter whose file is valid after each flush: a full disk loses the messages of that time, a killed process those since the last
+    flush. A reserve on the disk makes sure that the index can be written at the end."""
 
     def __enter__(self) -> LiveBag:
         super().__enter__()
@@ -81,7 +81,7 @@ class LiveBag(BagWriter):
         super().__exit__(*exc)
 
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
-        """Append one serialised message. Raises OSError, and does not take it, while what came before it cannot be written."""
+        """Append one serialised message. Raises OSError, without appending it, while the buffer cannot be written."""
         if self._full is not None:
             self._settle()
         super().write(topic, type_name, stamp_ns, data)
@@ -95,7 +95,7 @@ class LiveBag(BagWriter):
             self._storage.close_chunk()
         try:
             self._settle()
-        except OSError:  # it is kept, and whoever writes the next message will hear of it
+        except OSError:  # the buffer is kept, and the next write raises
             pass
 
     def _settle(self) -> None:

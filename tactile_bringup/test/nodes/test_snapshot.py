@@ -66,7 +66,7 @@ def test_a_tile_for_each_sensor(hand, tmp_path, capsys):
     assert all(((part[..., 1] > 200) & (part[..., 0] == 0)).sum() > 5000 for part in scenes), 'the skin'
     (tmp_path / 'hand.yaml').write_text('sensors: [{name: thumb, type: touchpad}, {name: index, type: touchpad}]\n')
     assert main([str(out), '--hand', str(tmp_path / 'hand.yaml'), '--patience', '4']) == 1
-    assert 'nothing came of index (description)' in capsys.readouterr().err
+    assert 'no message from index (description)' in capsys.readouterr().err
 
 
 def test_what_cannot_be_done_is_told(capsys, tmp_path):

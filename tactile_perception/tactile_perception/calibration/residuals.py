@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Residuals of a calibration at presses that it was not fitted to: which of them stand out, a picture of them over the sensor's surface,
-and their report at the end of every calibration."""
+"""Cross-validation residuals of a calibration: outliers, a plot over the surface of the sensor, and the lines of the report."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,15 +11,15 @@ import numpy as np
 
 from ..common.statistics import robust_sigma
 
-_FAR = 6.0  # robust standard deviations beyond the usual error
-_FEWEST = 5  # presses, of less nothing is usual
-_MOST = 20  # lines
+_FAR = 6.0  # chosen: robust standard deviations (1.4826 MAD) beyond the median error
+_FEWEST = 5  # chosen: presses, fewer have no meaningful median
+_MOST = 20  # lines printed
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """One quantity's errors. name, unit: as they are shown; value: (N,) in that unit, NaN where not known; place: (N, 2) where on the
-    sensor, along axes (two names with their units); when: N names of presses by recording and time."""
+    """Errors of one quantity. name, unit: for display; value: (N,) in that unit, unknown is NaN; place: (N, 2) positions along axes (two
+    names with units); when: N names of presses by recording and time."""
 
     name: str
     unit: str
@@ -31,7 +30,7 @@ class Residuals:
 
 
 def outliers(found: Sequence[Residuals]) -> list[str]:
-    """A line for each press whose error stands out from those of the others, largest first."""
+    """One line for each press whose error is an outlier, largest first."""
     lines = []
     for residuals in found:
         size = np.abs(np.asarray(residuals.value, float))
@@ -41,25 +40,25 @@ def outliers(found: Sequence[Residuals]) -> list[str]:
         middle = float(np.median(size[known]))
         limit = middle + _FAR * float(robust_sigma(size[known] - middle))
         far = [k for k in known[np.argsort(-size[known])] if size[k] > limit]
-        lines += [f'{residuals.when[k]}: {residuals.name} {size[k]:.3g} {residuals.unit} off, {middle:.2g} {residuals.unit} is usual'
+        lines += [f'{residuals.when[k]}: {residuals.name} error {size[k]:.3g} {residuals.unit}, the median is {middle:.2g} {residuals.unit}'
                   for k in far[:_MOST]]
     return lines
 
 
 def plot_path(calibration: Path) -> Path:
-    """Where the picture of a calibration file is: beside it."""
+    """The path of the plot of a calibration file: beside it."""
     return calibration.with_name(calibration.stem + '_residuals.png')
 
 
 def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
-    """Write a PNG with a panel for each quantity: a disc at each press, coloured by its error. Raises OSError."""
+    """Write a PNG with one panel per quantity: a disc at each press, coloured by its error. Raises OSError."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
 
     figure, panels = pyplot.subplots(1, len(found), figsize=(5.2 * len(found), 4.6), squeeze=False, layout='constrained')
     for panel, residuals in zip(panels[0], found):
-        order = np.argsort(np.abs(residuals.value))  # of several presses at one place the worst is seen
+        order = np.argsort(np.abs(residuals.value))  # of several presses at one position the largest error is on top
         value, place = np.asarray(residuals.value, float)[order], np.asarray(residuals.place, float)[order]
         known = np.isfinite(value)
         signed = bool((value[known] < 0).any())
@@ -80,12 +79,12 @@ def draw_residuals(path: Path, title: str, found: Sequence[Residuals]) -> None:
         pyplot.close(figure)
 
 
-def tell_residuals(found: Sequence[Residuals], standing_out: Sequence[str], output: Path, sensor: str) -> list[str]:
-    """Draw the residuals beside the calibration file output; lines that tell of the picture and of what is standing out."""
+def report_residuals(found: Sequence[Residuals], standing_out: Sequence[str], output: Path, sensor: str) -> list[str]:
+    """Plot the residuals beside the calibration file output; lines that name the plot and the outliers (standing_out)."""
     picture = plot_path(output)
     try:
-        draw_residuals(picture, f'{sensor}: errors at presses held out', found)
-        drawn = f'errors over the sensor: {picture}'
+        draw_residuals(picture, f'{sensor}: errors at held-out presses', found)
+        drawn = f'plot of the errors: {picture}'
     except OSError as error:
-        drawn = f'no picture of the errors: {error}'
-    return [*(f'stands out: {line}' for line in standing_out), drawn]
+        drawn = f'no plot of the errors: {error}'
+    return [*(f'outlier: {line}' for line in standing_out), drawn]

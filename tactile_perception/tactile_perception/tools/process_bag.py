@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag: every estimate that the live nodes would publish, for each raw message of a recording, as fast as it can be computed."""
+"""process_bag: computes from a recording of raw data all results that the live nodes would publish, and writes them to a new bag."""
 from __future__ import annotations
 
 import argparse
@@ -22,13 +22,13 @@ from ..errors import BadArgument, TactileError
 from ..nodes.messages.serialization import MessageCodec
 
 FAILED, INCOMPLETE, SIGNALLED = 1, 3, 128
-_CODES = f"""exit code: 0 all was done; {FAILED} nothing could be done, a line says why; 2 the command line is wrong; {INCOMPLETE} done,
-but something was left out, which is listed; {SIGNALLED} + number of the signal that ended it, what is written can be read"""
+_CODES = f"""exit code: 0 complete; {FAILED} no result, with a one-line error; 2 wrong command line; {INCOMPLETE} complete except for
+what is listed as left out; {SIGNALLED} + number of the signal that interrupted it, the bag written so far can be read"""
 
 
 @dataclass
 class Summary:
-    """What was done: raw messages read, results written by topic, what was left out, s that it took, whether it was ended before."""
+    """frames: raw messages read; written: results by topic; left_out: with reasons; seconds: duration; ended: whether interrupted."""
 
     frames: int = 0
     written: Counter = field(default_factory=Counter)
@@ -38,10 +38,10 @@ class Summary:
 
 
 def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: False) -> Summary:
-    """Write the estimates for the task's bag to target, a new bag; stamps are the recording's. What is written when it ends is a whole bag.
+    """Write the results for the task's bag to target, a new bag, with the stamps of the recording. An interrupted bag is readable too.
 
-    stopped: asked after each frame whether to end. Raises TactileError for a bag that cannot be used, OSError where target cannot be
-    written.
+    stopped: called after each frame, True ends the work. Raises TactileError for a bag that cannot be used, OSError when target cannot
+    be written.
     """
     if target.exists():
         raise BadArgument(f'bag {target}: exists already; choose another name or remove it')
@@ -68,16 +68,16 @@ def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: 
 
 
 class _Output:
-    """The bag that is written, and what is told of it."""
+    """The output bag and its counts in summary."""
 
     def __init__(self, target: Path, head: Head, summary: Summary):
         self._prefix, self._summary = head.prefix, summary
         store, self._unknown = MessageCodec().store, {}
-        for kind, text in head.definitions.items():  # our own, and the recording's for what we have none for
+        for kind, text in head.definitions.items():  # the recording's where a type is unknown here
             reason = known_as(store, kind, text)
             if reason:
                 self._unknown[kind] = reason
-        self._writer = BagWriter(target, store, compressed=True)  # an array's points are sixty times its images, and nearly all alike
+        self._writer = BagWriter(target, store, compressed=True)  # a taxel array's points are 60 times as large as its images
 
     def __enter__(self) -> _Output:
         self._writer.__enter__()
@@ -87,7 +87,7 @@ class _Output:
         self._writer.__exit__(*exc)
 
     def write(self, message: RawMessage) -> None:
-        """Write and count a message, or leave it out."""
+        """Write and count a message, or count it as left out."""
         topic = message.topic.removeprefix(self._prefix)
         if message.type_name in self._unknown:
             self._summary.left_out.add(topic, self._unknown[message.type_name], message.stamp_ns)
@@ -97,16 +97,15 @@ class _Output:
 
 
 def report(summary: Summary, target: Path) -> str:
-    """The summary in words."""
+    """The summary as text."""
     results = ', '.join(f'{n} {topic}' for topic, n in sorted(summary.written.items()))
-    lines = [f'{target}: {summary.frames} frames, {summary.seconds:.1f} s; {results or "nothing"} written']
+    lines = [f'{target}: {summary.frames} frames, {summary.seconds:.1f} s; {results or "no results"} written']
     lines += [f'  left out: {line}' for line in summary.left_out.lines()]
     return '\n'.join(lines)
 
 
 class _Signals:
-    """While this lasts, SIGINT and SIGTERM are noted in number, for the work to end after the present frame; the same again ends it at
-    once."""
+    """Stores the first SIGINT or SIGTERM in number, so that the work ends after the current frame; the second one ends it at once."""
 
     def __init__(self):
         self.number = 0
@@ -126,13 +125,13 @@ class _Signals:
 
 
 def main(args: list[str] | None = None) -> int:
-    """The command process_bag; its exit codes are told by --help."""
+    """Run the command; --help lists the exit codes."""
     parser = argparse.ArgumentParser(prog='process_bag', description=__doc__, epilog=_CODES)
-    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); damaged ones as far as they go')
-    parser.add_argument('output', type=Path, help='new rosbag2 folder (MCAP) for the estimates')
+    parser.add_argument('input', type=Path, help='rosbag2 recording (MCAP or sqlite3, compressed or not); of a damaged one the rest')
+    parser.add_argument('output', type=Path, help='new rosbag2 folder (MCAP) for the results')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
-    parser.add_argument('--calibration', type=Path, help='calibration file; without it the one named in the parameters')
-    parser.add_argument('--namespace', default='', help='of the sensor, where the recording holds several')
+    parser.add_argument('--calibration', type=Path, help='calibration file; default: the one in the parameter file')
+    parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when the recording has several sensors')
     given = parser.parse_args(args)
     task = Task(given.input, given.params, given.calibration, given.namespace)
     try:
@@ -146,7 +145,7 @@ def main(args: list[str] | None = None) -> int:
         print(f'process_bag: interrupted; {given.output} can be read', file=sys.stderr)
         return SIGNALLED + signals.number
     if not any(count for topic, count in summary.written.items() if topic not in KEPT):
-        print('process_bag: nothing could be estimated', file=sys.stderr)
+        print('process_bag: no result could be computed', file=sys.stderr)
         return FAILED
     return INCOMPLETE if summary.left_out.total else 0
 

@@ -6,7 +6,7 @@ Outliers and the picture are told; that it cannot be written loses no calibratio
 import cv2
 import numpy as np
 import pytest
-from tactile_perception.calibration.residuals import Residuals, draw_residuals, outliers, plot_path, tell_residuals
+from tactile_perception.calibration.residuals import Residuals, draw_residuals, outliers, plot_path, report_residuals
 
 
 def made(value):
@@ -18,8 +18,8 @@ def made(value):
 def test_the_press_that_stands_out_is_named_with_its_error_and_what_is_usual():
     value = np.random.default_rng(0).normal(0, 0.1, 40)
     value[[7, 30]] = 1.9, -2.5
-    assert outliers([made(value)]) == ['bag at 30.000 s: depth 2.5 mm off, 0.054 mm is usual',
-                                       'bag at 7.000 s: depth 1.9 mm off, 0.054 mm is usual']
+    assert outliers([made(value)]) == ['bag at 30.000 s: depth error 2.5 mm, the median is 0.054 mm',
+                                       'bag at 7.000 s: depth error 1.9 mm, the median is 0.054 mm']
 
 
 def test_nothing_stands_out_of_even_errors_of_few_or_of_unknown_ones():
@@ -47,11 +47,11 @@ FOUND = [Residuals('depth', 'mm', np.arange(3.0), np.zeros((3, 2)), ('x (mm)', '
 
 
 def test_lines_and_the_picture(tmp_path):
-    lines = tell_residuals(FOUND, ['c: far off'], tmp_path / 'pad.yaml', 'touchpad')
-    assert lines == ['stands out: c: far off', f'errors over the sensor: {tmp_path / "pad_residuals.png"}']
+    lines = report_residuals(FOUND, ['c: far off'], tmp_path / 'pad.yaml', 'touchpad')
+    assert lines == ['outlier: c: far off', f'plot of the errors: {tmp_path / "pad_residuals.png"}']
     assert (tmp_path / 'pad_residuals.png').stat().st_size > 1000
 
 
 def test_no_picture_is_told(tmp_path):
-    lines = tell_residuals(FOUND, [], tmp_path / 'none' / 'pad.yaml', 'touchpad')
-    assert len(lines) == 1 and lines[0].startswith('no picture of the errors: ')
+    lines = report_residuals(FOUND, [], tmp_path / 'none' / 'pad.yaml', 'touchpad')
+    assert len(lines) == 1 and lines[0].startswith('no plot of the errors: ')

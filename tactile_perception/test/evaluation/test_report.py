@@ -26,9 +26,9 @@ def test_the_text_says_it_all():
     page = text(report((told, Instant([contact(0, 0)], region(10e-3, [1, 2]), slip(2, 1.0, 1e-3), np.arange(6.0)))))
     rows = {line[:50].strip(): line[50:].split() for line in page.splitlines()}
     assert rows['depth of the touch'] == ['mm', '0.25', '0.25', '0.25', '1', '0']
-    assert '1 instants judged; 3 had no estimate' in page and 'touches:  1 there, 0 never told, 0 made up' in page
-    assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the touch +0.25 mm' in page and 'squared error over stated variance' in page
-    assert 'latency of contacts: 12.3 ms in the median, 20 in 95 %, 99.9 at the most' in page
+    assert '1 instants compared; 3 without an estimate' in page and 'touches:  1 true, 0 missed, 0 false' in page
+    assert 'flags:    1 OUT_OF_RANGE' in page and 'depth of the touch +0.25 mm' in page and 'normalised squared error' in page
+    assert 'latency of contacts: 12.3 ms in the median, 20 in 95 %, 99.9 at most' in page
     assert 'memory: 151 MB' in page and 'refused 2 times: image is black' in page
     assert max(map(len, page.splitlines())) < 180
 

@@ -18,7 +18,7 @@ def processed(pressed_bag, tmp_path_factory):
 def test_a_processed_bag_is_judged_by_the_truth_it_carries(processed, tmp_path, capsys):
     assert module.main([str(processed), '--report', str(tmp_path / 'report')]) == 0
     out = capsys.readouterr().out
-    assert '14 instants judged' in out and 'place of the touch' in out and 'covariance.png' in out
+    assert '14 instants compared' in out and 'place of the touch' in out and 'covariance.png' in out
     report = json.loads((tmp_path / 'report/report.json').read_text())
     assert report['frames']['false'] == 0 and report['touches']['there'] == 1
     assert report['errors']['place']['median'] < 0.4 and report['errors']['depth']['median'] < 0.3
@@ -41,7 +41,7 @@ def test_computed_here_the_errors_are_the_same(processed, pressed_bag, tmp_path,
 
 @pytest.mark.parametrize('arguments, message', [
     (['none'], 'no such file'), (['disc'], 'no estimates'), (['disc', '--namespace', 'elsewhere'], 'no such sensor'),
-    (['disc', '--calibration', 'x.yaml'], 'name --params too')])
+    (['disc', '--calibration', 'x.yaml'], 'needs --params')])
 def test_what_cannot_be_evaluated_is_said_in_one_line(pressed_bag, capsys, arguments, message):
     assert module.main([str(pressed_bag.parent / arguments[0]), *arguments[1:]]) == 1
     lines = capsys.readouterr().err.strip().splitlines()

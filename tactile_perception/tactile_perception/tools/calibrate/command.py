@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""calibrate: fits what the sensor type needs to recordings of presses at known places (ground_truth/contacts)."""
+"""calibrate: fits the model of a sensor to recordings of presses at known positions (ground_truth/contacts), and writes its calibration
+file."""
 from __future__ import annotations
 
 import argparse
@@ -25,10 +26,10 @@ from .touchpad import calibrate_touchpad
 
 
 def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable[..., str]:
-    """What calibrates a sensor of that type: called with (bags, params, output, namespace, serial) it writes output, and beside it a
-    picture of the errors, and tells how it went.
+    """The calibration function of a sensor type: called with (bags, params, output, namespace, serial) it writes output and a plot of the
+    residuals beside it, and returns a report.
 
-    Raises BadArgument for a type that there is none for, and for a sphere_radius (m) where none is fitted.
+    Raises BadArgument for an unknown type, and for a sphere_radius (m) of a sensor other than a touchpad.
     """
     if sensor_type == 'touchpad':
         return partial(calibrate_touchpad, sphere_radius=sphere_radius)
@@ -43,22 +44,22 @@ def calibrator(sensor_type: str, sphere_radius: float | None = None) -> Callable
 
 
 def recorded_serial(bag: Path) -> str:
-    """The serial number of the device, as the driver's description in the recording tells it; '' where it does not."""
+    """The serial number of the device in the recorded description; '' when unknown."""
     return next((str(about['serial']) for about in descriptions(bag) if about.get('serial')), '')
 
 
 @tells_errors('calibrate')
 def main(args: list[str] | None = None) -> int:
-    """The command calibrate; exit code 0, or 1 with one line that says what is wrong."""
+    """Run the command; exit code 0, or 1 with a one-line error."""
     parser = argparse.ArgumentParser(prog='calibrate', description=__doc__)
     parser.add_argument('bags', type=Path, nargs='+', metavar='BAG',
                         help='rosbag2 recording with images, camera_info (or voltages), ground_truth/contacts; for forces '
                         'ground_truth/wrench')
     parser.add_argument('--params', type=Path, required=True, help='parameter file of the sensor, as the launch file takes it')
     parser.add_argument('--output', type=Path, required=True, help='calibration file to write')
-    parser.add_argument('--sphere-radius', type=float, help='m; touchpad: without it the radius is fitted too')
-    parser.add_argument('--namespace', default='', help='of the sensor, where a recording holds several')
-    parser.add_argument('--serial', default='', help='of the device, for the file; without it what the recording says of its camera')
+    parser.add_argument('--sphere-radius', type=float, help='touchpad: radius of the sphere, m; default: it is fitted too')
+    parser.add_argument('--namespace', default='', help='namespace of the sensor; needed when a recording has several sensors')
+    parser.add_argument('--serial', default='', help='serial number for the file; default: the one in the recording')
     given = parser.parse_args(args)
     sensor_type = read_parameters(given.params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']
     serial = given.serial or recorded_serial(given.bags[0])

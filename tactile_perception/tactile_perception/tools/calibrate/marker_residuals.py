@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether recorded presses can determine how a sheet or a dome tells touches, and what was wrong at those held out."""
+"""Checks that recorded presses determine the calibration of a sheet or a dome, and the residuals at held-out presses."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -22,13 +22,13 @@ def require_coverage(presses: Presses) -> None:
     touching = presses.touching
     places, depth = int(presses.places().max() + 1), presses.depth[touching]
     if places < _FEWEST_PLACES:
-        raise BadCalibration(f'{touching.sum()} presses at {places} places; at least {_FEWEST_PLACES} places are needed, a dozen over the '
-                             'whole surface are good: add presses elsewhere')
+        raise BadCalibration(f'{touching.sum()} presses at {places} positions; at least {_FEWEST_PLACES} are needed, a dozen over the '
+                             'whole surface are good: add presses at other positions')
     if np.ptp(depth) < _DEPTH_SPAN * depth.max():
-        raise BadCalibration(f'all presses are {depth.min() * 1e3:.2f} to {depth.max() * 1e3:.2f} mm deep: one depth alone does not tell '
-                             'how markers move with depth; add presses of other depths, three a place are good')
+        raise BadCalibration(f'all presses are {depth.min() * 1e3:.2f} to {depth.max() * 1e3:.2f} mm deep: one depth does not determine '
+                             'how markers move with depth; add presses of other depths, three per position are good')
     if touching.all():
-        raise BadCalibration('no untouched frame among the presses; begin each recording with a second in which nothing touches')
+        raise BadCalibration('no untouched frame among the presses; begin each recording with one second without contact')
 
 
 def marker_residuals(held: HeldOut, names: Mapping[int, str]) -> list[Residuals]:

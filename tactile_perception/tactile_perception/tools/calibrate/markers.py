@@ -13,7 +13,7 @@ from ...bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from ...bags.stitched_bag import bag_opener, stitching_in
 from ...calibration.files.format import Specimen
 from ...calibration.files.markers import METHODS, PATTERN, REST, STITCHING, WRENCH, best_method, write_touch
-from ...calibration.residuals import outliers, tell_residuals
+from ...calibration.residuals import outliers, report_residuals
 from ...common.progress import log_told
 from ...dots.tracker import DotTracker
 from ...errors import BadCalibration, BadFrame
@@ -112,7 +112,7 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
     if not contacts:
         return np.full(3, np.nan), 0.0, force
     if not contacts[0].depth >= _TOUCHES:
-        raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too little is known of the first touch')
+        raise BadFrame(f'depth {contacts[0].depth * 1e3:.3f} mm: too shallow, the depth of first contact is uncertain')
     position = contacts[0].position
     return np.array([position.x, position.y, position.z]), contacts[0].depth, force
 
@@ -121,7 +121,7 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
     """Numbers of each method that fits the presses, and what it tells of those held out. Raises BadCalibration where none does."""
     fitted, told = {}, {}
     for name, method in methods_for(reader.sensor).items():
-        print(f'fitting {name} to {presses.touching.sum()} presses, and again without a third of the places', file=sys.stderr, flush=True)
+        print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
         try:
             with log_told():
                 fitted[name] = method.fit(presses, reader.sensor)
@@ -178,8 +178,10 @@ def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> She
 
 
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
-    cannot determine any method."""
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine any method.
+    """
     reader = PressReader(params, namespace)
     stitched = find_stitching(bags, params, reader.sensor, namespace)
     if stitched is not None and not tell_truth(bags, namespace):
@@ -204,7 +206,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
     standing_out = outliers(residuals)
     write_touch(output, reader.sensor.type, fitted, scores, errors, span, reader.left_out, Specimen(serial, reader.values), standing_out)
     told = report(presses, scores, methods, wrench and wrench | errors, reader.left_out, output)
-    drawn = tell_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
+    drawn = report_residuals(residuals, standing_out, output, f'{reader.sensor.type}, {best}')
     return '\n'.join([*(stitched.lines() if stitched else []), told, *drawn])
 
 
@@ -222,15 +224,16 @@ def _span(values: np.ndarray) -> list[float]:
 
 
 def report(presses: Presses, scores: dict[str, Score], methods: dict, wrench: dict | None, left_out: list[str], output: Path) -> str:
-    """The fit in words."""
+    """The report of the fit."""
     lines = [f'{presses.touching.sum()} presses at {presses.places().max() + 1} places, {(~presses.touching).sum()} untouched frames',
-             'errors on presses at places held out, mean / 95 %:']
-    lines += [f'  {name}: place {s.place_mean * 1e3:.2f} / {s.place_95 * 1e3:.2f} mm, depth {s.depth_mean * 1e3:.2f} / '
+             'errors at held-out positions, mean / 95 %:']
+    lines += [f'  {name}: position {s.place_mean * 1e3:.2f} / {s.place_95 * 1e3:.2f} mm, depth {s.depth_mean * 1e3:.2f} / '
               f'{s.depth_95 * 1e3:.2f} mm, normalised squared error {s.squares:.2f}, missed {s.missed} of {s.presses}'
               for name, s in scores.items()]
     lines.append('chosen: ' + best_method({name: score.numbers() for name, score in scores.items()}, methods))
     if wrench:
-        lines.append(f'wrench at places held out, median: force {wrench["held_out_force"]:.1%}, moment {wrench["held_out_moment"]:.1%}; '
-                     f'axes told: {", ".join(axis for axis, told in zip(AXES, wrench["told"]) if told) or "none"}')
+        lines.append(f'wrench error at held-out positions, median: force {wrench["held_out_force"]:.1%}, moment '
+                     f'{wrench["held_out_moment"]:.1%}; '
+                     f'axes estimated: {", ".join(axis for axis, told in zip(AXES, wrench["told"]) if told) or "none"}')
     lines += [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

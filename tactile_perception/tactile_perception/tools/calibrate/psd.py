@@ -11,7 +11,7 @@ from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUTH, VOLTAGES, find_prefix
 from ...calibration.files.format import Specimen
 from ...calibration.files.psd import write_psd
-from ...calibration.residuals import Residuals, outliers, tell_residuals
+from ...calibration.residuals import Residuals, outliers, report_residuals
 from ...common.progress import Progress
 from ...errors import BadCalibration
 from ...nodes.messages import conversions as convert
@@ -32,13 +32,13 @@ def read_recording(bag: Path, namespace: str) -> Recording:
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
         if prefix + TRUTH not in reader.topics:
-            raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs to know where the finger was pressed')
+            raise BadCalibration(f'{bag}: no {prefix}{TRUTH}: calibration needs the positions of the presses')
         for raw in Progress(reader.messages({prefix + 'voltages', prefix + TRUTH}), f'messages of {bag.name}'):
             message = codec.decode(raw.data, raw.type_name)
             (blocks if raw.topic == prefix + 'voltages' else truths).append((convert.stamp_seconds(message.header), message))
     volts, times, period = _samples(blocks, bag)
     if not truths:
-        raise BadCalibration(f'{bag}: nothing on {prefix}{TRUTH}: calibration needs to know where the finger was pressed')
+        raise BadCalibration(f'{bag}: nothing on {prefix}{TRUTH}: calibration needs the positions of the presses')
     return _with_truth(volts, times, period, sorted(truths, key=lambda pair: pair[0]), bag.name)
 
 
@@ -75,34 +75,36 @@ def _told(contacts: list) -> tuple[float, ...]:
 
 
 def calibrate_psd(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
-    cannot determine the model."""
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine the model.
+    """
     values = read_parameters(params, 'psd_contact_node', PSD_PARAMETERS)
     presses = find_presses([read_recording(bag, namespace) for bag in bags], values['saturation'])
     fit = fit_finger(presses)
     residuals = held_out_residuals(fit)
     standing_out = outliers(residuals)
     write_psd(output, fit, presses.left_out, Specimen(serial, values), standing_out)
-    return '\n'.join([report(fit, presses.left_out, output), *tell_residuals(residuals, standing_out, output, 'PSD finger')])
+    return '\n'.join([report(fit, presses.left_out, output), *report_residuals(residuals, standing_out, output, 'PSD finger')])
 
 
 def held_out_residuals(fit: FingerFit) -> list[Residuals]:
-    """The map's error at each place left out of its fit, over the tilt of the normal."""
+    """Cross-validation errors of the map over the tilt of the normal."""
     tilt = np.degrees(log_map(fit.normal))
     return [Residuals('normal', 'degrees', np.degrees(fit.errors), tilt, ('tilt along x (degrees)', 'tilt along y (degrees)'), fit.when)]
 
 
 def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
-    """The fit in words."""
+    """The report of the fit."""
     def angle(errors: np.ndarray) -> str:
-        return f'{np.degrees(errors.mean()):.2f} mean, {np.degrees(errors.max()):.2f} largest (degrees)'
+        return f'{np.degrees(errors.mean()):.2f} degrees mean, {np.degrees(errors.max()):.2f} degrees largest'
     low, high = np.degrees(fit.span['theta'])
     lines = [f'{fit.places} places, {low:.0f} to {high:.0f} degrees from the pole']
     if fit.model.smooth is not None:
-        lines.append(f'error of the map at places left out of the fit: {angle(fit.errors)}')
+        lines.append(f'cross-validation error of the map: {angle(fit.errors)}')
     lines.append(f"error of the paper's offset and factor at the places that they were fitted to: {angle(fit.paper_errors)}")
     for name in ('force', 'depth'):
         if getattr(fit.model, name) is not None:
-            lines.append(f'{name} from light at segments left out: {fit.residuals[name + "_relative"]:.1%} median')
+            lines.append(f'{name}, cross-validation error over held-out segments: {fit.residuals[name + "_relative"]:.1%} median')
     lines += [f'note: {line}' for line in fit.notes] + [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])

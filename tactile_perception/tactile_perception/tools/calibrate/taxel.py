@@ -12,7 +12,7 @@ from ...bags.rosbag import BagReader
 from ...bags.stamped import TRUE_WRENCH, find_prefix
 from ...calibration.files.format import Specimen
 from ...calibration.files.taxel import write_taxels
-from ...calibration.residuals import Residuals, outliers, tell_residuals
+from ...calibration.residuals import Residuals, outliers, report_residuals
 from ...common.progress import Progress
 from ...errors import BadCalibration, BadFrame
 from ...nodes.messages import conversions as convert
@@ -58,7 +58,7 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
                 stretches.append(([values], force, f'{bag.name} at {stamp:.3f} s'))
                 last = force
     if not stretches:
-        raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must tell it (force.z below 0)')
+        raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must contain it (force.z < 0)')
     zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
     pictures = np.array([np.mean(values, axis=0, dtype=float) for values, _, _ in stretches]) - (0 if zero is None else zero)
     pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
@@ -71,7 +71,7 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace)
         if prefix + TRUE_WRENCH not in reader.topics:
-            raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs to know the normal force')
+            raise BadCalibration(f'{bag}: no {prefix}{TRUE_WRENCH}: calibration needs the normal force')
         for raw in Progress(reader.messages({prefix + 'image_raw', prefix + TRUE_WRENCH}), f'messages of {bag.name}'):
             message = codec.decode(raw.data, raw.type_name)
             stamp = convert.stamp_seconds(message.header)
@@ -103,8 +103,10 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None) ->
 
 
 def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
-    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
-    cannot determine the response."""
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine the response.
+    """
     values = read_parameters(params, 'taxel_contact_node', TAXEL_PARAMETERS)
     array = taxel_array(values)
     loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
@@ -119,7 +121,7 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     standing_out = outliers(held_out[:1])
     write_taxels(output, known, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
     shown = [*held_out, *_gains(response, array)]
-    return '\n'.join([report(loads, response, residuals, output), *tell_residuals(shown, standing_out, output, 'taxel array')])
+    return '\n'.join([report(loads, response, residuals, output), *report_residuals(shown, standing_out, output, 'taxel array')])
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
@@ -144,11 +146,11 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
 
 
 def report(loads: Loads, response: Response, residuals: dict, output: Path) -> str:
-    """The fit in words."""
+    """The report of the fit."""
     lines = [f'{len(loads.forces)} loads, {loads.forces.min():.3g} to {loads.forces.max():.3g} N',
-             'gain of each taxel: ' + ('from loads that all share' if response.gain is not None else 'not known, no load reached all of '
-                                       'them evenly; taken as equal'),
-             'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; the first frames tell them'),
-             f'normal force of loads held out: {residuals["held_out_force_mean"]:.1%} mean, '
-             f'{residuals["held_out_force_largest"]:.1%} largest error']
+             'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
+                                       'of them evenly; taken as equal'),
+             'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
+             f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
+             f'{residuals["held_out_force_largest"]:.1%} largest']
     return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

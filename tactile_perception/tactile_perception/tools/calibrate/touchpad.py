@@ -11,7 +11,7 @@ import numpy as np
 from ...bags.stamped import TRUTH, pairs_of
 from ...calibration.files.format import Specimen
 from ...calibration.files.touchpad import write_touchpad
-from ...calibration.residuals import outliers, tell_residuals
+from ...calibration.residuals import outliers, report_residuals
 from ...calibration.sphere_presses import Press, find_sphere_radius
 from ...calibration.touchpad import TouchpadCalibration, fit_touchpad, sphere_misfit
 from ...common.camera import CameraModel
@@ -82,15 +82,15 @@ def _evenly(items: list, most: int) -> list:
 
 
 def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str:
-    """The fit in words."""
+    """The report of the fit."""
     model = found.model
     shallow, deep = (1e3 * depth for depth in found.depth_range)
     lines = [
         f'{found.presses} presses, {found.dots} dots on a sphere of {found.sphere_radius * 1e3:.2f} mm radius',
         f'range residual: {found.residual_rms * 1e3:.3f} mm RMS, {found.residual_bias * 1e3:+.3f} mm mean; '
-        f'at places left out of the fit {found.held_out_rms * 1e3:.3f} mm RMS',
-        f'absorption over red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
-        f'depth of a dent good to {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
+        f'cross-validation {found.held_out_rms * 1e3:.3f} mm RMS',
+        f'absorption relative to red: blue {model.absorptions[0]:.2f}, green {model.absorptions[1]:.2f} 1/m',
+        f'standard deviation of the depth scale {model.scale_sigma:.1%}; calibrated for depths of {shallow:.2f} to {deep:.2f} mm',
     ]
     lines += [f'left out: {line}' for line in left_out + found.left_out]
     return '\n'.join([*lines, f'written: {output}'])
@@ -98,8 +98,10 @@ def report(found: TouchpadCalibration, left_out: list[str], output: Path) -> str
 
 def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '',
                        sphere_radius: float | None = None) -> str:
-    """Fit, write output and the picture beside it, and tell how it went; serial: of the device. Raises TactileError for recordings that
-    cannot determine the model."""
+    """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
+
+    Raises TactileError for recordings that cannot determine the model.
+    """
     values = read_parameters(params, 'dot_tracker_node', DOT_PARAMETERS)
     reader = PressReader(values, namespace)
     presses = chosen([press for bag in bags for press in reader.read(bag)])
@@ -107,11 +109,11 @@ def calibrate_touchpad(bags: list[Path], params: Path, output: Path, namespace: 
         raise BadCalibration('no camera_info in the recordings; record it beside image_raw')
     cap = reader.sensor.cap
     if sphere_radius is None:
-        print('fitting the radius of the sphere; --sphere-radius saves the time', file=sys.stderr, flush=True)
+        print('fitting the radius of the sphere; with --sphere-radius this is not needed', file=sys.stderr, flush=True)
         few = chosen(presses, most=_RADIUS_PRESSES)
         sphere_radius = find_sphere_radius(lambda radius: sphere_misfit(few, reader.camera, radius, cap))
     found = fit_touchpad(presses, reader.camera, sphere_radius, cap)
     height, width = presses[0].image.shape[:2]
     write_touchpad(output, found, (width, height), Specimen(serial, values))
-    told = tell_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
+    told = report_residuals(found.held_out, outliers(found.held_out), output, 'touchpad')
     return '\n'.join([report(found, reader.left_out, output), *told])

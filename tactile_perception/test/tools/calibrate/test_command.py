@@ -74,7 +74,7 @@ def test_the_report_gives_the_numbers_and_where_they_are(calibrated):
     path, said = calibrated
     assert 'presses' in said and 'range residual' in said and f'written: {path}' in said
     picture = path.with_name('pad_residuals.png')
-    assert f'errors over the sensor: {picture}' in said and picture.stat().st_size > 10_000
+    assert f'plot of the errors: {picture}' in said and picture.stat().st_size > 10_000
 
 
 def only(source, target, topics, keep):

@@ -27,8 +27,8 @@ def test_enough_is_enough():
 
 
 @pytest.mark.parametrize('places, reason', [
-    ([(0, 0, 0), *GRID[:4]], '4 presses at 2 places; at least 3 places are needed'),
-    ([(0, 0, 0), *[(x, y, 0.003) for x, y, _ in GRID]], 'all presses are 3.00 to 3.00 mm deep: one depth alone'),
+    ([(0, 0, 0), *GRID[:4]], '4 presses at 2 positions; at least 3'),
+    ([(0, 0, 0), *[(x, y, 0.003) for x, y, _ in GRID]], 'all presses are 3.00 to 3.00 mm deep: one depth'),
     (GRID, 'no untouched frame')])
 def test_too_little_is_refused_with_what_to_add(places, reason):
     with pytest.raises(BadCalibration, match=reason):

@@ -59,7 +59,7 @@ def test_a_model_is_fitted_and_told(bags, calibrated, capsys):
     words = [str(bags / 'calibration'), '--params', str(bags / 'calibration.yaml'), '--output', str(bags / 'again.yaml')]
     assert calibrate.main(words) == 0
     told = capsys.readouterr().out
-    assert '107 places, 0 to 70 degrees' in told and 'left out of the fit' in told and 'force from light' in told
+    assert '107 places, 0 to 70 degrees' in told and 'cross-validation error of the map' in told and 'force, cross-validation' in told
 
 
 def test_contacts_come_under_the_stamps_of_their_samples(bags, calibrated, tmp_path):

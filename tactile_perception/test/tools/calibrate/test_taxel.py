@@ -33,7 +33,7 @@ def test_errors_are_told_by_force_and_where_loads_differ_in_place_over_the_pad()
     loads = Loads(changes, forces, None, [], [f'bag at {k} s' for k in range(6)])
     found, = held_out_residuals(loads, array, errors)
     assert found.value == pytest.approx(100 * errors) and found.place[:, 0] == pytest.approx(forces)
-    assert outliers([found]) == ['bag at 5 s: force 50 % off, 1.5 % is usual']
+    assert outliers([found]) == ['bag at 5 s: force error 50 %, the median is 1.5 %']
     changes[0] = np.roll(changes[0], 2, axis=1)
     _, over = held_out_residuals(loads, array, errors)
     assert over.place[0] == pytest.approx([2.0, 0.0]) and over.place[1] == pytest.approx([0.0, 0.0])
