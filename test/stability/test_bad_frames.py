@@ -24,7 +24,7 @@ BAD = {
     'white': (lambda pad: like(pad, 255), 'frame is white'),
     'constant': (lambda pad: like(pad, 90), 'frame is constant'),
     'dark and noisy': (lambda pad: RNG.integers(0, 9, pad.rest[0].shape, np.uint8), 'no dark dots|dots found'),
-    'noise': (lambda pad: RNG.integers(0, 256, pad.rest[0].shape, np.uint8), 'no dark dots|dots found|not numbered'),
+    'noise': (lambda pad: RNG.integers(0, 256, pad.rest[0].shape, np.uint8), 'no dark dots|dots found|not indexed'),
     'no dots': (lambda pad: cv2.GaussianBlur(pad.rest[0], (0, 0), 25), 'dots found|no dark dots'),
     'too small': (lambda pad: pad.rest[0][:20, :20].copy(), 'changed its shape|too small'),
     'cut': (lambda pad: pad.rest[0][:400].copy(), 'changed its shape'),
@@ -36,7 +36,7 @@ BAD = {
     '16 bit': (lambda pad: pad.rest[0].astype(np.uint16), 'uint8'),
     'empty': (lambda pad: np.zeros((0, 0, 3), np.uint8), 'empty'),
     'nothing': (lambda pad: None, 'empty'),
-    'a part of the pattern': (lambda pad: cv2.resize(pad.rest[0][150:330, 200:440], (WIDTH, HEIGHT)), 'not numbered'),
+    'a part of the pattern': (lambda pad: cv2.resize(pad.rest[0][150:330, 200:440], (WIDTH, HEIGHT)), 'not indexed'),
 }
 
 
@@ -116,7 +116,7 @@ def test_half_of_the_dots_gone(pad, running, side):
     try:
         tracks, result = chain(half)
     except BadFrame as error:
-        assert 'not numbered' in str(error)
+        assert 'not indexed' in str(error)
     else:
         true = pad.scene.render(0.3).truth.dot_uv[tracks.id]
         assert 200 < len(tracks) < 320 and np.linalg.norm(tracks.uv - true, axis=1).max() < 2
@@ -155,13 +155,13 @@ def test_half_of_the_dots_gone_here_and_there(pad, running):
         tracks, _ = running(without(pad, pad.rest[3], true[gone]))
         assert np.linalg.norm(tracks.uv - true[tracks.id], axis=1).max() < 3
     except BadFrame as error:
-        assert 'not numbered' in str(error)
+        assert 'not indexed' in str(error)
     assert touch_free(running(pad.rest[4])[1])
 
 
 def test_another_pattern_than_configured(pad):
     for rows, columns in ((15, 15), (23, 21), (30, 30)):
-        with pytest.raises(BadFrame, match='not numbered'):
+        with pytest.raises(BadFrame, match='not indexed'):
             pad.chain(rows=rows, columns=columns)(pad.rest[0])
 
 

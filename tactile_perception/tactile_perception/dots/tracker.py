@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From images to numbered dots with displacements: the stages detect, number or link, and reference, composed."""
+"""Tracking of dots: detect, index (or link), and displacements from a reference, composed."""
 from __future__ import annotations
 
 import numpy as np
@@ -17,11 +17,10 @@ from tactile_perception.errors import BadArgument, BadFrame
 class DotTracker:
     """Dots of one camera, frame by frame.
 
-    rows, columns: of the printed grid; both 0 for a pattern that is no grid. polarity: of the dots, 'dark' or 'bright'; detection,
-    numbering: names in the tables of methods (detect.py, numbering.py; a grid's method means tracks where there is no grid); detector:
-    anything with detect(image) -> Dots, in place of the named one; reference: of untouched places, Reference() if not given; pattern:
-    (K, 2) px, places whose order numbers a pattern that is registered, the first frame's dots if not given. Raises BadArgument for names
-    and sizes that there are not.
+    rows, columns: of the printed grid, both 0 for another pattern; polarity: 'dark' or 'bright' dots; detection, numbering: names in
+    detect.methods.METHODS and index.methods.METHODS or WITHOUT_GRID (without a grid, the name of a grid method means tracks); detector:
+    with detect(image) -> Dots, replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to
+    register, by default the first frame's dots. Raises BadArgument for unknown names and bad sizes.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
@@ -39,7 +38,7 @@ class DotTracker:
         self._size: tuple | None = None
 
     def _numbering(self, name: str, pattern: np.ndarray | None):
-        """What numbers a grid, or another pattern; None for the other of the two."""
+        """(function that indexes a grid, linker of another pattern); one of them is None."""
         if self.rows:
             return numbering_method(name), None
         if name not in WITHOUT_GRID:
@@ -47,14 +46,14 @@ class DotTracker:
         return None, WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
 
     def set_reference(self) -> None:
-        """The next frame is the new untouched state."""
+        """Take the next frame as the untouched reference."""
         self.reference.restart()
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
-        """Numbered dots of an image, uint8 (H, W) or (H, W, 3) BGR, taken at stamp_s; dots without a certain number are left out.
+        """Indexed dots of an image, uint8 (H, W) or (H, W, 3) BGR, taken at stamp_s, s; dots without a certain index are left out.
 
-        touched: whether something touches, if a later stage knows. Raises BadFrame for an image or a stamp that cannot be used, and
-        when no dot can be numbered for certain; the next good frame is processed as if the bad one had not been.
+        touched: whether something touches, if a later stage knows. Raises BadFrame for a bad image or stamp, and when no dot can be
+        indexed for certain; a bad frame leaves the tracker as it was.
         """
         self._check(image, stamp_s)
         dots, id = self.find(image, stamp_s)
@@ -65,34 +64,33 @@ class DotTracker:
         return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
 
     def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
-        """Dots of a checked image and their numbers (N,), -1 for none; at first where they are expected after the last frame. See
-        process."""
+        """Dots of a checked image and their indices (N,), -1 for none; searched near the predicted positions first. See process."""
         found = None if self._warm is None else self._warm.refind(image)
         if found is not None:
             self._previous = Numbered(found[0].uv, found[1], self._previous.pitch)
             return found
         dots = self._detector.detect(image)
         if not len(dots):
-            raise BadFrame('no dots found: is the light on, the polarity right, the view free?')
+            raise BadFrame('no dots found: check light, the parameter polarity and the view')
         return dots, self._number(dots, stamp_s, image.shape[1::-1])
 
     def _check(self, image: np.ndarray, stamp_s: float) -> None:
         if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim not in (2, 3) or not image.size:
-            raise BadFrame('the image is empty or not an array of uint8 with two or three dimensions')
+            raise BadFrame('the image must be a non-empty uint8 array with two or three dimensions')
         if self._size is not None and image.shape != self._size:
-            raise BadFrame(f'the image changed its shape from {self._size} to {image.shape}; start a new tracker if that is meant')
+            raise BadFrame(f'the image changed its shape from {self._size} to {image.shape}; start a new tracker for another size')
         if not self._stamp_s < stamp_s < np.inf:
-            raise BadFrame(f'stamp {stamp_s} s does not come after the last one, {self._stamp_s} s: repeated, going back, or not a number')
+            raise BadFrame(f'stamp {stamp_s} s is not finite or not later than the last one, {self._stamp_s} s')
 
     def _number(self, dots: Dots, stamp_s: float, size: tuple) -> np.ndarray:
         if not self.rows:
             id = self._linker.update(dots.uv, stamp_s)
             if not (id >= 0).any():
-                raise BadFrame('dots not numbered: too few are where the pattern has them')
+                raise BadFrame('dots not indexed: too few match the pattern')
             return id
         numbers = self._number_grid(dots.uv, self.rows, self.columns, self._previous, size)
         if not numbers.certain:
-            raise BadFrame(f'dots not numbered: {numbers.reason}')
+            raise BadFrame(f'dots not indexed: {numbers.reason}')
         seen = numbers.id >= 0
         self._previous = Numbered(dots.uv[seen], numbers.id[seen], numbers.pitch)
         if self._warm is not None:

@@ -12,7 +12,7 @@ from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..dots.detect.methods import DotDetector
 from ..dots.index.methods import REGISTER
-from ..dots.reference.calibrated_rest import KnownRest
+from ..dots.reference.calibrated_rest import CalibratedRest
 from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
 from ..touchpad.optics.absorption import WaterModel
@@ -23,7 +23,7 @@ from ..touchpad.sensor import Touchpad
 def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
     """The tracker for values (of DOT_PARAMETERS); pattern: (K, 2) px, untouched image positions that number the dots of a pattern without a
     grid; rest: (K, 2) px, calibrated untouched positions, with which a touch in the first frame is detected."""
-    known = None if rest is None else KnownRest(rest)
+    known = None if rest is None else CalibratedRest(rest)
     reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
     numbering = values['numbering'] if pattern is None else REGISTER
     return DotTracker(sensor.rows, sensor.columns, values['polarity'], values['detection'], numbering, reference=reference, pattern=pattern)

@@ -14,7 +14,7 @@ from ..common.dots import DotTracks
 from ..common.estimates import ContactEstimate, ContactRegionEstimate
 from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
-from ..dots.reference.calibrated_rest import KnownRest
+from ..dots.reference.calibrated_rest import CalibratedRest
 from ..errors import BadFrame
 from ..markers.methods import make_method
 from ..markers.touches.region import region_of
@@ -53,7 +53,7 @@ class TouchStage:
         self._method = make_method(name, calibration.fitted(name), sensor)
         self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
         count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
-        known = None if calibration.rest is None else KnownRest(calibration.rest)
+        known = None if calibration.rest is None else CalibratedRest(calibration.rest)
         self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))
         self._tracker = TouchTracker(values['filter'])
 
@@ -91,7 +91,7 @@ class TouchStage:
                                found.flags, _NO_DOTS)
 
 
-def _checked(make_view: Callable[[np.ndarray], MarkerView], known: KnownRest, uv: np.ndarray) -> MarkerView:
+def _checked(make_view: Callable[[np.ndarray], MarkerView], known: CalibratedRest, uv: np.ndarray) -> MarkerView:
     """The view from untouched markers at uv. Raises BadFrame for markers that do not match the calibrated reference."""
     reason = known.judge(np.arange(len(uv)), uv).reason
     if reason:

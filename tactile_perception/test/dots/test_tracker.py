@@ -82,7 +82,7 @@ def test_another_pattern_and_no_dots_then_recovery():
     with pytest.raises(BadFrame, match='no dots'):
         tracker.process(IMAGE, 0.1)
     detector.uv = np.full((50, 2), np.nan)
-    with pytest.raises(BadFrame, match='not numbered'):
+    with pytest.raises(BadFrame, match='not indexed'):
         tracker.process(IMAGE, 0.2)
     detector.uv = grid()
     assert len(tracker.process(IMAGE, 0.3)) == 108
@@ -155,7 +155,7 @@ def test_a_pattern_that_is_no_grid_is_registered_by_name():
     tracker = DotTracker(0, 0, detector=detector, numbering='register', pattern=uv)
     np.testing.assert_array_equal(tracker.process(IMAGE, 0.0).id, order)
     detector.uv = uv[:40]
-    with pytest.raises(BadFrame, match='where the pattern has them'):
+    with pytest.raises(BadFrame, match='match the pattern'):
         tracker.process(IMAGE, 0.1)
     detector.uv = uv
     tracks = tracker.process(IMAGE, 0.2)

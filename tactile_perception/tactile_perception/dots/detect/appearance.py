@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What dots look like in an image, measured from that image alone: colour channel, size, contrast, blur and noise."""
+"""Appearance of dots, measured in one image: colour channel, size, contrast, blur and noise."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,19 +12,18 @@ from .dot_profile import blurred_disc
 from ...errors import BadFrame
 
 CHANNELS = ('blue', 'green', 'red', 'grey')
-_BLOCKS = (15, 31, 61, 121)  # sides of the squares that local ground is taken over, px
-_LEVELS = (0.25, 0.5)  # of the strongest contrast
-_LARGEST_FITTED = 14.0  # px: larger dots are looked at in a smaller image
-_MOST = 60  # dots that blur is measured on
-_PER_PIXEL = 24  # samples of a profile a pixel
-_FEWEST = 4  # dots; fewer cannot be told from dirt
+_BLOCKS = (15, 31, 61, 121)  # px, candidate sides of the box of the local mean. Chosen: in octaves, for dots of 4 to 60 px
+_LEVELS = (0.25, 0.5)  # candidate thresholds, parts of the strongest contrast. Chosen
+_LARGEST_FITTED = 14.0  # px: larger dots are measured in a reduced image, which bounds the time. Chosen
+_MOST = 60  # dots used for the blur: bounds the time. Chosen
+_PER_PIXEL = 24  # samples of a profile per pixel. Chosen
+_FEWEST = 4  # dots; fewer cannot be distinguished from dirt. Chosen
 
 
 @dataclass(frozen=True)
 class Look:
-    """Measured from a frame. channel: a name in CHANNELS; step: every so many pixels are averaged into one before all else;
-    smallest, typical, largest: diameters, blur: standard deviation, all in pixels so averaged; contrast: dot minus ground, ground and
-    noise: grey levels.
+    """Appearance of dots in a frame. channel: a name in CHANNELS; step: factor by which the image is reduced; smallest, typical, largest:
+    diameters, and blur: standard deviation, px of the reduced image; contrast: dot minus ground, ground and noise: grey levels.
     """
 
     channel: str
@@ -40,7 +39,7 @@ class Look:
 
 @dataclass
 class _Blobs:
-    """Roundish spots of like size: centre (N, 2), diameter (N,), score: how much they look like printed dots."""
+    """Round regions of similar size: centre (N, 2) px, diameter (N,) px, contrast: grey levels, score: likeness to printed dots."""
 
     centre: np.ndarray
     diameter: np.ndarray
@@ -49,7 +48,7 @@ class _Blobs:
 
 
 def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
-    """(H, W) uint8: one channel of a BGR image, or its grey mean; a grey image passes as it is."""
+    """(H, W) uint8: one channel of a BGR image, or its grey mean; grey images are returned unchanged."""
     if image.ndim == 2:
         return image
     if channel == 'grey':
@@ -63,10 +62,9 @@ def shrink(grey: np.ndarray, step: int) -> np.ndarray:
 
 
 def measure_look(image: np.ndarray, sign: int) -> Look:
-    """Find the channel in which dots stand out most, their sizes, contrast and blur.
+    """Measure the channel with the most salient dots, their sizes, contrast and blur.
 
-    image: (H, W) or (H, W, 3) uint8; sign: 1 for dots brighter than their ground, -1 for darker. Raises BadFrame where no four like dots
-    stand out.
+    image: (H, W) or (H, W, 3) uint8; sign: 1 for bright dots, -1 for dark ones. Raises BadFrame with fewer than four similar dots.
     """
     best = None
     for channel in CHANNELS if image.ndim == 3 else CHANNELS[-1:]:
@@ -76,12 +74,12 @@ def measure_look(image: np.ndarray, sign: int) -> Look:
         if blobs is not None and (best is None or blobs.score / noise > best[0]):
             best = blobs.score / noise, channel, grey, noise, blobs
     if best is None:
-        raise BadFrame(f'no {"bright" if sign > 0 else "dark"} dots stand out in the frame: check light, focus and the parameter polarity')
+        raise BadFrame(f'no {"bright" if sign > 0 else "dark"} dots found in the frame: check light, focus and the parameter polarity')
     return _describe(*best[1:], sign)
 
 
 def _noise(grey):
-    """Standard deviation of pixel noise, by the median size of second differences; at least that of rounding."""
+    """Standard deviation of pixel noise from the median absolute second difference; at least that of rounding."""
     g = grey.astype(np.int16)
     second = g[1:-1:2, 1:-1:2] * 4 - 2 * (g[:-2:2, 1:-1:2] + g[2::2, 1:-1:2] + g[1:-1:2, :-2:2] + g[1:-1:2, 2::2])
     second += g[:-2:2, :-2:2] + g[:-2:2, 2::2] + g[2::2, :-2:2] + g[2::2, 2::2]
@@ -104,7 +102,7 @@ def _find_blobs(grey, sign, noise):
 
 
 def _roundish(above, threshold):
-    """Connected spots above the threshold that are round, whole and of like size, or None."""
+    """Regions above the threshold that are round, inside the image and of similar size, or None."""
     _, _, stats, centre = cv2.connectedComponentsWithStats((above > threshold).astype(np.uint8), connectivity=4)
     left, top, wide, high, area = stats[1:].T
     inside = (left > 0) & (top > 0) & (left + wide < above.shape[1]) & (top + high < above.shape[0])
@@ -134,7 +132,7 @@ def _describe(channel, grey, noise, blobs, sign):
 
 
 def _ground_level(grey, centre, away):
-    """Median grey level this far (px) from the dots, slantwise, where a lattice has no dots."""
+    """Median grey level at this distance, px, diagonally from the dots, where a lattice has none."""
     away *= np.sqrt(0.5)
     row = np.clip(np.rint(centre[:, 1] + away).astype(int), 0, grey.shape[0] - 1)
     column = np.clip(np.rint(centre[:, 0] + away).astype(int), 0, grey.shape[1] - 1)
@@ -142,14 +140,14 @@ def _ground_level(grey, centre, away):
 
 
 def _fit_blur(grey, centre, rough, noise):
-    """Blur that all dots share, their diameters and median contrast: the least residual over a grid, discs about the grey-weighted
-    centres; first over a coarse one about rough centres."""
+    """Common blur, diameters and median contrast by grid search: coarse about the regions' centroids, then fine about grey-weighted
+    ones."""
     half = int(np.ceil(np.percentile(rough, 90) / 2 + 3))
     at = np.rint(centre).astype(int)
     inside = ((at >= half) & (at < np.array(grey.shape[::-1]) - half)).all(1)
     chosen = np.flatnonzero(inside)[:: max(1, int(inside.sum() / _MOST))]
     if len(chosen) < _FEWEST:
-        raise BadFrame('the dots lie too near to the border of the frame to measure them: check the camera\'s aim')
+        raise BadFrame('the dots are too near to the border of the frame: check the camera\'s aim')
     reach = np.arange(-half, half + 1)
     patches = grey[at[chosen, 1, None, None] + reach[:, None], at[chosen, 0, None, None] + reach].astype(float)
     x, y = np.meshgrid(reach, reach)
@@ -165,12 +163,12 @@ def _fit_blur(grey, centre, rough, noise):
 
 
 def _distances(x, y, offset):
-    """(N, H, W) px of the pixels at x, y (H, W) from places (N, 2)."""
+    """(N, H, W) px, distances of pixels at x, y (H, W) from positions (N, 2)."""
     return np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
 
 
 class _Discs:
-    """Images of discs about a diameter (px), by their profiles out to a radius (px), over a grid of blurs and diameters."""
+    """Profiles of blurred discs over a grid of blurs and diameters; about: px, central diameter; outermost: px, radius."""
 
     def __init__(self, about: float, outermost: float):
         self.blurs = np.array([0.2, 0.35, 0.5, 0.7, 0.9, 1.1, 1.35, 1.6, 2.0, 2.5, 3.2])
@@ -180,7 +178,7 @@ class _Discs:
         self._profiles: dict[tuple[int, int], np.ndarray] = {}
 
     def images(self, blur: int, chosen: range, radius: np.ndarray):
-        """For each of the chosen diameters the brightness at these distances (any shape, px) from the centre, at blur number `blur`."""
+        """For each chosen diameter, the brightness at distances radius (any shape, px) from the centre; blur: index of the blur."""
         index = np.minimum(np.rint(radius * _PER_PIXEL), self._last).astype(np.int32)
         return (self._profile(blur, k).take(index) for k in chosen)
 
@@ -191,8 +189,8 @@ class _Discs:
 
 
 def _scan(patches, radius, rough, discs, blurs, part):
-    """(blur, diameters (N,), contrasts (N,)) of least residual over a grid, contrast and ground free for each dot; blurs: their numbers;
-    part: of the diameters, a slice."""
+    """(blur, diameters (N,), contrasts (N,)) with the least residual; contrast and ground are free for each dot. blurs: indices; part:
+    slice of the diameters."""
     diameters = np.arange(len(discs.diameters))[part]
     totals, found, each = [], [], np.arange(len(rough))
     window = (radius < (rough / 2 + 2.5)[:, None, None]).reshape(len(rough), -1)
@@ -209,7 +207,7 @@ def _scan(patches, radius, rough, discs, blurs, part):
 
 
 class _Windowed:
-    """Patches (N, P) within windows (N, P) bool."""
+    """Least squares of patches (N, P) within windows (N, P) bool."""
 
     def __init__(self, patches, window):
         self._window, self._count = window.astype(np.float32), window.sum(1)
@@ -218,7 +216,7 @@ class _Windowed:
         self._square = np.einsum('ij,ij->i', self._rest, self._rest, dtype=float)
 
     def residual(self, image):
-        """(N,) mean squares that are left by images (N, P) of free contrast on free ground, and (N,) the contrasts."""
+        """Mean squared residuals (N,) of a fit of image (N, P) with free contrast and ground, and the contrasts (N,)."""
         mean = np.einsum('ij,ij->i', image, self._window) / self._count
         square = np.maximum(np.einsum('ij,ij,ij->i', image, image, self._window) - self._count * mean**2, 1e-9)
         product = np.einsum('ij,ij->i', image, self._rest)
@@ -226,7 +224,7 @@ class _Windowed:
 
 
 def _vertex(grid, values, k):
-    """Place of the least value by a parabola through the least and its neighbours."""
+    """Position of the minimum by a parabola through the least value and its neighbours."""
     if k == 0 or k == len(grid) - 1:
         return float(grid[k])
     a, b, _ = np.polyfit(grid[k - 1:k + 2], values[k - 1:k + 2], 2)
@@ -234,7 +232,7 @@ def _vertex(grid, values, k):
 
 
 def _recentre(patches, offset, x, y, diameter):
-    """Grey-weighted centres over discs a little larger than the dots."""
+    """Grey-weighted centroids over discs a little larger than the dots."""
     near = np.hypot(x - offset[:, 0, None, None], y - offset[:, 1, None, None])
     ring = (near > diameter.max() / 2 + 1.0) & (near < diameter.max() / 2 + 2.5)
     ground = (patches * ring).sum((1, 2)) / ring.sum((1, 2))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The detector that fits what the image shows: whole markers are placed most exactly by those made for them, worn ones as discs."""
+"""Automatic choice of the detector: likelihood or blobs for intact markers, discs for worn ones."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,15 +13,15 @@ from ...errors import BadFrame
 from .likelihood import LikelihoodDetector
 
 _EXACT = (LikelihoodDetector, BlobDetector)  # in order of accuracy
-_ALL = 0.95  # of the discs that a detector has to find, and of what it finds that has to be discs
-_NEAR = 0.35  # of a disc's diameter: two places of the same
-_LOST_SHARE, _MORE = 0.6, 1.3  # of the dots seen when the choice was made: with fewer, or with more (pieces of them), it is made anew
+_ALL = 0.95  # least recall and precision of a detector, against the discs. Chosen
+_NEAR = 0.35  # diameters within which two positions are one marker. Chosen
+_LOST_SHARE, _MORE = 0.6, 1.3  # of the dots when the choice was made; with fewer, or more (fragments), it is made anew. Chosen
 
 
 class AutoDetector:
-    """The first of likelihood and blobs that sees what discs sees, else discs.
+    """The first of likelihood and blobs that agrees with discs, else discs.
 
-    It is chosen in the first frame, and again when there are fewer dots, or many more. sign: 1 for bright dots, -1 for dark ones.
+    Chosen in the first frame, and again when the number of dots changes much. sign: 1 for bright dots, -1 for dark ones.
     """
 
     def __init__(self, sign: int):
@@ -30,11 +30,11 @@ class AutoDetector:
 
     @property
     def chosen(self) -> str:
-        """Name of the class chosen, '' before the first frame."""
+        """Name of the chosen class, '' before the first frame."""
         return '' if self._chosen is None else type(self._chosen).__name__
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image. Raises BadFrame where no method sees any."""
+        """Dots of one checked uint8 image. Raises BadFrame where no method finds any."""
         dots = None if self._chosen is None else _tried(self._chosen, image)
         if dots is None or not _LOST_SHARE * self._count <= len(dots) <= _MORE * self._count:
             dots = self._choose(image)
@@ -47,11 +47,11 @@ class AutoDetector:
         for kind in _EXACT:
             detector = kind(self._sign)
             dots = _tried(detector, image)
-            if dots is not None and (seen is None or _same(dots, seen)):
+            if dots is not None and (seen is None or _agree(dots, seen)):
                 self._chosen = detector
                 return dots
         if seen is None:
-            raise BadFrame('no method sees dots in the frame: check light, focus and the parameter polarity')
+            raise BadFrame('no method finds dots in the frame: check light, focus and the parameter polarity')
         self._chosen = discs
         return seen
 
@@ -63,8 +63,8 @@ def _tried(detector, image) -> Dots | None:
         return None
 
 
-def _same(dots: Dots, discs: Dots) -> bool:
-    """Whether dots are nearly all of the discs, and nearly no others; dots too small to be discs may be more."""
+def _agree(dots: Dots, discs: Dots) -> bool:
+    """Whether dots match discs with recall and precision of at least _ALL."""
     if not len(dots):
         return False
     reach = _NEAR * 2 * np.sqrt(np.median(discs.area) / np.pi)

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Large bright markers: where they are (regions of a small image above the mean around them, touching ones told apart), and their
-sub-pixel place, size and shape in square patches, all at once."""
+"""Regions of large bright markers in a reduced image, and their subpixel position, size and shape by grey-weighted moments."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,16 +12,16 @@ from numpy.lib.stride_tricks import as_strided
 
 from ...common.statistics import upper_median
 
-_LEAST, _MOST = 0.2, 5.0  # of the typical area: what is smaller or larger is no marker
-_SPECK = 2  # px of the small image: regions up to this do not count for what is typical
-_NECK = 0.72  # of a region's largest distance to its border: where it is narrower, it is cut in two
+_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker. Chosen
+_SPECK = 2  # px of the small image, largest region that the median area ignores. Chosen
+_NECK = 0.72  # of a region's largest distance to its border: narrower parts are necks between overlapping markers. Chosen
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
 @dataclass
 class Regions:
-    """Regions of a small image, none cut by its border: box (N, 4) left, top, width, height; centre (N, 2); area (N,) px of the small
-    image; label (N,), and labels (H, W) uint8 or uint16, grown by a pixel: 0 ground."""
+    """Regions inside a small image, px of it. box: (N, 4) left, top, width, height; centre: (N, 2); area: (N,); label: (N,); labels: (H, W)
+    uint8 or uint16, regions dilated by a pixel, 0 ground."""
 
     box: np.ndarray
     centre: np.ndarray
@@ -35,7 +34,7 @@ class Regions:
 
 
 def find_regions(mask: np.ndarray) -> Regions:
-    """Regions of markers' size in a mask, (H, W) uint8."""
+    """Regions of a marker's size in a mask (H, W) uint8."""
     _, labels, stats, centre = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_16U)
     labels = labels.astype(np.uint8) if len(stats) < 256 else labels
     stats, centre = stats[1:], centre[1:]
@@ -44,19 +43,19 @@ def find_regions(mask: np.ndarray) -> Regions:
     left, top, right, bottom = *stats[:, :2].T, *(stats[:, :2] + stats[:, 2:4]).T
     whole = (left > 0) & (top > 0) & (right < width) & (bottom < height)
     kept = np.flatnonzero(whole & (stats[:, 4] > _LEAST * typical) & (stats[:, 4] < _MOST * typical))
-    return Regions(stats[kept, :4], centre[kept], stats[kept, 4], kept + 1, _grown(labels))
+    return Regions(stats[kept, :4], centre[kept], stats[kept, 4], kept + 1, _dilated(labels))
 
 
-def _grown(labels):
-    """Labels with a pixel more all around each region, but where two would meet."""
+def _dilated(labels):
+    """Labels with each region dilated by a pixel, except where two would meet."""
     one = labels.dtype.type(1)
     highest = cv2.dilate(labels, _SQUARE)
-    lowest = cv2.erode(labels - one, _SQUARE)  # the ground's 0 is the highest then
+    lowest = cv2.erode(labels - one, _SQUARE)  # the ground's 0 wraps round to the highest value
     return highest * (highest - one == lowest)
 
 
 def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
-    """Take pixels out of a mask, in place, that join parts of the region in box (left, top, width, height); whether there were any."""
+    """Clear the necks of the region in box (left, top, width, height) of a mask, in place; returns whether there were any."""
     left, top, width, height = box
     at = np.s_[top: top + height, left: left + width]
     region = cv2.copyMakeBorder(mask[at], 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
@@ -69,7 +68,7 @@ def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
     nearest[nearest == 0] = 255
     low = cv2.erode(nearest, _SQUARE) < nearest
     nearest[nearest == 255] = 0
-    cut = low | (cv2.dilate(nearest, _SQUARE) > nearest)  # on both sides, which growing by a pixel makes good
+    cut = low | (cv2.dilate(nearest, _SQUARE) > nearest)  # on both sides; the dilation by a pixel restores it
     mask[at][(cut & (nearest > 0))[1:-1, 1:-1]] = 0
     return True
 
@@ -79,31 +78,31 @@ def _typical(area: np.ndarray) -> float:
     return upper_median(some) if len(some) else 0.0
 
 
-LOW, HIGH = 0.2, 0.8  # of the way from ground to plateau: where a pixel begins to count, and counts whole
-_TURN = 0.8416  # standard deviations of the blur at which an edge is HIGH
-_WIDTH = 0.2673  # sum of w (1 - w) over a straight edge, per standard deviation of its blur
-_EDGE = _TURN / (HIGH - LOW)  # px an edge shifts per relative change of its marker's brightness and px of blur
-_EDGE_BLUR = 1.247  # what blur takes off that where the light slopes
-_CAP = 1.7  # what is brighter in the small image, in ramp units (the plateau is at 1.33), is glare
-_MODEL = 0.003  # px: what shapes and light that are not modelled leave of a place
-_MODEL_OF_SHIFT = 0.1  # of what is taken off a place for light that slopes, it is as uncertain
-_MODEL_OF_SHAPE = 0.7  # of the radius, times what the shape lacks to an ellipse
-_FEWEST = 20  # px of plateau: fewer tell no slope
-_STEEPEST = 0.05  # slope of the plateau a pixel, of the brightness
-_TO_PLATEAU, _HALF_PIXEL = 2.0, 0.65  # blurs from the edge inwards; and px, by which the small image's pixels reach out further
-_OTHER = 0.25  # of the amplitude: what differs more from the ground is not ground
-_SOFT = 0.9  # what a soft edge takes off the solidity, per square of blur over radius
+LOW, HIGH = 0.2, 0.8  # of the way from ground to plateau, between which a pixel's weight rises from 0 to 1. Chosen
+_TURN = 0.8416  # standard deviations of the blur at which an edge reaches HIGH. Derived: normal quantile of HIGH
+_WIDTH = 0.2673  # sum of w (1 - w) across a straight edge of weights w, per px of blur. Derived for a Gaussian edge
+_EDGE = _TURN / (HIGH - LOW)  # px shift of an edge per relative change of brightness and px of blur. Derived
+_EDGE_BLUR = 1.247  # reduction of that shift by blur, on sloping light. Derived for a Gaussian edge
+_CAP = 1.7  # ramp units (the plateau is at 1.33), above which a pixel of the small image is glare. Chosen
+_MODEL = 0.003  # px, error of a position by shapes and light that are not modelled. Chosen
+_MODEL_OF_SHIFT = 0.1  # relative uncertainty of the correction for sloping light. Chosen
+_MODEL_OF_SHAPE = 0.7  # radii of uncertainty per unit of missing solidity. Chosen
+_FEWEST = 20  # px of plateau, for its slope. Chosen
+_STEEPEST = 0.05  # per px, bound of the plateau's relative slope. Chosen
+_TO_PLATEAU, _HALF_PIXEL = 2.0, 0.65  # blurs from edge to plateau, and px for the pixels of the small image. Chosen
+_OTHER = 0.25  # of the amplitude, deviation from the ground level that excludes a sample. Chosen
+_SOFT = 0.9  # loss of solidity by a soft edge, per square of blur over radius. Chosen
 _RING = np.stack([np.cos(np.arange(12) * np.pi / 6), np.sin(np.arange(12) * np.pi / 6)], axis=1) / 2
 _SCALE = np.vstack([_RING, np.array([(a, b) for a in range(-2, 3) for b in range(-2, 3) if abs(a) + abs(b) <= 3]) * 0.11]).T
-# where levels are looked at, from a region's centre, of its width and height: on the ground around it, then inside
-_OUTSIDE = 3.5  # px from a region's border to where its ground is looked at
-_GROUND_RANK, _PLATEAU_RANK = 4, 12  # of the samples in rising order: neighbours on the ground, glare and border on the plateau
+# Sample positions of ground (_RING), then plateau, relative to a region's centre, in its width and height.
+_OUTSIDE = 3.5  # px from a region's border to its samples of the ground. Chosen
+_GROUND_RANK, _PLATEAU_RANK = 4, 12  # of the sorted samples: robust to neighbours on the ground, to glare and border on the plateau. Chosen
 
 
 @dataclass
 class Blobs:
-    """N markers: uv (N, 2) px; area (N,) px^2; sigma (N,) px, standard deviation of a place per axis; amplitude (N,) grey levels; solidity
-    (N,): area against that of the ellipse with the same second moments, 1 for an ellipse; blur: px, of the edges."""
+    """Markers. uv: (N, 2) px; area: (N,) px^2; sigma: (N,) px, standard deviation of a position per axis; amplitude: (N,) grey levels;
+    solidity: (N,) area over that of the ellipse with the same second moments; blur: px, of the edges."""
 
     uv: np.ndarray
     area: np.ndarray
@@ -114,7 +113,7 @@ class Blobs:
 
 
 def fit_blobs(grey: np.ndarray, small: np.ndarray, step: int, regions: Regions) -> Blobs:
-    """Markers (bright) of an image (H, W) uint8 in regions of the small image, step times smaller (1 or 2)."""
+    """Bright markers of an image (H, W) uint8 in regions of the small image, reduced by step (1 or 2)."""
     ground, amplitude, ground_slope = _levels(small, regions, step)
     patches, coarse, corner = _patches(grey, small, regions, step)
     side = patches.shape[1]
@@ -131,15 +130,15 @@ def fit_blobs(grey: np.ndarray, small: np.ndarray, step: int, regions: Regions) 
 
 
 def _shift(moments, blur, plateau_slope, ground_slope):
-    """(N, 2) px by which light moves the edges, whose plateau and ground have these slopes (shares of the amplitude a pixel)."""
+    """(N, 2) px shift of the centroids by sloping light; slopes (N, 2) of plateau and ground: of the amplitude per px."""
     radius = moments.radius[:, None]
     lever = plateau_slope * (_EDGE * radius - _EDGE_BLUR * blur) + ground_slope * (_EDGE * radius + _EDGE_BLUR * blur)
     return moments.spread(lever) * (4 * blur / radius**2)
 
 
 def _ramp(patches, ground, amplitude, most):
-    """How far pixels (N, side, side) are from LOW (0) to HIGH (1), up to most, of the way from ground to plateau, (N,) grey levels each, as
-    (N, side^2) float32."""
+    """Weights (N, side^2) float32 of pixels (N, side, side): 0 at LOW, 1 at HIGH between ground and plateau, clipped to most; ground and
+    amplitude: (N,) grey levels."""
     scale = 1 / ((HIGH - LOW) * amplitude)
     values = np.multiply(patches.reshape(len(patches), -1), scale[:, None], dtype=np.float32)
     values -= ((ground + LOW * amplitude) * scale)[:, None]
@@ -147,7 +146,7 @@ def _ramp(patches, ground, amplitude, most):
 
 
 class _Moments:
-    """Moments up to the second of weights, from the sums (N, 6) over 1, x, y, xx, xy, yy."""
+    """Area, centroid and central second moments from sums (N, 6) of weights times 1, x, y, xx, xy, yy."""
 
     def __init__(self, sums: np.ndarray):
         sums = sums.astype(float)
@@ -160,12 +159,12 @@ class _Moments:
         self.solidity = self.area / (4 * np.pi * np.sqrt(np.maximum(self.xx * self.yy - self.xy**2, 1e-6)))
 
     def spread(self, slope: np.ndarray) -> np.ndarray:
-        """(N, 2) products of the second moments and vectors (N, 2)."""
+        """(N, 2) second moment matrices times vectors (N, 2)."""
         x, y = slope.T
         return np.stack([self.xx * x + self.xy * y, self.xy * x + self.yy * y], axis=1)
 
     def ellipse(self, scale: np.ndarray) -> np.ndarray:
-        """(N, 6) float32 coefficients of 1, x, y, xx, xy, yy of a form that is negative inside the ellipse, shrunk by scale (N,)."""
+        """(N, 6) float32 coefficients of 1, x, y, xx, xy, yy of a quadratic form, negative inside the ellipse scaled by scale (N,)."""
         x, y = self.centre.T
         a, b, c = np.stack([self.yy, -self.xy, self.xx]) / np.maximum(self.xx * self.yy - self.xy**2, 1e-6)
         constant = a * x * x + 2 * b * x * y + c * y * y - 4 * scale**2
@@ -173,20 +172,19 @@ class _Moments:
 
     @cached_property
     def perimeter(self) -> np.ndarray:
-        """(N,) px of the ellipse with these moments, by Ramanujan's first formula."""
+        """(N,) px, of the ellipse with these moments (Ramanujan's first formula)."""
         a, b = self.axes
         return np.pi * (3 * (a + b) - np.sqrt((3 * a + b) * (a + 3 * b)))
 
     @cached_property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) px: half of the larger and of the smaller axis of that ellipse."""
+        """Semi-major and semi-minor axes (N,) px of that ellipse."""
         half, off = (self.xx + self.yy) / 2, np.hypot((self.xx - self.yy) / 2, self.xy)
         return 2 * np.sqrt(half + off), 2 * np.sqrt(np.maximum(half - off, 0))
 
 
 def _patches(grey, small, regions, step):
-    """Squares (N, side, side) uint8 about the regions, of the image and of the small one, 0 where it is another's, and the places (N, 2) px
-    of their first pixels."""
+    """Patches (N, side, side) uint8 of the regions in the image and in the small one, 0 in other regions, and their corners (N, 2) px."""
     side = int(regions.box[:, 2:].max()) + 2  # px of the small image
     half = regions.box[:, :2] + regions.box[:, 2:] // 2 - side // 2  # corners
     padded = cv2.copyMakeBorder(grey, step * side, step * side + step, step * side, step * side + step, cv2.BORDER_REPLICATE)
@@ -196,7 +194,7 @@ def _patches(grey, small, regions, step):
     pixels = _squares(padded, step * row, step * column, step * side)
     around = cv2.copyMakeBorder(small, side, side + 1, side, side + 1, cv2.BORDER_REPLICATE)
     coarse = _squares(around, row, column, side) * own
-    if step == 2:  # a pair of pixels is one number of 16 bits
+    if step == 2:  # mask pairs of pixels as 16-bit numbers
         pairs = pixels.view(np.uint16).reshape(len(own), side, 2, side)
         pixels = (pairs & (own * np.uint16(65535))[:, :, None]).view(np.uint8)
     else:
@@ -210,8 +208,7 @@ def _squares(image, row, column, side):
 
 
 def _levels(small, regions, step):
-    """Grey levels of the ground around each region, and of its plateau above that, (N,) float32 each, and the ground's slope (N, 2), as
-    shares of the latter a pixel."""
+    """Ground level and amplitude of each region, (N,) float32 grey levels, and the ground's slope (N, 2), of the amplitude per px."""
     outside = _OUTSIDE / step
     at = [_along(*each, outside) for each in zip(regions.centre.T, regions.box[:, 2:].T, _SCALE, small.shape[::-1])]
     levels = small.ravel().take(at[1] * small.shape[1] + at[0])
@@ -224,7 +221,7 @@ def _levels(small, regions, step):
 
 
 def _along(centre, size, scale, length, outside):
-    """(N, S) pixels at which levels are looked at, along one axis."""
+    """(N, S) sample positions, whole px, along one axis."""
     at = centre[:, None] + size[:, None] * scale
     at[:, :len(_RING)] += 2 * outside * scale[:len(_RING)]
     return np.minimum(np.maximum(at + 0.5, 0), length - 1).astype(np.int64)
@@ -232,22 +229,22 @@ def _along(centre, size, scale, length, outside):
 
 @lru_cache(maxsize=64)
 def _basis(side: int, step: int) -> np.ndarray:
-    """(side * side, 6) float32: 1, x, y, xx, xy, yy of the pixels, step px wide, of a square from its middle."""
+    """(side * side, 6) float32: 1, x, y, xx, xy, yy of a patch's pixels, step px wide, from its centre."""
     y, x = (part.ravel() * step for part in np.mgrid[:side, :side] - (side - 1) / 2)
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float32)
 
 
 def _blur(weight, moments) -> float:
-    """Standard deviation of the edges' blur, px, median of some thirty markers."""
+    """Standard deviation of the edges' blur, px, median over about thirty markers."""
     some = slice(None, None, 1 + len(weight) // 32)
     partly = moments.area[some] - np.einsum('ij,ij->i', weight[some], weight[some])
     return upper_median(partly / moments.perimeter[some]) / _WIDTH
 
 
 def _plateau_slope(values, step, moments, blur, noise):
-    """(N, 2) slopes of the plateau, as shares of the brightness a pixel, where enough of it is seen; else 0; and their noise (N,).
+    """Relative slopes (N, 2) of the plateaus per px, 0 where too little is seen, and their noise (N,).
 
-    values: (N, P) of the small image's pixels, step px wide: what is nearly straight shows there as well.
+    values: (N, P) weights in the small image, whose pixels are step px wide.
     """
     basis, away = _basis(int(np.sqrt(values.shape[1])), step), _TO_PLATEAU * blur + _HALF_PIXEL * (step - 1)
     inside = (moments.ellipse(np.maximum(1 - away / np.maximum(moments.axes[1], 1e-6), 0)) @ basis.T < 0).astype(np.float32)
@@ -265,7 +262,7 @@ def _plateau_slope(values, step, moments, blur, noise):
 
 
 def _noise(squares) -> float:
-    """Standard deviation of a pixel of a plateau, from second differences along the middle row of each square."""
+    """Standard deviation of plateau pixels, from second differences along the middle row of each patch."""
     side = squares.shape[1]
     row = squares[:, side // 2, max(side // 2 - 3, 0): side // 2 + 4].astype(np.float32)
     bend = row[:, 2:] - 2 * row[:, 1:-1] + row[:, :-2]
@@ -273,7 +270,7 @@ def _noise(squares) -> float:
 
 
 def _noise_of_place(moments, blur, noise, slope_noise):
-    """(N,) px: what noise (of a pixel, as a share of the amplitude) makes of a place along an axis."""
+    """(N,) px: standard deviation of a position per axis by pixel noise (N,), relative to the amplitude."""
     pixels = 2 * _TURN * blur * moments.perimeter  # on the edge, whose second moment is twice the area's
     by_edge = noise / (HIGH - LOW) * np.sqrt(pixels * (moments.xx + moments.yy)) / moments.area
     return np.hypot(by_edge, _EDGE * blur * moments.radius * slope_noise)

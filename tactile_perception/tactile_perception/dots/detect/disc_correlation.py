@@ -1,12 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where worn, speckled or textured discs are: normalised correlation of the image with a disc on a ring of ground.
+"""Detection of worn, speckled or textured discs by normalised correlation with a disc on a ring of ground.
 
-It works at the discs' own scale, which the image tells.
-
-A threshold cuts a speckled disc into pieces; a filter as large as the disc averages over its speckles. The correlation is Lewis's (Fast
-normalized cross-correlation, 1995); the scale is the one at which the discs found explain most of the image's variance, as in Lindeberg's
-scale selection (1998), with correlations in place of derivatives.
+A threshold fragments a speckled disc; a filter of its size averages the speckles. Correlation: Lewis, Fast normalized cross-correlation,
+1995. Scale: the one at which the discs explain most of the image's variance, in the spirit of Lindeberg's scale selection (1998).
 """
 from __future__ import annotations
 
@@ -16,13 +13,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-SIZE = 13.0  # px across a disc in the image that is filtered: speckles are averaged, places stay good to a pixel
-RING = 1.4  # outer diameter of the ring of ground, of the disc's: neighbours stay outside down to a pitch of 1.2 diameters
-LEAST = 0.45  # correlation: twice what noise of a pixel's size reaches, two thirds of what a disc with half of its ink does
-_SCANNED = 9.0  # px across a disc in the images among which the scale is chosen
+SIZE = 13.0  # px, diameter of a disc in the filtered image. Chosen: averages speckles, keeps positions within a pixel
+RING = 1.4  # outer diameter of the ring over that of the disc. Derived: excludes neighbours down to a pitch of 1.2 diameters
+LEAST = 0.45  # correlation: twice that of pixel noise, two thirds of that of a disc with half of its ink
+_SCANNED = 9.0  # px, diameter of a disc in the images of the scale search. Chosen
 _DIAMETERS = 6.0 * 1.12 ** np.arange(20)  # px, from the smallest disc that is no dot to 52
-_APART = 0.8  # of the diameter: the least distance of two peaks
-_NOISE = 1.0  # grey levels: fainter structure is none
+_APART = 0.8  # diameters, least distance of two peaks. Chosen
+_NOISE = 1.0  # grey levels, regularises the normalisation of flat regions. Chosen
 _LINE = 0.6  # of a peak's correlation, a radius off on both sides: streaks of light keep more, 99 of 100 worn discs less (measured)
 _SUBPIXEL = 8  # samples along a pixel's side where templates are made
 _FEWEST = 4
@@ -41,8 +38,8 @@ class Peaks:
 
 
 def shrunk(grey: np.ndarray, factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) float32 of an image (H, W) uint8 averaged down by a factor up to 1, and the factors (2,) along u and v that came out, since
-    sizes are whole."""
+    """Image (H, W) uint8 reduced by a factor up to 1 to (h, w) float32, and the exact factors (2,) along u and v after rounding of the
+    size."""
     size = max(round(grey.shape[1] * factor), 1), max(round(grey.shape[0] * factor), 1)
     small = cv2.resize(grey, size, interpolation=cv2.INTER_AREA) if factor < 1 else grey
     return small.astype(np.float32), np.array([small.shape[1] / grey.shape[1], small.shape[0] / grey.shape[0]])

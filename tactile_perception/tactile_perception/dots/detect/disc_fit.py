@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sub-pixel places of worn discs: a disc with a soft edge on sloping ground is fitted to each, all at once, with little weight where ink is
-missing or dirt lies (Gauss-Newton with Tukey's biweight)."""
+"""Subpixel positions of worn discs: robust fit of a soft-edged disc on sloping ground (Gauss-Newton with Tukey's biweight, which rejects
+missing ink and dirt)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,23 +13,23 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ...common.dots import Dots
 from .disc_correlation import RING, SIZE, shrunk
 
-_STEPS = 8
-_SETTLED = 0.01  # px of the small image: the largest median step after which no more is taken
-_EDGE = 0.9  # px of the small image from the edge's middle to its ends: little more than what averaging makes of a sharp one
-_TUKEY = 3.0  # standard deviations of the residuals at which a pixel counts nothing
-_SPREAD = 0.1  # relative standard deviation of diameters about the typical one, printed and pressed
-_TEXTURE = 15.0  # pixels of residual that are one by their texture: the diameter's prior is as much stronger than the pixels
-_FARTHEST = 0.45  # radii from the place where it was found
-_SMALLEST, _LARGEST = 0.6, 1.5  # of the typical radius
-_BLOCK = 1.5  # radii: side of the square over which residuals may be of one piece of wear
-_RIDGE = 1e-3  # keeps flat patches solvable; grey levels squared per unit squared
-_UNSEEN = 1.6  # times the standard deviation: chips shift an edge without a residual (measured on simulated wear of all degrees)
-_MODEL = 0.03  # px of the small image: what the edge's shape leaves of a place
+_STEPS = 8  # iterations at most. Chosen
+_SETTLED = 0.01  # px of the small image, median step at convergence. Chosen: a third of _MODEL
+_EDGE = 0.9  # px of the small image, half width of the soft edge. Chosen: slightly over that of an averaged sharp edge
+_TUKEY = 3.0  # standard deviations beyond which a pixel has no weight. Chosen: below the usual 4.685, as wear is common
+_SPREAD = 0.1  # relative standard deviation of diameters, prior. Chosen: print and pressing
+_TEXTURE = 15.0  # correlated pixels of texture, by which the prior's weight is multiplied. Chosen
+_FARTHEST = 0.45  # radii, bound of the shift from the detection. Chosen
+_SMALLEST, _LARGEST = 0.6, 1.5  # bounds of the radius over the typical one. Chosen
+_BLOCK = 1.5  # radii, side of the block over which residuals of wear correlate. Chosen
+_RIDGE = 1e-3  # grey levels squared per unit squared: keeps flat patches solvable
+_UNSEEN = 1.6  # factor of the standard deviation: chips shift an edge without residual (measured on simulated wear of all degrees)
+_MODEL = 0.03  # px of the small image, error of the edge model. Chosen
 
 
 @dataclass
 class _Patches:
-    """values (N, P): levels at pixels x, y (P,) from whole places corner (N, 2), px of an image scale (2,) times the full one."""
+    """values (N, P): grey levels at pixels x, y (P,) from integer positions corner (N, 2), px of an image scale (2,) times the full one."""
 
     values: np.ndarray
     x: np.ndarray
@@ -44,7 +44,8 @@ class _Patches:
 
 
 def fit_discs(grey: np.ndarray, sign: int, uv: np.ndarray, diameter: float) -> Dots:
-    """Dots of an image (H, W) uint8, fitted from places uv (N, 2) px of discs of about a diameter, px, bright (sign 1) or dark (-1)."""
+    """Dots of an image (H, W) uint8, fitted from positions uv (N, 2) px of discs of about that diameter, px; sign: 1 for bright, -1 for
+    dark."""
     small, scale = shrunk(grey, min(1.0, SIZE / diameter))
     radius = diameter * float(scale.mean()) / 2
     found = (uv + 0.5) * scale - 0.5
@@ -69,14 +70,14 @@ def _cut(image, found, radius, scale) -> _Patches:
 
 
 class _Fit:
-    """off (N, 2) px from the patches' corners and radius (N,) px of discs, improved step by step."""
+    """State of the fit: off (N, 2) px from the patches' corners, and radius (N,) px."""
 
     def __init__(self, patches: _Patches, off: np.ndarray, radius: float):
         self._patches, self._start, self._unit = patches, off.copy(), radius
         self.off, self.radius = off, np.full(len(off), radius, np.float32)
 
     def step(self) -> float:
-        """One step of Gauss and Newton; how far the places went in the median, px."""
+        """One Gauss-Newton step; returns the median shift, px."""
         columns, window = self._model()
         values = self._patches.values[..., None]
         level = columns[..., :4]
@@ -86,15 +87,16 @@ class _Fit:
         weight = window * np.clip(1 - rest**2 / (_TUKEY**2 * self._raw[:, None]), 0, 1)**2
         columns[..., 4:] *= np.maximum(np.abs(shape[:, 3]), 1e-3)[:, None]
         self._matrix, right = _square(columns, weight), columns.transpose(0, 2, 1) @ (weight * rest)[..., None]
-        held = _TEXTURE * self._raw / (_SPREAD * self._unit)**2
-        self._matrix[:, 6, 6] += held
-        right[:, 6, 0] += held * (np.median(self.radius) - self.radius)
+        prior = _TEXTURE * self._raw / (_SPREAD * self._unit)**2
+        self._matrix[:, 6, 6] += prior
+        right[:, 6, 0] += prior * (np.median(self.radius) - self.radius)
         self._rest = rest * (window > 0.5)
         self._seen = window > 0.5
-        return self._go(np.linalg.solve(self._matrix, right)[:, 4:, 0])
+        return self._advance(np.linalg.solve(self._matrix, right)[:, 4:, 0])
 
     def _model(self):
-        """Columns (N, P, 7) of ground, its slopes, disc, and the disc's changes with place and radius; window (N, P) of disc and ring."""
+        """Columns (N, P, 7): ground, its slopes, disc, and the disc's derivatives by position and radius; window (N, P) of disc and
+        ring."""
         x, y = self._patches.x - self.off[:, :1], self._patches.y - self.off[:, 1:]
         away = np.sqrt(x * x + y * y) + np.float32(1e-3)
         up = np.clip((self.radius[:, None] - away) / (2 * _EDGE) + 0.5, 0, 1)
@@ -103,7 +105,7 @@ class _Fit:
         window = np.clip(RING * np.median(self.radius) + 0.5 - away, 0, 1)
         return np.stack(parts, axis=2), window.astype(np.float32)
 
-    def _go(self, step) -> float:
+    def _advance(self, step) -> float:
         reach = _FARTHEST * self._unit
         before, self.off = self.off, np.clip(self.off + np.clip(step[:, :2], -1, 1) - self._start, -reach, reach) + self._start
         larger = np.clip(step[:, 2], -0.15 * self._unit, 0.15 * self._unit)
@@ -111,14 +113,13 @@ class _Fit:
         return float(np.median(np.hypot(*(self.off - before).T)))
 
     def sigma(self) -> np.ndarray:
-        """(N,) px of the small image, of a place along an axis: pixels' own scatter, times what they count together since wear comes in
-        pieces, as the residuals of all discs show it."""
+        """(N,) px of the small image: standard deviation of a position per axis, with the correlation of residuals between pixels."""
         covariance = np.linalg.inv(self._matrix)
         own = self._raw * (covariance[:, 4, 4] + covariance[:, 5, 5]) / 2
-        return np.sqrt(_UNSEEN**2 * np.maximum(own, 0) * self._together() + _MODEL**2)
+        return np.sqrt(_UNSEEN**2 * np.maximum(own, 0) * self._correlated_pixels() + _MODEL**2)
 
-    def _together(self) -> float:
-        """How many pixels' residuals count as one: the variance of sums over blocks, against that of as many independent ones."""
+    def _correlated_pixels(self) -> float:
+        """Number of correlated pixels: variance of block sums of residuals over that of independent ones."""
         side, block = self._patches.side, 2 * int(_BLOCK * self._unit / 2) + 1
         ratios = []
         for rest, seen, raw in zip(self._rest[::4], self._seen[::4], self._raw[::4]):

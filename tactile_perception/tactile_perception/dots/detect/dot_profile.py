@@ -1,21 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The image of one printed dot: a disc seen through the blur of optics and pixels, by its profile along a radius."""
+"""Image model of one printed dot: a disc blurred by optics and pixels, as a radial profile."""
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-_REACH = 6.0  # standard deviations after which a Gaussian is taken to have ended
-_STRIPS = 181
-_PER_PIXEL = 24  # samples of a profile a pixel
-_PIXEL_VARIANCE = 1.0 / 12.0  # a square pixel's, px^2
-_DIFFERENCE = 0.02  # px, for derivatives
+_REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies beyond
+_STRIPS = 181  # of a disc. Chosen
+_PER_PIXEL = 24  # samples of a profile per pixel. Chosen
+_PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
+_DIFFERENCE = 0.02  # px, step of numerical derivatives. Chosen
 
 
 def _normal_integral() -> tuple[np.ndarray, np.ndarray]:
-    """Abscissae and the standard normal distribution function there; NumPy has no error function of its own."""
+    """Abscissae and the standard normal cumulative distribution there (NumPy has no error function)."""
     t = np.linspace(-_REACH, _REACH, 4801)
     density = np.exp(-0.5 * t**2)
     total = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
@@ -26,11 +26,10 @@ _T, _NORMAL = _normal_integral()
 
 
 def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
-    """Brightness of a disc of brightness one at these distances (any shape, px) from its centre.
+    """Brightness of a disc of brightness one at distances radius (any shape, px) from its centre.
 
-    diameter, blur (standard deviation of the optics' blur, without the pixel's own): px. The disc is cut into strips across the direction
-    looked along; each
-    strip's share is a difference of normal integrals, so that the sum is exact but for the number of strips.
+    diameter: px; blur: px, standard deviation of the optics without the pixel. The disc is integrated over strips, each a difference of
+    normal distribution functions, which is exact up to the number of strips.
     """
     grid = np.arange(int(np.max(radius) * _PER_PIXEL) + 2) / _PER_PIXEL
     return np.interp(radius, grid, _profile(grid, diameter, blur))
@@ -48,8 +47,7 @@ def _profile(radius, diameter, blur):
 
 @dataclass
 class DiscModes:
-    """How the image of a disc changes with its place, size, blur and ovalness, per unit of each, at pixels x, y from its centre (any
-    shape)."""
+    """Image of a disc and its derivatives by position, diameter, blur and two components of ellipticity (any shape)."""
 
     shape: np.ndarray
     by_u: np.ndarray

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Dots in an image: the detector that the rest stands on, and the table of methods it can use."""
+"""The detector of dots and its methods, by name."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,13 +14,14 @@ from .likelihood import LikelihoodDetector
 from .published import FastCushionDetector, PaperArealDetector, PaperCushionDetector, PaperDetector
 
 POLARITIES = {'dark': -1, 'bright': 1}
-_SMALLEST_FRAME = 32  # px
+_SMALLEST_FRAME = 32  # px, shorter side of a frame. Chosen: the detectors average over boxes of 15 px and more
+_LEAST_RANGE = 4  # grey levels; less is a constant frame. Chosen: above the noise of a covered camera
 
 
 class DotDetector:
-    """Finds printed dots; what they look like is measured in the first good frame and again when they stop looking so.
+    """Detects printed dots. Methods measure the dots' appearance in the first good frame, and again when it changes.
 
-    polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for other names.
+    polarity: 'dark' dots on bright ground or 'bright' ones on dark; method: a name in METHODS. Raises BadArgument for unknown names.
     """
 
     def __init__(self, polarity: str = 'dark', method: str = 'likelihood'):
@@ -31,36 +32,38 @@ class DotDetector:
         self._method = METHODS[method](POLARITIES[polarity])
 
     def detect(self, image: np.ndarray) -> Dots:
-        """The dots of one image, (H, W) or (H, W, 3) BGR uint8, in no order. Raises BadFrame (black, white, constant, no dots, wrong type
-        or shape)."""
+        """Dots of one image, (H, W) or (H, W, 3) BGR uint8, unordered. Raises BadFrame (wrong type or shape, constant, no dots)."""
         check_frame(image)
         return self._method.detect(image)
 
     @property
     def can_refind(self) -> bool:
-        """Whether the method looks for dots where they are expected."""
+        """Whether the method can refine predicted positions."""
         return hasattr(self._method, 'refind')
 
     def refind(self, image: np.ndarray, uv: np.ndarray, area: np.ndarray) -> tuple[Dots, np.ndarray] | None:
-        """The dots that are within about a pixel and a half of expected places uv (N, 2) px, of about these areas (N,) px^2, and which of
-        the places each is at, (M,) int64; the same as detect() finds there, but sooner. None where the method cannot, or has not yet seen
-        what dots look like. Raises BadFrame."""
+        """Dots within about 1.5 px of predicted positions uv (N, 2) px with areas (N,) px^2, and the index of each one's position, (M,)
+        int64.
+
+        The results equal those of detect() there. None where the method cannot, or has not measured the dots' appearance yet. Raises
+        BadFrame.
+        """
         check_frame(image)
         return self._method.refind(image, uv, area) if self.can_refind else None
 
 
 def check_frame(image: np.ndarray):
-    """Raise BadFrame, saying why, unless this is a picture that may hold dots."""
+    """Raise BadFrame for an array that is no image of uint8, is too small, or is constant."""
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
         kind = image.dtype if isinstance(image, np.ndarray) else type(image).__name__
-        raise BadFrame(f'a frame must be an array of uint8, this is {kind}: convert it to mono8 or bgr8')
+        raise BadFrame(f'a frame must be an array of uint8, not {kind}: convert it to mono8 or bgr8')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise BadFrame(f'a frame must be (rows, columns) or (rows, columns, 3), this is {image.shape}')
+        raise BadFrame(f'a frame must be (rows, columns) or (rows, columns, 3), not {image.shape}')
     if min(image.shape[:2]) < _SMALLEST_FRAME:
-        raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small for dots: at least {_SMALLEST_FRAME} px a side')
+        raise BadFrame(f'a frame of {image.shape[1]} x {image.shape[0]} px is too small: at least {_SMALLEST_FRAME} px a side')
     sample = image[::16]
     low, high = int(sample.min()), int(sample.max())
-    if high - low < 4:
+    if high - low < _LEAST_RANGE:
         name = 'black' if high < 8 else 'white' if low > 247 else 'constant'
         raise BadFrame(f'the frame is {name} (grey levels {low} to {high}): check light, lens cap and exposure')
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Detectors as published, to compare with: the six steps of the touchpad paper (touchpad_contact_region, section 3.4, eqs 15 and 16), and
-the marker detectors of areal_sensor_contact_position (section 2.2) and air_cushion_contact (section III.A)."""
+"""Published detectors: touchpad_contact_region (section 3.4, six steps, eqs 15 and 16), areal_sensor_contact_position (section 2.2) and
+air_cushion_contact (section III.A)."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,26 +12,27 @@ import numpy as np
 from ...common.dots import Dots
 from ...errors import BadFrame
 
-_BLOCK = 31  # px, side of the local mean: more than a dot and its surroundings
+# The papers give no values; chosen for dots of 5 to 15 px at 640 x 480.
+_BLOCK = 31  # px, side of the local mean
 _SMALLEST = 6  # px of a region; smaller ones are noise
-_LARGEST_SHARE = 0.02  # of the image: larger regions are no dots
-_LARGEST_OF_TYPICAL = 4.0
+_LARGEST_SHARE = 0.02  # of the image, largest region
+_LARGEST_OF_TYPICAL = 4.0  # median areas, largest region
 
 
 def _emphasise(grey: np.ndarray, sign: int) -> np.ndarray:
-    """Step 2: contrast emphasised, dots bright; (H, W) uint8."""
+    """Step 2: contrast emphasis, with bright dots; (H, W) uint8."""
     above = cv2.subtract(cv2.blur(grey, (_BLOCK, _BLOCK)), grey) if sign < 0 else cv2.subtract(grey, cv2.blur(grey, (_BLOCK, _BLOCK)))
     return cv2.normalize(above, None, 0, 255, cv2.NORM_MINMAX)
 
 
 class PaperDetector:
-    """Dots as brightness centres of thresholded regions; sign: 1 for bright dots, -1 for dark."""
+    """Dots as grey-weighted centroids of thresholded regions; sign: 1 for bright dots, -1 for dark."""
 
     def __init__(self, sign: int):
         self._sign = sign
 
     def detect(self, image: np.ndarray) -> Dots:
-        """All six steps for one checked uint8 image; sigma is the paper's nowhere: NaN. Raises BadFrame where no region is left."""
+        """All six steps for one checked uint8 image; sigma is NaN (the paper has none). Raises BadFrame where no region is left."""
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
         emphasised = _emphasise(grey, self._sign)
         _, binary = cv2.threshold(emphasised, 0, 255, cv2.THRESH_BINARY | cv2.THRESH_OTSU)
@@ -64,8 +65,8 @@ def _dot_sized(area, pixels):
 
 _GREEN = 1
 _SQUARE = np.ones((3, 3), np.uint8)
-_DENOISE = 10.0  # grey levels: strength of the non-local means
-_LEAST, _MOST = 0.2, 5.0  # of the typical area
+_DENOISE = 10.0  # grey levels, strength of the non-local means
+_LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker
 
 
 class PaperArealDetector:
@@ -86,7 +87,7 @@ class PaperArealDetector:
 class PaperCushionDetector:
     """Grey, non-local means, Otsu's threshold, erosion, contours; sign: 1 for bright markers, -1 for dark.
 
-    denoise: what takes the place of the non-local means.
+    denoise: replaces the non-local means.
     """
 
     def __init__(self, sign: int, denoise: Callable[[np.ndarray], np.ndarray] | None = None):
@@ -104,7 +105,7 @@ class PaperCushionDetector:
 
 
 class FastCushionDetector(PaperCushionDetector):
-    """The same with a Gaussian of 5 x 5 px for the non-local means: no less accurate, in a fiftieth of the time."""
+    """PaperCushionDetector with a Gaussian of 5 x 5 px in place of the non-local means, which take most of its time."""
 
     def __init__(self, sign: int):
         super().__init__(sign, _gaussian)
@@ -123,7 +124,7 @@ def _bright(grey, sign):
 
 
 def _dots(uv, area) -> Dots:
-    """Those of a marker's size; sigma is the papers' nowhere: NaN."""
+    """Dots of a marker's size; sigma is NaN (the papers have none)."""
     area = np.asarray(area, float)
     some = area >= _SMALLEST
     typical = np.median(area[some]) if some.any() else np.nan

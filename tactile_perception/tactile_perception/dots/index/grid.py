@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers the dots of a printed grid: row and column of each, from one frame on its own."""
+"""Indexing of a printed grid: row and column of each dot, from a single frame."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,18 +10,18 @@ import numpy as np
 from tactile_perception.dots.index.follow import follow
 from tactile_perception.dots.index.grid_origin import anchor_lattice
 from tactile_perception.dots.index.lattice import find_lattice
-from tactile_perception.dots.index.repair import complete_grid, leave_out_jumps
+from tactile_perception.dots.index.repair import complete_grid, reject_outliers
 from tactile_perception.errors import BadArgument
 
-MAX_ANGLE = np.deg2rad(38.0)  # beyond it rows and columns might be mistaken for each other
-_FEW_LINKED = 0.7  # of the dots: when fewer hang together, that is why rows are missing
+MAX_ANGLE = np.deg2rad(38.0)  # rotation beyond which rows and columns may be exchanged. Chosen: below 45 degrees, with tolerance
+_FEW_LINKED = 0.7  # of the dots: with fewer linked, the message gives their number. Chosen
 
 
 @dataclass
 class GridNumbers:
-    """Numbers of N dots.
+    """Indices of N dots.
 
-    id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why nothing is numbered; pitch: px.
+    id: (N,) int64, row * columns + column, -1 where not certain; reason: empty, or why no dot is indexed; pitch: px.
     """
 
     id: np.ndarray
@@ -30,13 +30,13 @@ class GridNumbers:
 
     @property
     def certain(self) -> bool:
-        """Whether the frame is numbered; dots that are no part of the grid have -1 all the same."""
+        """Whether the frame is indexed; single dots may still have -1."""
         return not self.reason
 
 
 @dataclass
 class Numbered:
-    """Numbered dots of an earlier frame: uv (N, 2) px, their id (N,) int64, and the pitch, px."""
+    """Indexed dots of an earlier frame: uv (N, 2) px, id (N,) int64, pitch: px."""
 
     uv: np.ndarray
     id: np.ndarray
@@ -46,9 +46,8 @@ class Numbered:
 def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
     """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
 
-    previous: the last certain frame, which makes it faster and helps where outer rows are hidden; image_size: (width, height) px, tells
-    that an outer row has left the image. Rows may run up to 38 degrees off the image's. Raises BadArgument for a grid smaller than 2 x 2
-    or uv of another shape.
+    previous: the last certain frame, for speed and where outer rows are hidden; image_size: (width, height) px, to detect that an outer row
+    left the image. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
     if np.isfinite(uv).all():
@@ -82,9 +81,9 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
     id = np.full(len(uv), -1)
     lattice = find_lattice(uv)
     if lattice is None:
-        return GridNumbers(id, f'{len(uv)} dots found, and they form no grid, or one that contradicts itself', np.nan)
+        return GridNumbers(id, f'{len(uv)} dots found do not form a consistent grid', np.nan)
     if abs(lattice.angle) > MAX_ANGLE:
-        return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns cannot be told apart', np.nan)
+        return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns are ambiguous', np.nan)
     member = np.flatnonzero(lattice.member)
     rc = lattice.rc[member]
     rc -= [rc[:, 0].min(), rc[:, 1].min()]
@@ -94,9 +93,9 @@ def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
         row, column = (rc + anchor.offset).T
         inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
         id[member] = np.where(inside, row * shape[1] + column, -1)
-        if np.count_nonzero(inside) < shape[0] * shape[1]:  # where all are seen, links and meshes agree all over
-            id = complete_grid(leave_out_jumps(id, uv, shape), uv, shape)
+        if np.count_nonzero(inside) < shape[0] * shape[1]:  # a complete grid is consistent already
+            id = complete_grid(reject_outliers(id, uv, shape), uv, shape)
         return GridNumbers(id, '', lattice.pitch)
     few = len(member) < _FEW_LINKED * len(uv)
-    seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {len(member)} hang together: ' if few else ''
+    seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {len(member)} are linked: ' if few else ''
     return GridNumbers(id, seen + anchor.reason, lattice.pitch)

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which printed row and column a found lattice begins with, and whether that is certain.
+"""Origin of a lattice on the printed grid: its first row and column, and whether that is certain.
 
-One image tells it when as many rows and columns are seen as are printed. Where an outer row is not seen, either it left the image (its
-place lies outside) or the numbers of the last frame go on (nothing moved by half a pitch). A whole row hidden inside the image while
-everything moved by a whole pitch cannot be told from nothing having moved: then nothing is certain.
+One image determines it when all printed rows and columns are seen. If an outer row is missing, it either left the image (its position lies
+outside) or the indices of the last frame continue (motion below half a pitch). A shift by exactly one pitch with an occluded outer row is
+unobservable; such frames are rejected.
 """
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-OUTER_SHARE = 0.2  # of the printed length: an outer row with fewer dots than that is false dots, or hardly seen
-CLIPPED_SHARE = 0.75  # an outer row with fewer dots than that may be left out where more rows are seen than were configured
-NEAR = 0.35  # pitches: a dot nearer than this to a place of the last frame has stayed
-STAYED_SHARE = 0.8  # of the dots: so many must have stayed for the last numbers to go on
-STILL = 0.2  # pitches: less than that, and nothing has moved
-UNEVEN_RATIO = 0.5  # the spread of moves at the right numbers, against that one row further: what tells a move by a whole pitch
-CUT = 0.25  # pitches: a dot nearer than this to the border is cut by it, and may not be found
+OUTER_SHARE = 0.2  # of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
+CLIPPED_SHARE = 0.75  # of the median row, most dots of an outer row that may be dropped where too many rows are seen. Chosen
+NEAR = 0.35  # pitches within which a dot continues one of the last frame. Chosen: below half a pitch
+STAYED_SHARE = 0.8  # of the dots, that must continue for the last indices to be used. Chosen
+STILL = 0.2  # pitches, largest median motion of a pattern at rest. Chosen
+UNEVEN_RATIO = 0.5  # spread of displacements at the right indices over that one row further, below which a shift is excluded. Chosen
+CUT = 0.25  # pitches: dots nearer to the border are cut by it and may be missed. Chosen: about a dot's radius
 
-MOST_CLIPPED = 2  # rows more than printed that may be left out so
+MOST_CLIPPED = 2  # surplus rows that may be dropped. Chosen
 _NAMES = ('rows', 'columns')
 
 
 @dataclass
 class Anchor:
-    """offset: (2,) int64 row and column to add to relative ones; certain; reason: empty, or why not."""
+    """offset: (2,) int64, row and column to add to relative ones; certain: whether it is determined; reason: empty, or why not."""
 
     offset: np.ndarray
     certain: bool
@@ -36,9 +36,9 @@ class Anchor:
 
 @dataclass
 class _Extent:
-    """Rows (or columns) of which enough dots are seen.
+    """Rows (or columns) with enough dots.
 
-    first: relative number of the first one; seen: how many; counts: dots in each from the first on; printed: how many there are.
+    first: relative index of the first; seen: their number; counts: dots in each; printed: number of printed ones.
     """
 
     name: str
@@ -51,17 +51,17 @@ class _Extent:
 def anchor_lattice(rc, uv, shape, pitch, previous=None, image_size=None) -> Anchor:
     """Offset of relative rows and columns rc (N, 2) of dots at uv (N, 2) px on a printed grid of shape (rows, columns).
 
-    pitch: px; previous: (uv, rc) of the last certain frame, or None; image_size: (width, height) px, or None where not known.
+    pitch: px; previous: (uv, rc) of the last certain frame, or None; image_size: (width, height) px, or None.
     """
     offset = np.zeros(2, np.int64)
     extents = [_extent(rc, axis, shape) for axis in (0, 1)]
     if None in extents:
         return Anchor(offset, False, f'no {_NAMES[extents.index(None)]} with enough dots')
     whole = all(extent.seen == extent.printed for extent in extents)
-    vote = None if whole else _stayed(rc, uv, pitch, previous)
+    vote = None if whole else _vote_of_last_frame(rc, uv, pitch, previous)
     for axis, extent in enumerate(extents):
         beyond = (0.0, 0.0) if whole else _beyond(rc, uv, axis, extent, image_size, pitch)
-        window, reason = _window(extent, _said(vote, axis, extent.first), beyond, previous is None)
+        window, reason = _window(extent, _vote_along(vote, axis, extent.first), beyond, previous is None)
         if reason:
             return Anchor(offset, False, reason)
         offset[axis] = -extent.first - window
@@ -70,15 +70,16 @@ def anchor_lattice(rc, uv, shape, pitch, previous=None, image_size=None) -> Anch
 
 @dataclass
 class _Vote:
-    """What the last frame says. offset: (2,) int64; sure: for rows and for columns, whether a move by a whole pitch can be ruled out."""
+    """Offset (2,) int64 by the last frame. sure: for rows and columns, whether a shift by a whole pitch is excluded; still: whether nothing
+    moved."""
 
     offset: np.ndarray
     sure: list[bool]
     still: bool
 
 
-def _stayed(rc, uv, pitch, previous) -> _Vote | None:
-    """The offset at which nearly all dots are where they were in the last frame, or None."""
+def _vote_of_last_frame(rc, uv, pitch, previous) -> _Vote | None:
+    """The offset at which most dots continue those of the last frame, or None."""
     if previous is None or not len(previous[0]):
         return None
     distance, nearest = cKDTree(previous[0]).query(uv, distance_upper_bound=NEAR * pitch)
@@ -95,7 +96,7 @@ def _stayed(rc, uv, pitch, previous) -> _Vote | None:
 
 
 def _fits_only_here(rc, uv, previous, axis) -> bool:
-    """Whether the last frame's own unevenness fits at these numbers, and much worse one row (or column) further either way."""
+    """Whether the irregularity of the pattern fits the last frame at these indices, and much worse one row (or column) further."""
     top = np.maximum(previous[1].max(axis=0), rc.max(axis=0)) + 3
     places = np.full((*top, 2), np.nan)
     places[previous[1][:, 0], previous[1][:, 1]] = previous[0]
@@ -111,8 +112,8 @@ def _fits_only_here(rc, uv, previous, axis) -> bool:
     return spread[0] < UNEVEN_RATIO * min(spread[1:])
 
 
-def _said(vote: _Vote | None, axis: int, first: int) -> tuple[int, bool, bool] | None:
-    """(which of the rows seen is printed row 0, whether that is sure, whether nothing moves) by the last frame, or None."""
+def _vote_along(vote: _Vote | None, axis: int, first: int) -> tuple[int, bool, bool] | None:
+    """(index among the seen rows of printed row 0, sure, still) by the last frame, or None."""
     return None if vote is None else (int(-vote.offset[axis] - first), vote.sure[axis], vote.still)
 
 
@@ -126,20 +127,20 @@ def _extent(rc, axis, shape) -> _Extent | None:
 
 
 def _window(extent, vote, beyond, is_first) -> tuple[int, str]:
-    """(which of the rows seen is printed row 0, ''), below zero where that is not seen; or (0, reason)."""
+    """(index among the seen rows of printed row 0, ''), negative where that is not seen; or (0, reason)."""
     if extent.seen == extent.printed:
         return 0, ''
     if extent.seen > extent.printed:
-        return _leave_out_clipped(extent, vote)
+        return _drop_clipped(extent, vote)
     return _place_part(extent, vote, beyond, is_first)
 
 
-def _leave_out_clipped(extent, vote) -> tuple[int, str]:
-    """More rows than printed: those at the ends that are clearly not whole are left out, else it is another pattern."""
+def _drop_clipped(extent, vote) -> tuple[int, str]:
+    """More rows than printed: drop incomplete rows at the ends, else report another pattern."""
     spare = extent.seen - extent.printed
     best = int(np.convolve(extent.counts, np.ones(extent.printed), 'valid').argmax())
-    left_out = np.r_[extent.counts[:best], extent.counts[best + extent.printed:]]
-    if spare <= MOST_CLIPPED and left_out.max() <= CLIPPED_SHARE * np.median(extent.counts):
+    dropped = np.r_[extent.counts[:best], extent.counts[best + extent.printed:]]
+    if spare <= MOST_CLIPPED and dropped.max() <= CLIPPED_SHARE * np.median(extent.counts):
         return best, ''
     if spare <= MOST_CLIPPED and vote is not None and 0 <= vote[0] <= spare:
         return vote[0], ''
@@ -147,9 +148,9 @@ def _leave_out_clipped(extent, vote) -> tuple[int, str]:
 
 
 def _place_part(extent, vote, beyond, is_first) -> tuple[int, str]:
-    """Fewer rows than printed are seen: where they belong, by which side left the image and by what stayed.
+    """Fewer rows than printed: place them by the side that left the image and by the last frame.
 
-    Where the pattern reaches beyond the image on both sides and no numbers are given yet, the nearer side's row is taken for the cut one.
+    If the pattern extends beyond both sides of the first frame, the row on the nearer side is assumed missing.
     """
     missing = extent.printed - extent.seen
     before, after = beyond
@@ -158,15 +159,15 @@ def _place_part(extent, vote, beyond, is_first) -> tuple[int, str]:
     seen = f'only {extent.seen} of {extent.printed} {extent.name} seen'
     if by_border is not None and by_vote is not None and by_border != by_vote and not sure:
         return 0, f'{seen}; the border and the last frame disagree on which'
-    wider = before > 0 and after > 0  # the pattern reaches beyond the image on both sides: where it ends is never seen
+    wider = before > 0 and after > 0  # the pattern extends beyond both sides of the image
     chosen = by_vote if sure or (still and wider) else by_border
     if chosen is None and is_first and missing == 1 and wider:
         chosen = -1 if before < after else 0
-    return (0, f'{seen}, and nothing tells which') if chosen is None else (chosen, '')
+    return (0, f'{seen}, and which is ambiguous') if chosen is None else (chosen, '')
 
 
 def _beyond(rc, uv, axis, extent, image_size, pitch) -> tuple[float, float]:
-    """How far (px, median) the row before the first and the one after the last would lie outside the image; 0 for inside or not known."""
+    """Median distance, px, outside the image of the row before the first and after the last; 0 for inside or unknown."""
     if image_size is None or extent.seen < 2:
         return 0.0, 0.0
     first, last = extent.first, extent.first + extent.seen - 1

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tracks for patterns that are no grid: dots of successive frames linked one to one, by Hungarian assignment with motion prediction."""
+"""Linking of dots from frame to frame by linear assignment with a constant velocity prediction, for patterns without a grid."""
 from __future__ import annotations
 
 import numpy as np
@@ -10,15 +10,14 @@ from scipy.spatial import cKDTree
 from tactile_perception.errors import BadArgument
 
 NEW, TRACKED, LOST = 0, 1, 2
-FARTHEST = 1e9  # px: a place farther out is that of no dot
+FARTHEST = 1e9  # px: positions beyond it are invalid
 
 
 class Linker:
-    """Gives each dot a number that stays its own, frame by frame.
+    """Tracks of dots; ids are never reused.
 
-    gate: a dot is looked for within so many median spacings of where it is expected. confirm: a dot that appears after the first
-    frame is NEW, and not handed out, until it was seen so many frames in a row. keep_s: a LOST track waits so long, s, to be found
-    again; then its number is gone for good, none is ever used twice.
+    gate: search range, median spacings from the predicted position; confirm: frames in a row before a dot that appears later is reported
+    (NEW until then); keep_s: s that a LOST track is kept. Raises BadArgument for values out of range.
     """
 
     def __init__(self, gate: float = 0.7, confirm: int = 3, keep_s: float = 2.0):
@@ -29,7 +28,7 @@ class Linker:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets all tracks; numbers go on after the last one given."""
+        """Forget all tracks; ids continue."""
         self.id = np.zeros(0, np.int64)
         self.uv = np.zeros((0, 2))
         self.state = np.zeros(0, np.uint8)
@@ -39,8 +38,7 @@ class Linker:
         self._seen_s = np.zeros(0)
 
     def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
-        """Track number (N,) int64 of each dot at uv (N, 2) px, -1 while NEW and where uv is no place; stamp_s must grow from call to
-        call."""
+        """Track id (N,) int64 of each dot at uv (N, 2) px, -1 while NEW and for invalid positions; stamp_s, s, must increase."""
         good = np.abs(uv).max(axis=1, initial=0.0) < FARTHEST
         if good.all():
             return self._update(uv, stamp_s)
@@ -63,9 +61,9 @@ class Linker:
         return number
 
     def _assign(self, uv: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of tracks and of the dots linked to them: by constant velocity, from the last or the first places, whichever fits best.
+        """Indices of tracks and of the dots linked to them, by the best of three predictions: constant velocity, last and first positions.
 
-        A press that ends between two frames takes the dots back to where they were first, against all velocity.
+        The first positions cover a press that ends between two frames.
         """
         ahead = np.minimum(stamp_s - self._seen_s, self._keep_s)[:, None] * (self.state != LOST)[:, None]
         gate = self._gate * _spacing(self.uv)
@@ -89,7 +87,7 @@ class Linker:
         missed[track] = False
         self.state[track] = np.where(self._seen[track] >= self._confirm, TRACKED, NEW)
         self.state[missed & (self.state == TRACKED)] = LOST
-        self._seen[missed & (self.state == NEW)] = -1  # a NEW one that is missed once was a false dot
+        self._seen[missed & (self.state == NEW)] = -1  # a NEW track that is missed once is dropped
 
     def _retire(self, stamp_s: float) -> None:
         keep = (self._seen >= 0) & ((self.state != LOST) | (stamp_s - self._seen_s <= self._keep_s))
@@ -111,10 +109,9 @@ class Linker:
 
 
 def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarray, np.ndarray]:
-    """One to one links between places (M, 2) and dots (N, 2), px, nearer than gate, of least sum of squares.
+    """One-to-one links between places (M, 2) and dots (N, 2), px, closer than gate, with the least sum of squares.
 
-    Returns indices (K,) of places and of dots. An unlinked place costs the gate's square. Only where several are
-    within reach of each other is anything to be solved.
+    Returns indices (K,) of places and of dots. An unlinked place costs the gate squared. Unambiguous pairs are linked directly.
     """
     none = np.zeros(0, np.int64)
     if not len(places) or not len(dots) or not gate > 0:

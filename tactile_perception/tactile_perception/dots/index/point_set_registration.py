@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Patterns that are no grid: the dots of one image are registered to a known pattern of any kind, random or regular, without the images
-in between, and numbered as the dots of that pattern."""
+"""Non-rigid registration of dots to a known pattern, random or regular, from a single image, in the spirit of Myronenko and Song (Point set
+registration: coherent point drift, 2010: Gaussian mixture, smooth displacement)."""
 from __future__ import annotations
 
 import numpy as np
@@ -11,28 +11,27 @@ from scipy.spatial.distance import cdist
 from tactile_perception.dots.index.linker import FARTHEST, assign
 from tactile_perception.errors import BadArgument, BadFrame
 
-FEWEST, MOST = 8, 3000  # dots of a pattern; of more, the warps take minutes and gigabytes
-MODES = 40  # smooth warps besides the affine ones
-REACH = 3.0  # spacings over which a warp is alike
-STIFFNESS = 1.0  # of the modes, against dots that are met within a spacing
-COARSE, MIDDLE, FINE, COOLING = 1.5, 0.7, 0.15, 0.82  # spacings within which dots are met: at first, or if that fails, and at last
-OUTLIERS = 0.1  # density of dots that belong to nothing, against the pattern's own
-GATE = 0.45  # spacings: a dot further from its warped place is not matched
-NEIGHBOURS = 8  # that say where a dot should be
-DISAGREE = 0.35  # spacings by which it may be elsewhere
-LEAST_MATCHED = 0.75  # of the pattern: with fewer, nothing is certain
-NEARLY_ALL = 0.985  # with fewer, the pattern may have moved by more than was thought
-SLENDER = 0.15  # height over longest side: flatter triangles may turn over
+FEWEST, MOST = 8, 3000  # dots of a pattern; more take minutes and gigabytes
+MODES = 40  # smooth modes besides the affine ones. Chosen
+REACH = 3.0  # spacings, width of the Gaussian kernel of the displacement. Chosen
+STIFFNESS = 1.0  # regularisation of the modes. Chosen
+COARSE, MIDDLE, FINE, COOLING = 1.5, 0.7, 0.15, 0.82  # spacings, width of the mixture: starts and end; and its factor per step. Chosen
+OUTLIERS = 0.1  # density of outliers over that of the pattern. Chosen
+GATE = 0.45  # spacings, largest residual of a match. Chosen: below half a spacing
+NEIGHBOURS = 8  # that predict a dot's position
+DISAGREE = 0.35  # spacings, largest deviation from that prediction. Chosen
+LEAST_MATCHED = 0.75  # of the pattern, least matches of a certain result. Chosen
+NEARLY_ALL = 0.985  # of the pattern, matches at which no wider start is tried. Chosen
+SLENDER = 0.15  # height over longest side of a triangle; flatter ones may flip by noise. Chosen
 
 
 class Pattern:
-    """Places of a pattern's dots while nothing touches, uv (K, 2) px. Raises BadArgument for fewer than eight, more than
-    MOST, or ones in a line."""
+    """Untouched positions uv (K, 2) px of a pattern's dots. Raises BadArgument for fewer than eight, more than MOST, or collinear ones."""
 
     def __init__(self, uv: np.ndarray):
         uv = np.array(uv, np.float64)
         if uv.ndim != 2 or uv.shape[1:] != (2,) or len(uv) < FEWEST or not (np.abs(uv) < FARTHEST).all():
-            raise BadArgument(f'a pattern is at least {FEWEST} finite places (K, 2), not an array of shape {uv.shape}')
+            raise BadArgument(f'a pattern needs at least {FEWEST} finite positions (K, 2), got shape {uv.shape}')
         if len(uv) > MOST:
             raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
         self.uv = uv
@@ -44,11 +43,11 @@ class Pattern:
         try:
             self._triangles = _stout(Delaunay(uv).simplices, uv)
         except QhullError as error:
-            raise BadArgument('the places of a pattern lie in a line') from error
+            raise BadArgument('the positions of a pattern are collinear') from error
         self._basis, self._cost = self._modes()
 
     def match(self, uv: np.ndarray) -> np.ndarray:
-        """Which of the pattern's dots each dot at uv (N, 2) px is, (N,) int64, -1 where not certain; one to one."""
+        """Index in the pattern of each dot at uv (N, 2) px, (N,) int64, one to one; -1 where not certain."""
         uv = np.asarray(uv, np.float64).reshape(-1, 2)
         good = np.flatnonzero(np.abs(uv).max(axis=1, initial=0.0) < FARTHEST)
         id = np.full(len(uv), -1)
@@ -65,7 +64,7 @@ class Pattern:
         return id
 
     def _modes(self):
-        """(K, 3 + M) affine and smooth modes of places, in spacings, and what each costs (3 + M,)."""
+        """Affine and smooth modes of displacement (K, 3 + M), and their regularisation (3 + M,)."""
         scaled = (self.uv - self._middle) / self._unit
         square = ((scaled[:, None] - scaled)**2).sum(axis=2)
         size, modes = np.linalg.eigh(np.exp(-square / (2 * REACH**2)))
@@ -75,7 +74,7 @@ class Pattern:
         return np.column_stack([affine, modes[:, kept] * np.sqrt(size[kept])]), np.r_[np.full(3, 1e-6), np.full(kept.sum(), STIFFNESS)]
 
     def _from(self, start, width, uv) -> tuple[np.ndarray, np.ndarray]:
-        """Matched places of the pattern and dots, from a first guess of the places (K, 2), good to width spacings."""
+        """Matched indices of the pattern and of dots, from start (K, 2) px; width: spacings, of the first mixture."""
         warped = start
         while width > FINE:
             warped = self._step(start, warped, uv, width * self._unit)
@@ -85,7 +84,7 @@ class Pattern:
         return place[agrees], dot[agrees]
 
     def _step(self, start, warped, uv, width):
-        """Places after one step of expectation and maximisation."""
+        """Positions (K, 2) px after one step of expectation and maximisation."""
         near = cdist(warped, uv, 'sqeuclidean')
         near *= -0.5 / width**2
         np.exp(near, out=near)
@@ -98,17 +97,17 @@ class Pattern:
         return start + self._basis @ np.linalg.solve(matrix, self._basis.T @ pull)
 
     def _agreeing(self, place, uv):
-        """(M,) bool of matches that are where the affine motion of their neighbours, as matched, takes them, in no triangle turned over."""
+        """(M,) bool: matches near the affine prediction of their neighbours and in no flipped triangle."""
         moved = np.full_like(self.uv, np.nan)
         moved[place] = uv
-        turned = self._turned(moved)
+        turned = self._in_flipped(moved)
         expected = _by_neighbours(self.uv, moved, self._near)
         off = np.hypot(*(moved - expected).T)
         agrees = (off < DISAGREE * self._unit) & ~turned
         return agrees[place]
 
-    def _turned(self, moved):
-        """(K,) bool: in a triangle turned over that the others around it are not."""
+    def _in_flipped(self, moved):
+        """(K,) bool: in a flipped triangle."""
         a, b, c = moved[self._triangles.T]
         p, q = b - a, c - a
         over = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] <= 0  # false where one is missing
@@ -118,7 +117,7 @@ class Pattern:
 
 
 def _stout(triangles, uv):
-    """Those triangles (T, 3) that are no slivers, all turning the same way."""
+    """Triangles (T, 3) without slivers, all with the same orientation."""
     a, b, c = uv[triangles.T]
     p, q = b - a, c - a
     twice = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
@@ -128,7 +127,7 @@ def _stout(triangles, uv):
 
 
 def _by_neighbours(rest, moved, near):
-    """(K, 2) where the affine motion of each place's neighbours near (K, n) takes it, NaN where fewer than four are known."""
+    """Predictions (K, 2) by the affine motion of neighbours near (K, n); NaN with fewer than four."""
     known = np.isfinite(moved[near][:, :, :1])
     count = known.sum(axis=1)
     from_rest, to = np.where(known, rest[near], 0), np.where(known, moved[near], 0)
@@ -143,21 +142,20 @@ def _by_neighbours(rest, moved, near):
 
 
 class PatternNumbers:
-    """Gives each dot the number that it has in the pattern: calibrated places uv (K, 2) px, or None for the first frame's dots.
+    """Index of each dot in a pattern: calibrated positions uv (K, 2) px, or None to use the first frame's dots.
 
-    Unlike tracks, numbers do not depend on the frames in between, so independent presses and recordings share them. Raises
-    BadArgument for a pattern of too few dots.
+    Unlike tracks, indices do not depend on earlier frames, so independent recordings share them. Raises BadArgument as Pattern does.
     """
 
     def __init__(self, uv: np.ndarray | None = None):
         self._pattern = None if uv is None else Pattern(uv)
 
     def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
-        """Number (N,) int64 of each dot at uv (N, 2) px, -1 where not certain; stamp_s is not used. Raises BadFrame where the first
-        frame's dots make no pattern."""
+        """Index (N,) int64 of each dot at uv (N, 2) px, -1 where not certain; stamp_s is ignored. Raises BadFrame if the first frame has no
+        valid pattern."""
         if self._pattern is None:
             try:
                 self._pattern = Pattern(uv)
             except BadArgument as error:
-                raise BadFrame(f'no pattern to number dots by: {error}') from error
+                raise BadFrame(f'the first frame gives no pattern: {error}') from error
         return self._pattern.match(uv)

@@ -1,35 +1,35 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as the touchpad paper gives them (section 3.5, its five steps, eqs 17 to 19), to compare with."""
+"""The published indexing (touchpad_contact_region, section 3.5: five steps, eqs 17, 18 and the unnumbered one of step 5)."""
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-SEARCH = 0.5  # pitches around a predicted place in which the dot must lie; the paper only says near
+SEARCH = 0.5  # pitches around a predicted position. Chosen: the paper gives no value; wider ones overlap
 
 
 def number_by_paper(uv: np.ndarray, shape: tuple[int, int], image_size: tuple[int, int]) -> tuple[np.ndarray, str]:
-    """(id (N,) int64, -1 where none; reason: empty, or why none) of dots at uv (N, 2) px on a grid of shape (rows, columns).
+    """(id (N,) int64, -1 for none; reason: empty, or why no dot is indexed) of dots at uv (N, 2) px on a grid of shape (rows, columns).
 
-    Steps 1 and 2: the walks along the middle row and column start at the dots nearest to two fixed points, Q_x left of and Q_y above the
-    image's centre, where the ends of the middle row and column lie at rest; here half the grid's size away from it.
+    Steps 1 and 2: the middle row and column start at the dots nearest to two fixed points, Q_x left of and Q_y above the image's centre;
+    here half the grid's size away from it.
     """
     if len(uv) < 4:
         return np.full(len(uv), -1), f'only {len(uv)} dots found'
     tree = cKDTree(uv)
     pitch = float(np.median(tree.query(uv, 2)[0][:, 1]))
     centre = (np.asarray(image_size) - 1) / 2
-    row = _walk(tree, centre - [pitch * (shape[1] - 1) / 2, 0], np.array([pitch, 0]), shape[1])
-    column = _walk(tree, centre - [0, pitch * (shape[0] - 1) / 2], np.array([0, pitch]), shape[0])
+    row = _propagate_line(tree, centre - [pitch * (shape[1] - 1) / 2, 0], np.array([pitch, 0]), shape[1])
+    column = _propagate_line(tree, centre - [0, pitch * (shape[0] - 1) / 2], np.array([0, pitch]), shape[0])
     crossing = [dot for dot in row if dot in column]  # step 4: D_c lies on both
     if len(crossing) != 1:
-        return np.full(len(uv), -1), f'the walks along the middle row and column meet in {len(crossing)} dots, not in one'
-    return _spread(tree, crossing[0], shape, pitch), ''
+        return np.full(len(uv), -1), f'the middle row and column meet in {len(crossing)} dots, not in one'
+    return _propagate_grid(tree, crossing[0], shape, pitch), ''
 
 
-def _walk(tree: cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
-    """Step 3, eqs 17 and 18: dots one after the other, each where the last two predict it; stops where there is none."""
+def _propagate_line(tree: cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
+    """Step 3, eqs 17 and 18: dots in sequence, each predicted by the last two; stops where there is none."""
     dots = [int(tree.query(start)[1])]
     reach = SEARCH * np.linalg.norm(step)
     while len(dots) < count:
@@ -41,8 +41,8 @@ def _walk(tree: cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> lis
     return dots
 
 
-def _spread(tree: cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
-    """Step 5, eq 19: from the middle dot outwards, ring by ring, each dot where two or three numbered ones predict it."""
+def _propagate_grid(tree: cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
+    """Step 5: outwards from the central dot, each dot predicted by two or three indexed ones."""
     start = (shape[0] // 2, shape[1] // 2)
     places = {start: tree.data[middle]}
     id = np.full(len(tree.data), -1)
@@ -63,7 +63,7 @@ def _spread(tree: cKDTree, middle: int, shape: tuple[int, int], pitch: float) ->
 
 
 def _predicted(places: dict, r: int, c: int, row: int, column: int, pitch: float) -> np.ndarray:
-    """P'_ij by the first line of eq 19 whose dots are numbered; next to the first dot, the constant vector of step 3."""
+    """P'_ij by the first line of step 5's equation whose dots are indexed; next to the first dot, the constant vector of step 3."""
     for a, b in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         if (r + a, c + b) in places and (r + 2 * a, c + 2 * b) in places:
             return 2 * places[r + a, c + b] - places[r + 2 * a, c + 2 * b]

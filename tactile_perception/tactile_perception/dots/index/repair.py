@@ -8,13 +8,14 @@ import cv2
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-BENDS = 3.0  # times what the grid bends at most within NEAR rows and columns: more, and the dots left are false ones
-NEAR = 3
-MOST_SHARE = 0.2  # of the grid: with more dots left, their order is not certain
+BENDS = 3.0  # largest second difference at completed nodes over the largest within NEAR rows and columns. Chosen
+NEAR = 3  # rows and columns
+MOST_SHARE = 0.2  # of the grid, most nodes that are completed; of more the order is not certain. Chosen
 
 
 def complete_grid(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """id (N,) int64 of dots at uv (N, 2) px on a grid of shape (rows, columns), with the dots that had none (-1) numbered; or as it was."""
+    """id (N,) int64 of dots at uv (N, 2) px on a grid of shape (rows, columns), with
+    the remaining dots (-1) indexed if there are exactly as many as free nodes and the grid stays smooth; else unchanged."""
     count = shape[0] * shape[1]
     loose, numbered = np.flatnonzero(id < 0), np.flatnonzero(id >= 0)
     if not len(loose) or len(id) != count or len(loose) > MOST_SHARE * count:
@@ -28,7 +29,7 @@ def complete_grid(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.
     dot = linear_sum_assignment(((first[:, None] - uv[loose])**2).sum(axis=2))[1]
     dot = _exchange(places, bends, missing, uv[loose], dot)
     places[missing] = uv[loose[dot]]
-    if _turned_over(places.reshape(*shape, 2)) or _bends_more(places, bends, missing, shape[1]):
+    if _is_folded(places.reshape(*shape, 2)) or _bends_more(places, bends, missing, shape[1]):
         return id
     completed = id.copy()
     completed[loose[dot]] = missing
@@ -36,7 +37,7 @@ def complete_grid(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.
 
 
 def _bends(shape) -> np.ndarray:
-    """(T, 3) numbers of three successive places along rows and columns."""
+    """(T, 3) indices of three successive nodes along rows and columns."""
     number = np.arange(shape[0] * shape[1]).reshape(shape)
     rows = np.stack([number[:, :-2], number[:, 1:-1], number[:, 2:]], axis=-1).reshape(-1, 3)
     columns = np.stack([number[:-2], number[1:-1], number[2:]], axis=-1).reshape(-1, 3)
@@ -44,7 +45,7 @@ def _bends(shape) -> np.ndarray:
 
 
 def _least_bent(places, bends, missing):
-    """(M, 2) places of the missing that make the second differences smallest."""
+    """(M, 2) positions of missing nodes with the least second differences."""
     bends = bends[np.isin(bends, missing).any(axis=1)]
     unknown = np.full(len(places), -1)
     unknown[missing] = np.arange(len(missing))
@@ -58,12 +59,12 @@ def _least_bent(places, bends, missing):
 
 
 def _exchange(places, bends, missing, uv, dot):
-    """The assignment dot (M,) of places uv (M, 2) to the missing, with pairs exchanged while the grid bends less."""
+    """The assignment dot (M,) of uv (M, 2) to missing nodes after pairwise exchanges that reduce the second differences."""
     bends = bends[np.isin(bends, missing).any(axis=1)]
     places, dot = places.copy(), dot.copy()
 
     def bending():
-        """How much the grid bends with the assignment as it is, px^2."""
+        """Sum of squared second differences of the present assignment, px^2."""
         places[missing] = uv[dot]
         a, b, c = places[bends.T]
         return ((a - 2 * b + c)**2).sum()
@@ -82,8 +83,8 @@ def _exchange(places, bends, missing, uv, dot):
     return dot
 
 
-def _turned_over(grid) -> bool:
-    """Whether a corner of any mesh of places (rows, columns, 2) turns the wrong way."""
+def _is_folded(grid) -> bool:
+    """Whether any cell of positions (rows, columns, 2) is folded."""
     right, down = np.diff(grid, axis=1), np.diff(grid, axis=0)
     for r, d in ((right[:-1], down[:, :-1]), (right[:-1], down[:, 1:]), (right[1:], down[:, :-1]), (right[1:], down[:, 1:])):
         if (r[..., 0] * d[..., 1] - r[..., 1] * d[..., 0] <= 0).any():
@@ -92,7 +93,7 @@ def _turned_over(grid) -> bool:
 
 
 def _bends_more(places, bends, missing, columns) -> bool:
-    """Whether the grid bends more at the missing places than it does near them."""
+    """Whether second differences at missing nodes exceed BENDS times those near them."""
     a, b, c = places[bends.T]
     size = np.hypot(*(a - 2 * b + c).T)
     new = np.isin(bends, missing).any(axis=1)
@@ -101,15 +102,15 @@ def _bends_more(places, bends, missing, columns) -> bool:
     return bool(size[new].max(initial=0) > BENDS * size[near].max(initial=0))
 
 
-AROUND = 5  # rows and columns over which steps are averaged
-JUMP = 0.6  # of the step around: a step that differs more joins two dots of which one has a wrong number
-BESIDE = 0.25  # of the step around: a dot all of whose steps differ more is not the one that belongs there
+AROUND = 5  # rows and columns over which steps are averaged. Chosen
+OUTLIER = 0.6  # of the mean step, deviation of a step with a wrong index at one end. Chosen: one pitch deviates by 1
+BESIDE = 0.25  # of the mean step: a dot is rejected if all of its steps deviate more. Chosen
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
-def leave_out_jumps(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """id (N,) int64 of dots at uv (N, 2) px on a grid of shape (rows, columns), -1 for dots at either end of a jump and next to one, and
-    for dots beside their place."""
+def reject_outliers(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """id (N,) int64 of dots at uv (N, 2) px on a grid of shape (rows, columns), -1 for dots at and next to outlying steps, and for
+    dots off their node."""
     numbered = np.flatnonzero(id >= 0)
     places = np.full(shape[0] * shape[1], np.nan + 0j)
     places[id[numbered]] = uv[numbered, 0] + 1j * uv[numbered, 1]
@@ -117,12 +118,12 @@ def leave_out_jumps(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> n
     bad, placed = np.zeros(shape, bool), np.zeros(shape, bool)
     for z, ends, held in ((places, bad, placed), (places.T, bad.T, placed.T)):
         off = _off(z[1:] - z[:-1])
-        jump, even = off > JUMP, off < BESIDE
-        ends[:-1] |= jump
-        ends[1:] |= jump
+        outlier, even = off > OUTLIER, off < BESIDE
+        ends[:-1] |= outlier
+        ends[1:] |= outlier
         held[:-1] |= even
         held[1:] |= even
-    if bad.any():  # what hangs on the wrong number too
+    if bad.any():  # and their neighbours
         placed &= cv2.dilate(bad.astype(np.uint8), _SQUARE) == 0
     cleaned = id.copy()
     cleaned[numbered[~placed.ravel()[id[numbered]]]] = -1
@@ -130,7 +131,7 @@ def leave_out_jumps(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> n
 
 
 def _off(step: np.ndarray) -> np.ndarray:
-    """(...) by how much complex steps (...), NaN where not known, differ from the mean around them, as a share of it."""
+    """Relative deviation (...) of complex steps (...), NaN where unknown, from the mean around them."""
     known = np.isfinite(step.real)
     layers = np.stack([np.where(known, step.real, 0), np.where(known, step.imag, 0), known], axis=2)
     sums = cv2.boxFilter(layers, -1, (AROUND, AROUND), normalize=False, borderType=cv2.BORDER_CONSTANT)

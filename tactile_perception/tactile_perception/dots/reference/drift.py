@@ -1,40 +1,40 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the dots are while nothing touches: taken from the first frames, following slow drift, frozen while something touches."""
+"""Reference positions of untouched dots: averaged over the first frames, tracked as they drift, frozen during contact."""
 from __future__ import annotations
 
 import math
 
 import numpy as np
 
-from tactile_perception.dots.reference.calibrated_rest import KnownRest
+from tactile_perception.dots.reference.calibrated_rest import CalibratedRest
 from tactile_perception.dots.reference.release import Release
 from tactile_perception.dots.reference.untouched_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
 
-QUIET = 5.0  # standard deviations: a dot that leaves the common affine motion by more is being moved by something that touches
-QUIET_FLOOR = 0.1  # px: what small changes of light do to a dot's centroid is no touch
-DRIFTED = 0.5  # px: dots that have, most of them, left the reference further have been moved; drift is followed before it gets there
-QUIET_SHARE = 0.01  # of the dots may be off by more, as false ones are
+QUIET = 5.0  # standard deviations from the common affine motion, beyond which a dot is displaced by contact. Chosen
+QUIET_FLOOR = 0.1  # px, least such deviation: changes of light shift centroids by less. Chosen
+DRIFTED = 0.5  # px, median displacement that is contact: drift is tracked before it grows so far. Chosen
+QUIET_SHARE = 0.01  # of the dots, that may deviate as outliers. Chosen
+AFFINE_SHARE = 0.8  # of the dots, those with the least residuals, that the second affine fit uses. Chosen
 
 
 class Reference:
-    """Untouched places of numbered dots, px.
+    """Untouched positions of indexed dots, px.
 
-    time_constant_s: how fast slow drift is followed. frames: the first so many untouched frames are averaged evenly. A dot seen
-    first later on gets its place when it is seen in an untouched frame. known: calibrated places, which take the place of the first ones
-    where those are of a touched sensor; once it is released, places are taken as at first. suspicious: why the places may not be
-    untouched ones, in words.
+    time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
+    that starts under contact is not released; suspicious: why the reference may not be untouched, ''. A dot that appears later gets its
+    position in the next untouched frame. Raises BadArgument for a time constant that is not positive or frames below 1.
     """
 
-    def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: KnownRest | None = None):
+    def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
         if not (time_constant_s > 0 and frames >= 1):
             raise BadArgument(f'time_constant_s > 0 and frames >= 1 are needed, not {time_constant_s} and {frames}')
         self._time_constant_s, self._frames, self._known = time_constant_s, frames, known
         self.restart()
 
     def restart(self) -> None:
-        """The next frame is the new reference."""
+        """Take the next frame as the reference."""
         self.id = np.zeros(0, np.int64)
         self.uv = np.zeros((0, 2))
         self._count = np.zeros(0)
@@ -45,10 +45,10 @@ class Reference:
 
     def update(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float, columns: int,
                touched: bool | None = None) -> np.ndarray:
-        """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN for a dot without a rest place.
+        """Displacements (N, 2) px of dots id (N,) at uv (N, 2) with standard deviations sigma (N,) px; NaN without a reference position.
 
-        touched: what a later stage knows; None leaves it to the dots themselves. columns: of the grid, 0 for other patterns. A dot whose
-        place is no number counts as not seen.
+        touched: as known by a later stage, None to decide by the dots; columns: of the grid, 0 for other patterns. Dots with a non-finite
+        position count as not seen.
         """
         seen = np.isfinite(uv).all(axis=1)
         if seen.all():
@@ -70,7 +70,7 @@ class Reference:
         return uv - rest
 
     def places(self, id: np.ndarray) -> np.ndarray:
-        """(N, 2) rest places of dots id (N,), NaN where not known."""
+        """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
         if np.array_equal(id, self.id):
             return self.uv.copy()
         at, known = self._index(id)
@@ -99,7 +99,7 @@ class Reference:
         self._count = np.r_[self._count, np.zeros(len(id))][order]
 
     def _follow(self, id: np.ndarray, uv: np.ndarray, rest: np.ndarray, stamp_s: float) -> None:
-        """The places go towards the dots: evenly over the first frames, then with the time constant."""
+        """Average over the first frames, then track with the time constant."""
         known = np.isfinite(rest[:, 0])
         at = self._index(id[known])[0]
         elapsed = 0.0 if self._stamp_s is None else max(0.0, stamp_s - self._stamp_s)
@@ -111,7 +111,7 @@ class Reference:
             self._insert(id[~known], uv[~known])
 
     def _is_touched(self, id, uv, duv, sigma, stamp_s) -> bool:
-        """Whether something touches; what a touch has left when it ended is followed as slow drift is."""
+        """Whether something touches; the residual displacement after a contact is tracked as drift."""
         moved, size = self._moved(uv, duv, sigma)
         if not moved:
             self._release.forget()
@@ -119,8 +119,8 @@ class Reference:
         return not self._release.is_residue(size, id, uv, sigma, stamp_s)
 
     def _moved(self, uv, duv, sigma) -> tuple[bool, float]:
-        """Whether more than stray dots leave the motion that all share (drift shifts, turns and swells the whole image), and how far (px)
-        those few do that do most."""
+        """Whether more dots than outliers deviate from the common affine motion (as drift moves all), and the largest deviation, px,
+        without outliers."""
         known = np.isfinite(duv[:, 0])
         if not known.all():
             uv, duv, sigma = uv[known], duv[known], sigma[known]
@@ -133,25 +133,24 @@ class Reference:
         places = np.empty((4, count))
         places[:2], places[2:] = uv.T, duv.T
         square = _off_affine(places, places)
-        square = _off_affine(places, places.compress(square <= _smallest(square, int(0.8 * count)), axis=1))
+        square = _off_affine(places, places.compress(square <= _smallest(square, int(AFFINE_SHARE * count)), axis=1))
         size = math.sqrt(_smallest(square, int((1 - QUIET_SHARE) * (count - 1))))
         leaves = np.count_nonzero(np.sqrt(square) > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE * count
         return bool(leaves or shared > DRIFTED), max(size, shared)
 
 
 def _smallest(values: np.ndarray, at: int) -> float:
-    """The value that as many (at) of values (N,) come before."""
+    """The element of values (N,) at this index of their sorted order."""
     return float(np.partition(values, at)[at])
 
 
 def _off_affine(places: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """(N,) px^2, squares of how far dots leave the common affine motion of those kept; both (4, ...): u, v and displacements along them,
-    px."""
+    """Squared residuals (N,) px^2 of the affine motion fitted to kept; places, kept: (4, ...) u, v and their displacements, px."""
     middle = kept.sum(axis=1, keepdims=True) / kept.shape[1]
     kept = kept - middle
     products = kept @ kept.T
     a, b, d = products[0, 0], products[0, 1], products[1, 1]
-    ridge = 1e-9 * (a + d) + 1e-9  # dots on one line say nothing of the motion's change across it
+    ridge = 1e-9 * (a + d) + 1e-9  # for collinear dots
     a, d = a + ridge, d + ridge
     less = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     less[:, :2] = products[2:, :2] @ np.array([[-d, b], [b, -a]]) / (a * d - b * b)

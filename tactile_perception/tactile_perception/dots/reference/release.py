@@ -1,37 +1,38 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tells what a touch leaves behind (a pad creeps back, a print has shifted) from a touch that goes on.
+"""Detection of the residual displacement after a contact (creep of the pad, shifted print), which looks like a small lasting contact.
 
-Displacements alone cannot: both are local and do not move. But a residue is small against the touch before it, and small at all, and has
-stayed still for a while; a contact that is held has most of the size that it had at its deepest.
+A residue is small, small against the contact before it, and still for some time; a contact that is held keeps most of its size.
 """
 from __future__ import annotations
 
 import numpy as np
 
-RELEASED = 0.15  # of the largest size of a touch: what is less may be its residue
-LARGEST = 1.0  # px: no residue is larger
-SETTLED_S = 3.0  # s for which it must have stayed still
-STILL = 0.1  # px that nearly all dots have moved less than, in that time
+RELEASED = 0.15  # of the largest size of a contact, largest residue. Chosen
+LARGEST = 1.0  # px, largest residue. Chosen
+SETTLED_S = 3.0  # s without motion. Chosen
+STILL = 0.1  # px, largest motion within that time, of NEARLY_ALL dots. Chosen
 NEARLY_ALL = 0.99
-NOISE = 7.0  # sigmas: two places of a dot that stays differ by less
-GROWN = 1.5  # times its size when it was taken for a residue: it is a touch again
+NOISE = 7.0  # standard deviations, the same for noisy dots. Derived: 5 for the difference of two positions
+GROWN = 1.5  # times its accepted size, from which a residue is contact again. Chosen
 
 
 class Release:
-    """Follows the size of a touch from frame to frame."""
+    """Tracks the size of a contact from frame to frame."""
 
     def __init__(self):
         self.forget()
 
     def forget(self) -> None:
-        """Nothing touches, and nothing has."""
+        """Forget the last contact."""
         self._largest, self._accepted = 0.0, np.nan
         self._since_s, self._id, self._uv = np.inf, np.zeros(0, np.int64), np.zeros((0, 2))
 
     def is_residue(self, size: float, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray, stamp_s: float) -> bool:
-        """Whether displacements of this size (px) of dots id (N,) at uv (N, 2) px, good to sigma (N,) px, are what a touch
-        has left."""
+        """Whether displacements of this size, px, are the residue of a contact.
+
+        id: (N,), uv: (N, 2) px and sigma: (N,) px, of the dots; stamp_s: s.
+        """
         self._largest = max(self._largest, size)
         if not self._stayed(id, uv, max(STILL, NOISE * float(np.sort(sigma)[len(sigma) // 2]))):
             self._since_s, self._id, self._uv, self._accepted = stamp_s, id.copy(), uv.copy(), np.nan
@@ -43,7 +44,7 @@ class Release:
         return True
 
     def _stayed(self, id, uv, limit) -> bool:
-        """Whether the dots are where they were when they were last seen to have moved."""
+        """Whether the dots are where they were at their last motion."""
         now = then = slice(None)
         if not np.array_equal(id, self._id):
             _, now, then = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)

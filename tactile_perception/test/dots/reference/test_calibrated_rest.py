@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.dots.reference.calibrated_rest import KnownRest
+from tactile_perception.dots.reference.calibrated_rest import CalibratedRest
 
 ROW, COLUMN = np.divmod(np.arange(117), 13)
 ID, UV = np.arange(117), np.stack([COLUMN, ROW], axis=1) * 40.0 + 80
 MIDDLE = UV.mean(axis=0)
-KNOWN = KnownRest(UV)
+KNOWN = CalibratedRest(UV)
 
 
 def press(place, size, width=100.0):
@@ -46,5 +46,5 @@ def test_dots_that_are_missing_or_unknown_are_left_out():
     seen = np.r_[20:110]
     now = UV + press((330.0, 250.0), 5.0)
     now[100] = np.nan
-    assert KnownRest(rest).judge(ID[seen], now[seen]).pressed
-    assert not KnownRest(rest).judge(np.r_[ID[:60], 300], np.vstack([now[:60], [[0, 0]]])).pressed, 'of twenty nothing is said'
+    assert CalibratedRest(rest).judge(ID[seen], now[seen]).pressed
+    assert not CalibratedRest(rest).judge(np.r_[ID[:60], 300], np.vstack([now[:60], [[0, 0]]])).pressed, 'of twenty nothing is said'

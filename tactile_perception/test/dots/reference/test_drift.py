@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.dots.reference.calibrated_rest import KnownRest
+from tactile_perception.dots.reference.calibrated_rest import CalibratedRest
 from tactile_perception.dots.reference.drift import Reference
 from tactile_perception.errors import BadArgument
 
@@ -136,7 +136,7 @@ def test_wrong_parameters():
 
 
 def test_a_touch_at_the_start_is_told_by_the_calibrated_places():
-    reference = Reference(known=KnownRest(UV))
+    reference = Reference(known=CalibratedRest(UV))
     duv = run(reference, 20, move=2 * DENT)
     assert reference.touched and 'was touched' in reference.suspicious
     assert np.abs(duv - 2 * DENT).max() < 0.12
@@ -146,7 +146,7 @@ def test_a_touch_at_the_start_is_told_by_the_calibrated_places():
 
 
 def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_told_until_it_ends():
-    reference = Reference(known=KnownRest(UV))
+    reference = Reference(known=CalibratedRest(UV))
     run(reference, 5, move=2 * DENT + [6.0, 0.0])
     assert 'calibrate again' in reference.suspicious
     run(reference, 5, start=1.0, move=np.array([6.0, 0.0]))
@@ -154,6 +154,6 @@ def test_a_touch_at_the_start_beside_a_camera_that_has_moved_is_told_until_it_en
 
 
 def test_an_untouched_start_is_taken_where_it_is():
-    reference = Reference(known=KnownRest(UV))
+    reference = Reference(known=CalibratedRest(UV))
     run(reference, 10, move=np.array([1.0, -1.0]))
     assert reference.suspicious == '' and np.abs(reference.uv - UV - [1.0, -1.0]).max() < 0.05
