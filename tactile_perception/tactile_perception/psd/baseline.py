@@ -13,7 +13,7 @@ from .geometry import MIX, TOTAL
 _SLOW_S = 0.5  # s, time constant of drift. Chosen
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
 _NOISE_S = 5.0  # s, time constant of the noise. Chosen
-_STEP_S = 0.02  # s, between updates. Derived: two periods of lamps on 50 Hz mains
+_STEP_S = 0.02  # s, between updates. Chosen: two periods of lamps on 50 Hz mains
 _FLAT_S = 0.5  # s: light that is constant for so long, without contact, is ambient. Chosen
 _QUIET = 3.0  # standard deviations of the total within which nothing is near. Chosen
 _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps thresholds positive for noiseless input

@@ -17,10 +17,10 @@ from .presses import Presses, Segments
 from .response import fit_load, fit_touch_level
 
 _SAME_PLACE = 0.006  # rad within which presses count as one position. Chosen: a little more than one segment spans (presses._SAME_PLACE)
-_RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Derived: about 3 for each trend coefficient
+_RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Chosen: about 3 for each trend coefficient
 _MOST = 250  # positions: bounds the time of the fit, which grows with their cube. Chosen
 _MOST_LOADS = 600  # segments: bounds the memory of the leave-one-out errors. Chosen
-_CROSS_FEWEST = 12  # segments. Derived: two for each of the 6 coefficients
+_CROSS_FEWEST = 12  # segments. Chosen: two for each of the 6 coefficients
 # half widths, see _reach. Chosen: 1.5 spacings of the calibration close its gaps, within fixed bounds.
 _REACH_SPACINGS, _REACH_LEAST, _REACH_MOST = 1.5, 0.02, 0.25
 

@@ -10,11 +10,11 @@ import numpy as np
 from ..errors import BadCalibration
 
 _LARGEST_LOG = 50.0  # keeps exp finite
-_FEWEST = 12  # contacts. Derived: 1.5 for each of the 8 coefficients
+_FEWEST = 12  # contacts. Chosen: 1.5 for each of the 8 coefficients
 _SPREAD = 1.3  # largest load over the smallest one. Chosen: less does not determine the slope
 _TERMS = 8
 _RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike. Chosen
-_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients. Derived: two presses or more for each
+_LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients. Chosen: two presses or more for each
 _RISING = 0.35  # of a press's brightest light: a brighter onset was labelled late. Chosen
 _USABLE = 0.6  # part of the onsets that must be labelled in time. Chosen
 

@@ -14,7 +14,7 @@ _QUANTUM = 0.29  # standard deviation of rounding to whole numbers: 1 / sqrt(12)
 _NEIGHBOURHOOD = (7, 7)
 _SETTLED = 5  # quiet frames of a taxel before it contributes to the noise. Chosen: the tests pass at 2 and fail at 10
 _NOISE_FRAMES, _NOISE_INTERVAL = 50, 10  # frames: length of the noise's average; once full, one frame in so many updates it. Chosen
-_SAMPLE = 2000  # taxels used for the noise. Derived: the error of a standard deviation, 1 / sqrt(2 N), is then under 2 percent
+_SAMPLE = 2000  # taxels used for the noise. Chosen: the error of a standard deviation, 1 / sqrt(2 N), is then under 2 percent
 _LOOKS_PRESSED = 0.1  # of the full scale: range of a smoothed first frame from which it may hold a contact. Chosen
 
 

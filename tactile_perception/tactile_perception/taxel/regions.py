@@ -15,7 +15,7 @@ from ..common.contour import Outline, contour, group_loops
 from ..common.region_moments import Moments
 from .score import LEVEL, largest_near
 
-_AROUND, _NEAR = 2, (5, 5)  # taxels around a region that share its force, and that square. Derived: a pad of 2 mm on taxels of 1 mm (paper)
+_AROUND, _NEAR = 2, (5, 5)  # taxels around a region that share its force, and that square. Chosen: a pad of 2 mm on taxels of 1 mm (paper)
 _MOST = 64  # regions; an image with more is broken. Chosen: more than fingers can make
 
 

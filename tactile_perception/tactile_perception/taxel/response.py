@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import BadArgument, BadCalibration
 
 _KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone). Chosen
-_FEWEST = 3  # loads. Derived: one for each coefficient of the curve
+_FEWEST = 3  # loads. Chosen: one for each coefficient of the curve
 _SMALL = 0.3  # of the largest force, added to each force in the weights: relative error of large forces, absolute of small ones. Chosen
 _REACHED = 0.95  # part of the taxels that an even load must reach. Chosen
 _RESPONDING = 0.3  # of the mean change, from which a taxel is reached. Chosen: below the least gain

@@ -13,7 +13,7 @@ LARGEST = 1.0  # px, largest residue. Chosen
 SETTLED_S = 3.0  # s without motion. Chosen
 STILL = 0.1  # px, largest motion within that time, of NEARLY_ALL dots. Chosen
 NEARLY_ALL = 0.99
-NOISE = 7.0  # standard deviations, the same for noisy dots. Derived: 5 for the difference of two positions
+NOISE = 7.0  # standard deviations, the same for noisy dots. Chosen: about 5 sqrt 2, for the difference of two positions
 GROWN = 1.5  # times its accepted size, from which a residue is contact again. Chosen
 
 
