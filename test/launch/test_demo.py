@@ -74,5 +74,5 @@ def test_a_recorded_video_is_shown(ros2, tmp_path, press_video):
 def test_where_nothing_comes_it_fails_with_a_word(ros2):
     demo = ros2('run', 'tactile_bringup', 'demo', '--ros-args', '-p', 'patience:=1.0', '-p', 'out:=pictures')
     assert demo.wait(30) == 1
-    assert 'demo: nothing came' in demo.log and 'dots' in demo.log
+    assert 'demo: no frame' in demo.log and 'dots' in demo.log
     assert 'Traceback' not in demo.log
