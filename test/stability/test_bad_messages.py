@@ -170,7 +170,7 @@ def test_dots_that_cannot_be_used_are_refused(pad, running):
     refused('entries', u=good.u[:3])
     refused('entries', x=good.x[:3])
     refused('grid', rows=5)
-    refused('no places', x=[], y=[], z=[])
+    refused('surface cap', x=[], y=[], z=[])
     assert running.image(pad.rest[4])['contact_region'].area == 0
 
 
