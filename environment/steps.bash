@@ -20,8 +20,13 @@ step() {
     mkdir -p "$stamps" "$logs"
     rm -f "$stamps/$name"
     say "$text"
-    local start=$SECONDS
-    if ! "$@" 2>&1 </dev/null | tee "$log" | show_progress; then
+    local start=$SECONDS status
+    # Not in a condition: there bash would go on after a command of the step that fails.
+    set +e
+    (set -e && "$@") 2>&1 </dev/null | tee "$log" | show_progress
+    status=${PIPESTATUS[0]}
+    set -e
+    if ((status)); then
         tail -n 40 "$log" >&2
         fail "$text: failed. The whole output is in $log; the next call starts again from here."
     fi

@@ -70,3 +70,15 @@ def test_missing_compiler_is_named_with_the_line_to_type(tmp_path):
                           env={'PATH': str(tmp_path), 'ROOT': str(ROOT), 'HOME': str(tmp_path)})
     assert done.returncode == 1
     assert 'sudo apt-get install -y g++' in done.stdout, done.stdout + done.stderr
+
+
+def test_a_step_ends_at_its_first_command_that_fails(tmp_path):
+    script = """set -euo pipefail
+        stamps=$SCRATCH/stamps logs=$SCRATCH/logs
+        source "$ROOT/environment/steps.bash"
+        broken() { false; touch "$SCRATCH/went_on"; }
+        step broken 1 "a step" broken"""
+    done = shell(script, SCRATCH=str(tmp_path))
+    assert done.returncode == 1
+    assert not (tmp_path / 'went_on').exists()
+    assert not (tmp_path / 'stamps' / 'broken').exists()
