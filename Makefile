@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-# make demo, make test, make test-full, make lint: each sets up what is missing first (setup.bash).
+# make demo, make test, make test-full, make sanitize, make lint: each sets up what is missing first (setup.bash).
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-full lint setup clean
+.PHONY: help demo test test-full sanitize lint setup clean
 
 # make demo SOURCE=file PATH_TO=press.avi OUT=out/press ...; anything else by ARGS="name:=value ..."
 demo_arguments = $(if $(SOURCE),source:=$(SOURCE)) $(if $(PATH_TO),path:='$(PATH_TO)') $(if $(DEVICE),device:='$(DEVICE)') \
@@ -21,6 +21,7 @@ help:
 	@echo 'make test   what needs no process, and each launch file once: within 5 minutes; the report goes to out/test-results.xml'
 	@echo '            make test TESTS=tactile_driver/test PYTEST="-k dots -x"   some of them'
 	@echo 'make test-full   all tests: about 20 minutes'
+	@echo 'make sanitize  the tests of the compiled kernels, with checks of addresses and of undefined behaviour'
 	@echo 'make lint   style and spelling alone'
 	@echo 'make clean  takes away what make and setup.bash built, the environment included'
 
@@ -35,6 +36,14 @@ test:
 
 test-full:
 	@$(run_tests) $(PYTEST)
+
+# The kernels' tests are those that name the compiled module. Python itself leaks by design: leaks are not looked for.
+sanitize:
+	@source ./setup.bash && cd tactile_perception && \
+	  TACTILE_SANITIZE=1 python3 setup.py -q build --build-base ../out/sanitize/build --build-lib ../out/sanitize/lib
+	@source ./setup.bash && PYTHONPATH=$(CURDIR)/out/sanitize/lib:$$PYTHONPATH ASAN_OPTIONS=detect_leaks=0 \
+	  LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libubsan.so)" \
+	  python3 -m pytest $$(grep -rlE '_core' tactile_perception/test --include='test_*.py') $(PYTEST)
 
 lint:
 	@source ./setup.bash && python3 -m pytest test/style $(PYTEST)

@@ -65,10 +65,10 @@ build_workspace() {
 workspace_hash() {
     cd "$root"
     {
-        find tactile_*/package.xml tactile_*/setup.* tactile_*/CMakeLists.txt tactile_*/resource tactile_msgs/msg -type f -print0 |
+        find tactile_*/package.xml tactile_*/setup.* tactile_*/CMakeLists.txt tactile_*/resource tactile_*/src tactile_msgs/msg -type f -print0 |
             sort -z | xargs -0 sha256sum
         find tactile_*/launch tactile_*/params tactile_*/rviz tactile_*/calibration -type f 2>/dev/null | sort
-        echo "$1"
+        echo "$1 ${TACTILE_NATIVE:-}"
     } | sha256sum | cut -d' ' -f1
 }
 
@@ -100,4 +100,9 @@ if [[ $flavour == fallback ]]; then
     below=$tools_hash
 fi
 [[ -f $base/workspace/install/local_setup.bash ]] || rm -f "$stamps/workspace"
-step workspace "$(workspace_hash "$below")" "5 of 5: packages of this workspace" build_workspace
+workspace=$(workspace_hash "$below")
+if ! is_done workspace "$workspace"; then
+    require_compiler
+    [[ $flavour == fallback ]] || require_pybind11 "$root"
+fi
+step workspace "$workspace" "5 of 5: packages of this workspace" build_workspace

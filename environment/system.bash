@@ -61,3 +61,18 @@ require_system() {
     fi
     fail "missing on this machine, by their Debian names: $missing(install them with its package manager)"
 }
+
+# require_compiler: messages and kernels are compiled; names the line to type where that cannot be.
+require_compiler() {
+    local compiler=${CXX:-g++}
+    command -v "${compiler%% *}" >/dev/null && return
+    if command -v apt-get >/dev/null; then
+        fail "there is no C++ compiler (${compiler%% *}). Type: sudo apt-get install -y g++"
+    fi
+    fail "there is no C++ compiler (${compiler%% *}); install g++ with this machine's package manager"
+}
+
+# require_pybind11 ROOT: of the user's own ROS 2; the fallback brings it along.
+require_pybind11() {
+    python3 -c 'import pybind11' 2>/dev/null || fail "Python's pybind11 is missing. Type: rosdep install --from-paths $1 --ignore-src"
+}

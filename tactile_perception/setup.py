@@ -1,15 +1,60 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Build rules of tactile_perception, run by colcon."""
+"""Build rules of tactile_perception, run by colcon: the Python modules, and the compiled kernels of src/ as tactile_perception._core.
 
-from setuptools import find_packages, setup
+TACTILE_NATIVE=1 compiles for the processor of this machine alone. TACTILE_SANITIZE=1 compiles checks of addresses and of undefined
+behaviour in (make sanitize).
+"""
+
+import os
+import pathlib
+
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
 
 PACKAGE = 'tactile_perception'
+SOURCE = pathlib.Path(__file__).resolve().parent / 'src'
+# -O3: loops over pixels become vector instructions, which -O2 of GCC 11 leaves out. No fused products and no reordered sums: the same
+# bits on every processor.
+FLAGS = ['-std=c++17', '-O3', '-ffp-contract=off', '-fvisibility=hidden', '-Wall', '-Wextra', '-g0']
+SANITIZE = ['-O1', '-g', '-fno-omit-frame-pointer', '-fsanitize=address,undefined', '-fno-sanitize-recover=all']
+
+
+def flags_wanted() -> tuple[list[str], list[str]]:
+    """Return flags for the compiler and for the linker."""
+    if os.environ.get('TACTILE_SANITIZE') == '1':
+        return FLAGS + SANITIZE, SANITIZE
+    return FLAGS + (['-march=native'] if os.environ.get('TACTILE_NATIVE') == '1' else []), []
+
+
+class BuildKernels(build_ext):
+    """Compiles the kernels; all of them anew where the flags are not those of the last time."""
+
+    def build_extension(self, extension):
+        """Compile one extension."""
+        import pybind11
+        extension.include_dirs.append(pybind11.get_include())
+        extension.extra_compile_args, extension.extra_link_args = flags_wanted()
+        kept = pathlib.Path(self.build_temp) / 'flags'
+        flags = ' '.join(extension.extra_compile_args)
+        self.force = self.force or not kept.is_file() or kept.read_text() != flags
+        super().build_extension(extension)
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.write_text(flags)
+
+
+def kernels() -> Extension:
+    """Return the compiled module: all of src/."""
+    sources, headers = ([str(path) for path in sorted(SOURCE.glob(kind))] for kind in ('*.cpp', '*.hpp'))
+    return Extension(PACKAGE + '._core', sources, depends=headers, language='c++')
+
 
 setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test', 'test.*']),
+    ext_modules=[kernels()],
+    cmdclass={'build_ext': BuildKernels},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + PACKAGE]),
         ('share/' + PACKAGE, ['package.xml']),

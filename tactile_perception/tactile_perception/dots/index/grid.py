@@ -15,6 +15,7 @@ from tactile_perception.errors import BadArgument
 
 MAX_ANGLE = np.deg2rad(38.0)  # rotation beyond which rows and columns may be exchanged. Chosen: below 45 degrees, with tolerance
 _FEW_LINKED = 0.7  # of the dots: with fewer linked, the message gives their number. Chosen
+_FARTHEST = 1e12  # px: no image is wider; what is further, or NaN, is no position
 
 
 @dataclass
@@ -50,9 +51,9 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     left the image. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
-    if np.isfinite(uv).all():
+    good = np.flatnonzero((np.abs(uv) < _FARTHEST).all(axis=1))
+    if len(good) == len(uv):
         return _number(uv, (rows, columns), previous, image_size)
-    good = np.flatnonzero(np.isfinite(uv).all(axis=1))
     numbers = _number(uv[good], (rows, columns), previous, image_size)
     id = np.full(len(uv), -1)
     id[good] = numbers.id

@@ -1,0 +1,77 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// What Python sees of the kernels. Each function looks at its arguments (border.hpp), lets other threads run, and returns new arrays.
+#include "border.hpp"
+#include "lattice.hpp"
+#include "peaks.hpp"
+
+namespace py = pybind11;
+using namespace tactile;
+using tactile::border::ANY;
+using tactile::border::Input;
+using tactile::border::output;
+using tactile::border::within;
+
+namespace {
+
+constexpr int LARGEST_SIDE = 255;  // px, of the squares that peaks are looked for with
+
+Image as_image(const Input<std::uint8_t>& image) { return {image.data(), image.length(0), image.length(1)}; }
+
+int odd(int value, const char* name) {
+    within(value, name, 1, LARGEST_SIDE);
+    if (value % 2 == 0) throw py::value_error(std::string(name) + ": an odd number is needed, got " + std::to_string(value));
+    return value;
+}
+
+py::array_t<double> peaks(const py::object& image, int step, int smooth, int box, int sign, double lowest) {
+    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
+    within(step, "step", 1, 2);
+    if (sign != 1 && sign != -1) throw py::value_error("sign: 1 or -1 is needed, got " + std::to_string(sign));
+    within(lowest, "lowest", 0, 1e6);
+    const PeakSearch search{step, odd(smooth, "smooth"), odd(box, "box"), sign, static_cast<float>(lowest)};
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_peaks(as_image(pixels), search);
+    }
+    return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
+}
+
+constexpr double LARGEST_PLACE = 1e12;  // px: no image is wider, and nothing overflows
+
+py::object lattice(const py::object& places, double angle_hint) {
+    const Input<double> given(places, "places", {ANY, 2});
+    const py::ssize_t count = given.length();
+    within(angle_hint, "angle_hint", -1e3, 1e3);
+    for (py::ssize_t k = 0; k < 2 * count; ++k) within(given.data()[k], "places", -LARGEST_PLACE, LARGEST_PLACE);
+    Lattice found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_lattice(given.data(), count, angle_hint);
+    }
+    if (!found.found) return py::none();
+    py::array_t<std::int64_t> indices({count, py::ssize_t{2}});
+    std::int64_t* out = indices.mutable_data();
+    for (py::ssize_t i = 0; i < count; ++i) {
+        out[2 * i] = found.row[i];
+        out[2 * i + 1] = found.column[i];
+    }
+    const std::vector<bool> member(found.member.begin(), found.member.end());
+    return py::make_tuple(indices, output<bool>(member, {count}), found.angle, found.pitch);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, module) {
+    module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
+    module.def("find_peaks", &peaks, py::arg("image"), py::kw_only(), py::arg("step"), py::arg("smooth"), py::arg("box"), py::arg("sign"),
+               py::arg("lowest"),
+               "Rough places (N, 2) float64 of dots, px, in an image (H, W) uint8: peaks against their local ground.\n\n"
+               "step: 1, or 2 to average two by two pixels into one first; smooth, box: px after that, odd: sides of the Gaussian that\n"
+               "takes the noise off and of the square whose mean is the ground; sign: 1 for bright dots, -1 for dark; lowest: grey levels.");
+    module.def("find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
+               "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"
+               "of them are members (N,) bool; the angle of the rows against u, rad, within 45 degrees of angle_hint; the pitch, px. None\n"
+               "where the dots form no grid, or one that contradicts itself.");
+}

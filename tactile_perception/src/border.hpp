@@ -1,0 +1,73 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// The border to Python: arrays are looked at before they are used. A wrong one raises ValueError with the name of the argument.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+namespace tactile::border {
+
+namespace py = pybind11;
+
+constexpr py::ssize_t ANY = -1;  // a length that is free
+
+template <class T>
+std::string type_name() {
+    return py::str(py::dtype::of<T>().attr("name"));
+}
+
+inline std::string shape_name(std::initializer_list<py::ssize_t> shape) {
+    std::string text = "(";
+    for (const py::ssize_t length : shape) text += (text.size() > 1 ? ", " : "") + (length == ANY ? std::string("any") : std::to_string(length));
+    return text + ")";
+}
+
+// An argument that is an array: of type T exactly, of that shape, rows one after the other (copied where they are not).
+template <class T>
+class Input {
+   public:
+    Input(const py::object& given, const char* name, std::initializer_list<py::ssize_t> shape) {
+        const std::string wanted = std::string(name) + ": an array " + shape_name(shape) + " of " + type_name<T>() + " is needed, got ";
+        if (!py::isinstance<py::array>(given)) throw py::value_error(wanted + std::string(py::str(py::type::of(given).attr("__name__"))));
+        if (!py::isinstance<py::array_t<T>>(given)) throw py::value_error(wanted + std::string(py::str(given.attr("dtype"))));
+        const py::array array = given;
+        bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());
+        py::ssize_t axis = 0;
+        for (const py::ssize_t length : shape) fits = fits && (length == ANY || array.shape(axis) == length), ++axis;
+        if (!fits) throw py::value_error(wanted + "the shape " + std::string(py::str(given.attr("shape"))));
+        array_ = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
+        if (!array_) throw py::error_already_set();
+    }
+    const T* data() const { return array_.data(); }
+    py::ssize_t length(py::ssize_t axis = 0) const { return array_.shape(axis); }
+
+   private:
+    py::array_t<T, py::array::c_style | py::array::forcecast> array_;
+};
+
+// A number within bounds, both included; NaN is never within.
+template <class T>
+T within(T value, const char* name, double least, double most) {
+    if (!(static_cast<double>(value) >= least && static_cast<double>(value) <= most)) {
+        throw py::value_error(std::string(name) + ": a number from " + std::to_string(least) + " to " + std::to_string(most) +
+                              " is needed, got " + std::to_string(value));
+    }
+    return value;
+}
+
+// A new array of that shape, filled with the values.
+template <class T>
+py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> shape) {
+    py::array_t<T> array(std::move(shape));
+    std::copy(values.begin(), values.end(), array.mutable_data());
+    return array;
+}
+
+}  // namespace tactile::border

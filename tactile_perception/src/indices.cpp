@@ -1,0 +1,146 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// From links between neighbours to relative rows and columns, breadth-first over links that are a side of a closed mesh.
+#include <algorithm>
+#include <iterator>
+
+#include "lattice.hpp"
+
+namespace tactile {
+namespace {
+
+using Links = std::vector<std::int32_t>;
+
+constexpr int WAYS = 4;  // right, below, left, above
+constexpr std::int64_t ROW_STEP[WAYS] = {0, 1, 0, -1}, COLUMN_STEP[WAYS] = {1, 0, -1, 0};
+
+struct Neighbours {
+    Links to[WAYS];
+
+    Neighbours(const Links& right, const Links& below) {
+        to[0] = right;
+        to[1] = below;
+        for (int way = 0; way < 2; ++way) {
+            to[way + 2].assign(right.size(), -1);
+            for (std::size_t i = 0; i < right.size(); ++i) {
+                if (to[way][i] >= 0) to[way + 2][to[way][i]] = static_cast<std::int32_t>(i);
+            }
+        }
+    }
+
+    // Those links alone that are a side of a closed mesh: right then below ends where below then right does.
+    Neighbours sound() const {
+        const Links &right = to[0], &below = to[1];
+        Links sides[2] = {Links(right.size(), -1), Links(right.size(), -1)};
+        for (std::size_t i = 0; i < right.size(); ++i) {
+            if (right[i] < 0 || below[i] < 0) continue;
+            const std::int32_t corner = below[right[i]];
+            if (corner < 0 || corner != right[below[i]]) continue;
+            sides[0][i] = right[i];
+            sides[0][below[i]] = corner;
+            sides[1][i] = below[i];
+            sides[1][right[i]] = corner;
+        }
+        return {sides[0], sides[1]};
+    }
+};
+
+struct Place {
+    std::int64_t row, column;
+    bool operator==(const Place& other) const { return row == other.row && column == other.column; }
+};
+
+std::uint64_t key(const Indices& found, std::size_t i) {
+    return (static_cast<std::uint64_t>(found.row[i]) << 32) ^ (static_cast<std::uint64_t>(found.column[i]) & 0xffffffffu);
+}
+
+// The largest set of dots that links hang together: every one numbered from the first.
+void spread(const Neighbours& links, Indices& found) {
+    const std::size_t count = found.row.size();
+    std::vector<std::int32_t> group(count, -1), members, largest;
+    for (std::size_t start = 0; start < count; ++start) {
+        if (group[start] >= 0) continue;
+        members.assign(1, static_cast<std::int32_t>(start));
+        group[start] = static_cast<std::int32_t>(start);
+        for (std::size_t next = 0; next < members.size(); ++next) {
+            const std::int32_t i = members[next];
+            for (int way = 0; way < WAYS; ++way) {
+                const std::int32_t j = links.to[way][i];
+                if (j < 0 || group[j] >= 0) continue;
+                group[j] = static_cast<std::int32_t>(start);
+                found.row[j] = found.row[i] + ROW_STEP[way];
+                found.column[j] = found.column[i] + COLUMN_STEP[way];
+                members.push_back(j);
+            }
+        }
+        if (members.size() > largest.size()) largest.swap(members);
+    }
+    for (const std::int32_t i : largest) found.member[i] = 1;
+}
+
+// How many members have the place of another.
+std::ptrdiff_t doubles(const Indices& found) {
+    std::vector<std::uint64_t> taken;
+    taken.reserve(found.row.size());
+    for (std::size_t i = 0; i < found.row.size(); ++i) {
+        if (found.member[i]) taken.push_back(key(found, i));
+    }
+    std::sort(taken.begin(), taken.end());
+    return std::distance(std::unique(taken.begin(), taken.end()), taken.end());
+}
+
+std::ptrdiff_t contradictions(const Neighbours& links, const Indices& found) {
+    std::ptrdiff_t wrong = doubles(found);
+    for (int way = 0; way < 2; ++way) {
+        for (std::size_t i = 0; i < found.row.size(); ++i) {
+            const std::int32_t j = links.to[way][i];
+            if (j < 0 || !found.member[i]) continue;
+            wrong += found.row[j] != found.row[i] + ROW_STEP[way] || found.column[j] != found.column[i] + COLUMN_STEP[way];
+        }
+    }
+    return wrong;
+}
+
+// Adds dots outside closed meshes whose links to members all say the same.
+void join(const Neighbours& links, Indices& found) {
+    const Indices before = found;
+    for (std::size_t i = 0; i < found.row.size(); ++i) {
+        if (before.member[i]) continue;
+        bool heard = false, agree = true;
+        Place said{0, 0};
+        for (int way = 0; way < WAYS; ++way) {
+            const std::int32_t j = links.to[way][i];
+            if (j < 0 || !before.member[j]) continue;
+            const Place place{before.row[j] - ROW_STEP[way], before.column[j] - COLUMN_STEP[way]};
+            agree = agree && (!heard || place == said);
+            said = place;
+            heard = true;
+        }
+        if (!heard || !agree) continue;
+        found.row[i] = said.row;
+        found.column[i] = said.column;
+        found.member[i] = 1;
+    }
+}
+
+}  // namespace
+
+Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vector<std::int32_t>& below) {
+    const std::size_t count = right.size();
+    Indices found{std::vector<std::int64_t>(count, 0), std::vector<std::int64_t>(count, 0), std::vector<std::uint8_t>(count, 0), 0};
+    const Neighbours links(right, below), sound = links.sound();
+    spread(sound, found);
+    found.contradictions = contradictions(sound, found);
+    if (!found.contradictions) {
+        const Indices meshes = found;
+        join(links, found);  // one step, then from there another
+        join(links, found);
+        if (doubles(found)) found = meshes;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!found.member[i]) found.row[i] = found.column[i] = 0;
+    }
+    return found;
+}
+
+}  // namespace tactile

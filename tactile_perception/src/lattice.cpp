@@ -1,0 +1,262 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Which dots are neighbours on a printed grid, from one image alone. A field of directions over near pairs of dots says which way a row
+// runs at each place; a dot's right neighbour is the best one that has this dot as its own best left neighbour, at about the step of the
+// neighbourhood. Plane vectors are complex numbers u + iv: turning one is a product.
+#include "lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "neighbours.hpp"
+
+namespace tactile {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double REACH = 1.9;                   // median nearest distances: holds a pitch of 1 next to one compressed to 0.6
+constexpr double TOLERANCES[] = {0.3, 0.21};    // of the local step, for a link; the second if the first contradicts itself
+constexpr double SLOPE = 4.0;                   // a step across counts as much as so many squared along
+constexpr double COHERENCE = 0.15;              // length of the mean direction vector under which dots lie on no grid
+constexpr double CELL = 2.0;                    // pitches: side of the cells over which steps are averaged, three by three at a time
+constexpr double LOCAL = 1.3;                   // pitches: longer pairs say nothing of directions
+constexpr std::ptrdiff_t MOST_CELLS = 16;       // for each dot: those of a grid need a quarter, dots on one line more
+constexpr std::ptrdiff_t SAMPLE = 40;           // dots whose nearest neighbours tell the pitch
+constexpr double WHOLE_WEIGHT = 1e-3;           // of the mean of all against that of the cells around
+
+struct Pair {
+    std::int32_t from, to;
+    Complex step;  // px; later upright: real along a row or column
+};
+
+// Means over cells of the image, three by three at a time, so that a single wrong value hardly counts.
+class CellMeans {
+   public:
+    CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
+        double low[2], high[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            low[axis] = high[axis] = places[axis];
+            for (std::ptrdiff_t i = 0; i < count; ++i) {
+                low[axis] = std::min(low[axis], places[2 * i + axis]);
+                high[axis] = std::max(high[axis], places[2 * i + axis]);
+            }
+        }
+        const double area = (high[0] - low[0] + side) * (high[1] - low[1] + side);
+        side = std::max(side, std::sqrt(area / static_cast<double>(MOST_CELLS * count)));
+        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin around, so that all cells have eight others
+        rows_ = static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3;
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side) + 1;
+            at_[i] = (static_cast<std::ptrdiff_t>((places[2 * i + 1] - low[1]) / side) + 1) * columns_ + column;
+        }
+        clear();
+    }
+
+    void clear() {
+        sums_.assign(rows_ * columns_, {0.0, 0.0});
+        weights_.assign(rows_ * columns_, 0.0);
+    }
+    void add(std::int32_t dot, Complex value) {
+        sums_[at_[dot]] += value;
+        weights_[at_[dot]] += 1.0;
+    }
+    // For each dot.
+    std::vector<Complex> means() const {
+        Complex all = 0;
+        double weight = 0;
+        for (std::size_t k = 0; k < sums_.size(); ++k) all += sums_[k], weight += weights_[k];
+        std::vector<Complex> cells(sums_.size());
+        for (std::ptrdiff_t r = 1; r < rows_ - 1; ++r) {
+            for (std::ptrdiff_t c = 1; c < columns_ - 1; ++c) {
+                Complex sum = WHOLE_WEIGHT * all;
+                double near = WHOLE_WEIGHT * weight;
+                for (std::ptrdiff_t k = -1; k <= 1; ++k) {
+                    for (std::ptrdiff_t j = -1; j <= 1; ++j) {
+                        sum += sums_[(r + k) * columns_ + c + j];
+                        near += weights_[(r + k) * columns_ + c + j];
+                    }
+                }
+                cells[r * columns_ + c] = sum / std::max(near, 1e-9);
+            }
+        }
+        std::vector<Complex> found(at_.size());
+        for (std::size_t i = 0; i < at_.size(); ++i) found[i] = cells[at_[i]];
+        return found;
+    }
+
+   private:
+    std::vector<std::ptrdiff_t> at_;
+    std::ptrdiff_t rows_, columns_;
+    std::vector<Complex> sums_;
+    std::vector<double> weights_;
+};
+
+// Median distance to the nearest other dot, px, of some of the dots.
+double typical_distance(const double* places, std::ptrdiff_t count) {
+    std::vector<double> squares;
+    for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
+        double least = std::numeric_limits<double>::infinity();
+        for (std::ptrdiff_t j = 0; j < count; ++j) {
+            const double across = places[2 * i] - places[2 * j], down = places[2 * i + 1] - places[2 * j + 1];
+            const double square = across * across + down * down;
+            least = square < least && j != i ? square : least;
+        }
+        squares.push_back(least);
+    }
+    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    return std::sqrt(*middle);
+}
+
+// The pairs that are the cheapest at both ends, of pairs with costs; infinity: no pair. Of equal ones the first is the cheapest.
+std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vector<double>& cost, std::ptrdiff_t count) {
+    const double never = std::numeric_limits<double>::infinity();
+    std::vector<double> least_ahead(count, never), least_behind(count, never);
+    std::vector<std::int32_t> ahead(count, -1), behind(count, -1), found;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (cost[k] < least_ahead[pairs[k].from]) least_ahead[pairs[k].from] = cost[k], ahead[pairs[k].from] = static_cast<std::int32_t>(k);
+        if (cost[k] < least_behind[pairs[k].to]) least_behind[pairs[k].to] = cost[k], behind[pairs[k].to] = static_cast<std::int32_t>(k);
+    }
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        if (ahead[i] >= 0 && behind[pairs[ahead[i]].to] == ahead[i]) found.push_back(ahead[i]);
+    }
+    return found;
+}
+
+class Search {
+   public:
+    Search(const double* places, std::ptrdiff_t count) : places_(places), count_(count) {}
+
+    Lattice run(double hint) {
+        Lattice lattice;
+        if (count_ < 4 || !find_pairs()) return lattice;
+        CellMeans cells(places_, count_, CELL * pitch_);
+        if (!find_directions(cells, hint, lattice.angle)) return lattice;
+        turn_upright();
+        std::vector<Complex> steps[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            if (!typical_steps(axes_[axis], cells, steps[axis])) return lattice;
+        }
+        for (const double tolerance : TOLERANCES) {
+            const Indices found = propagate_indices(links(axes_[0], steps[0], tolerance), links(axes_[1], steps[1], tolerance));
+            if (found.contradictions) continue;
+            return {true, found.row, found.column, found.member, lattice.angle, pitch_};
+        }
+        return lattice;
+    }
+
+   private:
+    Complex place(std::ptrdiff_t i) const { return {places_[2 * i], places_[2 * i + 1]}; }
+
+    // Pairs within reach; whether there are some, and the dots can lie on a grid at their pitch at all.
+    bool find_pairs() {
+        double low[2] = {places_[0], places_[1]}, high[2] = {places_[0], places_[1]};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            for (int axis = 0; axis < 2; ++axis) {
+                low[axis] = std::min(low[axis], places_[2 * i + axis]);
+                high[axis] = std::max(high[axis], places_[2 * i + axis]);
+            }
+        }
+        pitch_ = typical_distance(places_, count_);
+        const double wide = std::max(high[0] - low[0], high[1] - low[1]);
+        if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // a grid of so many dots cannot be wider
+        const auto near = near_pairs(places_, count_, REACH * pitch_);
+        pairs_.reserve(near.size());
+        for (const auto& [i, j] : near) {
+            const Complex step = place(j) - place(i);
+            if (std::norm(step) < REACH * REACH * pitch_ * pitch_) pairs_.push_back({i, j, step});
+        }
+        return !pairs_.empty();
+    }
+
+    // Angle of the whole grid within 45 degrees of the hint, and for each dot the unit number that turns a row there upright.
+    bool find_directions(CellMeans& cells, double hint, double& angle) {
+        std::vector<Complex> fourfold(pairs_.size(), {0.0, 0.0});  // of four-fold symmetry: rows and columns add up
+        Complex total = 0;
+        double weight = 0;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            const double square = std::norm(pairs_[k].step);
+            if (!(square < LOCAL * LOCAL * pitch_ * pitch_)) continue;
+            const double near = std::exp(-square / (pitch_ * pitch_));
+            const Complex twice = pairs_[k].step * pairs_[k].step;
+            fourfold[k] = twice * twice * (near / std::max(square * square, 1e-24));
+            total += fourfold[k];
+            weight += near;
+        }
+        if (std::abs(total) < COHERENCE * weight) return false;
+        angle = hint + std::arg(total * std::polar(1.0, -4 * hint)) / 4;
+        const Complex back = std::polar(1.0, -4 * angle);
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            if (fourfold[k] == 0.0) continue;
+            cells.add(pairs_[k].from, fourfold[k] * back);
+            cells.add(pairs_[k].to, fourfold[k] * back);
+        }
+        turns_ = cells.means();
+        for (Complex& turn : turns_) turn = std::polar(1.0, -(angle + std::arg(turn) / 4));
+        return true;
+    }
+
+    // Pairs along rows, left dot first, and along columns, upper dot first; steps upright, those of columns turned by -90 degrees.
+    void turn_upright() {
+        for (Pair pair : pairs_) {
+            pair.step *= turns_[pair.from];
+            const bool column = std::abs(pair.step.real()) <= std::abs(pair.step.imag());
+            if (column) pair.step = {pair.step.imag(), -pair.step.real()};
+            if (!(pair.step.real() > 0)) {
+                std::swap(pair.from, pair.to);
+                pair.step = -pair.step;
+            }
+            axes_[column].push_back(pair);
+        }
+    }
+
+    // The step to the next dot that is usual around each dot; whether there are two at all.
+    bool typical_steps(const std::vector<Pair>& pairs, CellMeans& cells, std::vector<Complex>& steps) const {
+        std::vector<double> cost(pairs.size());
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            const double along = pairs[k].step.real(), across = pairs[k].step.imag();
+            cost[k] = along * along + SLOPE * across * across;
+        }
+        const std::vector<std::int32_t> chosen = mutual(pairs, cost, count_);
+        cells.clear();
+        for (const std::int32_t k : chosen) cells.add(pairs[k].from, pairs[k].step);
+        steps = cells.means();
+        return chosen.size() >= 2;
+    }
+
+    // Each dot's next one along the axis, -1 for none: the mutually best of those that differ little from the usual step.
+    std::vector<std::int32_t> links(const std::vector<Pair>& pairs, const std::vector<Complex>& steps, double tolerance) const {
+        std::vector<double> cost(pairs.size());
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            const Complex expected = steps[pairs[k].from];
+            cost[k] = std::norm(pairs[k].step - expected);
+            if (!(cost[k] < tolerance * tolerance * std::norm(expected))) cost[k] = std::numeric_limits<double>::infinity();
+        }
+        std::vector<std::int32_t> next(count_, -1);
+        for (const std::int32_t k : mutual(pairs, cost, count_)) next[pairs[k].from] = pairs[k].to;
+        return next;
+    }
+
+    const double* places_;
+    const std::ptrdiff_t count_;
+    double pitch_ = 0;
+    std::vector<Pair> pairs_, axes_[2];  // along rows, along columns
+    std::vector<Complex> turns_;
+};
+
+}  // namespace
+
+Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint) {
+    Lattice lattice = Search(places, count).run(hint);
+    if (!lattice.found) {
+        lattice.row.assign(count, 0);
+        lattice.column.assign(count, 0);
+        lattice.member.assign(count, 0);
+    }
+    return lattice;
+}
+
+}  // namespace tactile

@@ -1,0 +1,76 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Which places of an image are near one another: each is compared with those in its cell of a grid and the eight around it.
+#include "neighbours.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile {
+namespace {
+
+constexpr double MOST_CELLS = 1 << 20;
+
+// A grid of cells of a side over the places; each cell begins a chain of those that were put there.
+class Cells {
+   public:
+    Cells(const double* places, std::ptrdiff_t count, double side) : cell_(count, -1), next_(count, -1) {
+        double low[2] = {0, 0}, high[2] = {0, 0};
+        bool any = false;
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            for (int axis = 0; axis < 2; ++axis) {
+                low[axis] = any ? std::min(low[axis], places[2 * i + axis]) : places[2 * i + axis];
+                high[axis] = any ? std::max(high[axis], places[2 * i + axis]) : places[2 * i + axis];
+            }
+            any = true;
+        }
+        side = std::max(side, std::sqrt((high[0] - low[0] + side) * (high[1] - low[1] + side) / MOST_CELLS));
+        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that all cells have eight others
+        first_.assign(columns_ * (static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3), -1);
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side);
+            cell_[i] = (static_cast<std::ptrdiff_t>((places[2 * i + 1] - low[1]) / side) + 1) * columns_ + column + 1;
+        }
+    }
+
+    void put(std::int32_t i) {
+        next_[i] = first_[cell_[i]];
+        first_[cell_[i]] = i;
+    }
+
+    // Calls with the number of each place that was put into the cell of place i or one beside it.
+    template <class Call>
+    void around(std::ptrdiff_t i, Call call) const {
+        for (const std::ptrdiff_t row : {-columns_, std::ptrdiff_t{0}, columns_}) {
+            for (std::ptrdiff_t column = -1; column <= 1; ++column) {
+                for (std::int32_t j = first_[cell_[i] + row + column]; j >= 0; j = next_[j]) call(j);
+            }
+        }
+    }
+
+   private:
+    std::ptrdiff_t columns_;
+    std::vector<std::ptrdiff_t> cell_;
+    std::vector<std::int32_t> next_, first_;
+};
+
+}  // namespace
+
+std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* places, std::ptrdiff_t count, double reach) {
+    std::vector<std::pair<std::int32_t, std::int32_t>> found;
+    found.reserve(8 * count);
+    Cells cells(places, count, reach);
+    for (std::int32_t i = 0; i < count; ++i) {
+        std::size_t met = 0;
+        cells.around(i, [&](std::int32_t j) {
+            if (std::abs(places[2 * i] - places[2 * j]) < reach && std::abs(places[2 * i + 1] - places[2 * j + 1]) < reach &&
+                met++ < MOST_NEIGHBOURS) {
+                found.emplace_back(j, i);
+            }
+        });
+        cells.put(i);
+    }
+    return found;
+}
+
+}  // namespace tactile

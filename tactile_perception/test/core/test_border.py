@@ -1,0 +1,108 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The border of the compiled module: whatever array NumPy can make, a function answers or raises ValueError with the argument's name."""
+import re
+
+import numpy as np
+import pytest
+from tactile_perception import _core
+
+IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
+PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
+
+
+def call_find_peaks(image=IMAGE):
+    """Peaks with the arguments that are no arrays as they are in use."""
+    return _core.find_peaks(image, step=2, smooth=3, box=9, sign=-1, lowest=10.0)
+
+
+def call_find_lattice(places=PLACES):
+    """Indices of dots on a grid, None for none, as a tuple in either case."""
+    return _core.find_lattice(places) or ()
+
+
+#: Function of the module: how it is called here, and an example of each of its arrays.
+CALLS = {
+    'find_peaks': (call_find_peaks, {'image': IMAGE}),
+    'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
+}
+ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
+
+
+def test_every_function_of_the_module_is_tried():
+    assert {name for name in dir(_core) if not name.startswith('__')} == set(CALLS)
+
+
+def odd_arrays(good):
+    """Name and array: all that NumPy can make in place of a good one."""
+    rng = np.random.default_rng(2)
+    yield 'empty', good[:0]
+    yield 'no columns', good[..., :0]
+    yield 'one', good[:1]
+    yield 'a single number', np.zeros((), good.dtype)
+    yield 'one dimension more', good[None]
+    yield 'wrong type', good.astype(np.complex64)
+    yield 'another wrong type', good.astype(np.float16)
+    yield 'whole numbers', np.zeros(good.shape, np.int64)
+    yield 'objects', np.full(good.shape, None)
+    yield 'text', np.full(good.shape, 'x')
+    yield 'other byte order', good.astype(good.dtype.newbyteorder('>'))
+    yield 'every second', np.repeat(good, 2, axis=0)[::2]
+    yield 'backwards', good[::-1]
+    yield 'column by column', np.asfortranarray(good)
+    still = good.copy()
+    still.flags.writeable = False
+    yield 'read-only', still
+    yield 'masked', np.ma.masked_array(good)
+    yield 'ten thousand', np.resize(good, (10_000, *good.shape[1:]))
+    yield 'ten thousand alike', np.broadcast_to(good[:1], (10_000, *good.shape[1:]))
+    if good.dtype.kind == 'f':
+        for value in (np.nan, np.inf, -np.inf, 1e300 if good.dtype == np.float64 else 1e38, 1e-300):
+            yield f'all {value}', np.full_like(good, value)
+        yield 'any numbers', (rng.standard_normal(good.shape) * 10.0**rng.integers(-30, 30, good.shape)).astype(good.dtype)
+        yield 'some not finite', np.where(rng.random(good.shape) < 0.2, np.nan, good).astype(good.dtype)
+    else:
+        yield 'all the same', np.full_like(good, 7)
+
+
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_any_array_is_answered_or_refused_by_name(function, name):
+    call, arrays = CALLS[function]
+    answered = 0
+    for kind, array in odd_arrays(arrays[name]):
+        try:
+            call(**{name: array})
+            answered += 1
+        except ValueError as error:
+            assert re.match(r'\w+: ', str(error)), kind
+    assert answered >= 3
+
+
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_a_wrong_type_or_shape_is_refused_with_the_arguments_name(function, name):
+    call, arrays = CALLS[function]
+    good = arrays[name]
+    swapped = [good.astype(good.dtype.newbyteorder('>'))] if good.dtype.itemsize > 1 else []
+    for wrong in (None, good.tolist(), 'text', good.astype(np.complex64), good[None], *swapped):
+        with pytest.raises(ValueError, match=f'^{name}: '):
+            call(**{name: wrong})
+
+
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_how_an_array_lies_in_memory_changes_nothing(function, name):
+    call, arrays = CALLS[function]
+    good = arrays[name]
+    still = good.copy()
+    still.flags.writeable = False
+    expected = call()
+    for other in (np.asfortranarray(good), np.repeat(good, 2, axis=0)[::2], still):
+        for a, b in zip(expected, call(**{name: other})):
+            np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(still, good)
+
+
+@pytest.mark.parametrize('wrong', [{'step': 3}, {'smooth': 4}, {'box': 1001}, {'sign': 0}, {'lowest': np.nan}])
+def test_numbers_of_find_peaks_are_checked(wrong):
+    given = {'step': 2, 'smooth': 3, 'box': 9, 'sign': -1, 'lowest': 10.0} | wrong
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.find_peaks(IMAGE, **given)
