@@ -45,7 +45,7 @@ def test_imprints_of_weights_calibrate_the_sensor(tmp_path, capsys):
     assert calibrate.main([str(tmp_path / 'bag'), '--params', str(params), '--output', str(tmp_path / 'c.yaml')]) == 0
     told = capsys.readouterr().out
     assert '8 loads, 1.96 to 8.83 N' in told
-    assert float(told.split('held out: ')[1].split('%')[0]) < 3
+    assert float(told.split('held-out loads: error ')[1].split('%')[0]) < 3
     assert process_bag.main([str(tmp_path / 'bag'), str(tmp_path / 'out'), '--params', str(params), '--calibration',
                              str(tmp_path / 'c.yaml')]) == 0
 
@@ -79,7 +79,7 @@ def test_a_simulated_recording_as_a_bag():
 def test_real_weights_held_out(name, most, tmp_path, capsys):
     convert_recording.main([str(RECORDINGS / f'dsa_slip/weights/{name}.npz'), str(tmp_path / 'bag')])
     assert calibrate.main([str(tmp_path / 'bag'), '--params', str(tmp_path / 'bag.yaml'), '--output', str(tmp_path / 'c.yaml')]) == 0
-    assert float(capsys.readouterr().out.split('held out: ')[1].split('%')[0]) < most
+    assert float(capsys.readouterr().out.split('held-out loads: error ')[1].split('%')[0]) < most
 
 
 def test_outlines_lie_where_taxels_are_touched_by_half():
