@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors' firmware on pseudo-terminals."""
+"""Emulators of sensor firmware on pseudo-terminals."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A sensor's firmware on a pseudo-terminal, with the faults that real ones have; what is sent, subclasses say."""
+"""Base of the firmware emulators: sends frames on a pseudo-terminal and injects the faults of real serial links."""
 from __future__ import annotations
 
 import argparse
@@ -18,9 +18,9 @@ import numpy as np
 from ..errors import BadArgument
 from ..sources.base.pacing import NS, wait_until
 
-_GARBAGE, _DROPPED = 300, 40  # bytes
-_PAUSE_S = 1.0
-_LARGEST_BACKLOG_NS = 5 * 10**8  # what a busy machine may be late by without a gap in what the device sends
+_GARBAGE, _DROPPED = 300, 40  # bytes inserted before a frame; limit of the bytes dropped from one; chosen
+_PAUSE_S = 1.0  # duration of the faults pause and unplug; chosen
+_LARGEST_BACKLOG_NS = 5 * 10**8  # a delay of the machine up to this is caught up; a longer one leaves a gap in the data; chosen
 
 
 def _drop(data: bytes, rng: np.random.Generator) -> bytes:
@@ -38,22 +38,22 @@ def _garbage(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def _wrong_baud(data: bytes, rng: np.random.Generator) -> bytes:
-    """What a receiver at another rate makes of it: fewer bytes, none of them right."""
+    """The frame as received at a wrong baud rate: fewer bytes, all of them wrong."""
     return bytes(b ^ 0xA5 | 0x80 for b in data[::2])
 
 
-#: What happens to the bytes of one frame.
+#: Faults that corrupt the bytes of one frame.
 CORRUPTIONS: dict[str, Callable[[bytes, np.random.Generator], bytes]] = {
     'drop': _drop, 'swap': _swap, 'garbage': _garbage, 'wrong_baud': _wrong_baud}
-#: pause: nothing is sent for a second; reset: sequence and clock begin anew; unplug: the port is gone for a second.
+#: All faults. pause: nothing is sent for 1 s; reset: sequence number and clock restart at 0; unplug: the port disappears for 1 s.
 FAULTS = (*CORRUPTIONS, 'pause', 'reset', 'unplug')
 
 
 class PortEmulator:
-    """Sends batches of samples, rate a second, on a pseudo-terminal.
+    """Sends rate samples/s on a pseudo-terminal, batch samples in a frame.
 
-    link: path of a symbolic link to the port, which stays the same when it is unplugged; seed: of the faults. Subclasses make the bytes of
-    the next batch in _frame, and count on _number (samples) and _sequence (batches); _zero is the sample at which the device began.
+    link: path of a symbolic link to the port, which survives unplugging; seed: of the faults. A subclass returns the bytes of the next
+    frame from _frame and advances _number (samples) and _sequence (frames); _zero is the number of the sample at the last reset.
     """
 
     def __init__(self, link: str | Path, rate: float, batch: int, seed: int):
@@ -65,19 +65,19 @@ class PortEmulator:
         self._plug()
 
     def fault(self, name: str) -> None:
-        """Make a fault of FAULTS happen to the next frame. Raises BadArgument, listing them."""
+        """Apply a fault of FAULTS to the next frame. Raises BadArgument, listing FAULTS, for another name."""
         if name not in FAULTS:
             raise BadArgument(f'fault {name!r} is unknown; choose one of {", ".join(FAULTS)}')
         with self._lock:
             self._wanted.append(name)
 
     def run(self, stopped: Callable[[], bool]) -> None:
-        """Send in real time until stopped() says so."""
+        """Send in real time until stopped() returns True."""
         begin, step = time.monotonic_ns(), NS * self._batch / self._rate
         count = 0
         while not stopped():
             late = int((time.monotonic_ns() - begin) / step) - count
-            if late * step > _LARGEST_BACKLOG_NS:  # the device's clock goes on
+            if late * step > _LARGEST_BACKLOG_NS:  # the device's clock runs on
                 self._number, count = self._number + late * self._batch, count + late
             wait_until(begin + int((count + 1) * step))
             count += 1
@@ -90,7 +90,7 @@ class PortEmulator:
         self._unplug()
 
     def _frame(self) -> bytes:
-        """The bytes of the next batch."""
+        """The bytes of the next frame."""
         raise NotImplementedError
 
     def _happen(self, name: str, data: bytes) -> bytes:
@@ -124,12 +124,12 @@ class PortEmulator:
         while data and self._master is not None:
             try:
                 data = data[os.write(self._master, data):]
-            except BlockingIOError:  # nobody reads: a serial port would lose it too
+            except BlockingIOError:  # nobody reads; a serial port would lose the bytes too
                 return
 
 
 def emulator_parser(prog: str, description: str, link: str, rate: float) -> argparse.ArgumentParser:
-    """Of the arguments that all emulators take; link: name of the symbolic link; rate: of what a device sends, Hz."""
+    """Parser of the arguments common to all emulators; link: default symbolic link; rate: default rate, Hz."""
     parser = argparse.ArgumentParser(prog=prog, description=description)
     parser.add_argument('--link', default=link, help='symbolic link to the pseudo-terminal: what the driver opens as device')
     parser.add_argument('--scene', default='demo')
@@ -139,7 +139,7 @@ def emulator_parser(prog: str, description: str, link: str, rate: float) -> argp
 
 
 def serve(emulator: PortEmulator) -> int:
-    """Send until interrupted, with faults from the standard input, one a line; the exit code."""
+    """Send until interrupted, with faults read from standard input, one per line. Returns the exit code."""
     print(f'sending to {emulator.link.absolute()}; type a fault and Enter: {", ".join(FAULTS)}', flush=True)
     threading.Thread(target=_listen, args=(emulator,), daemon=True).start()
     for number in (signal.SIGINT, signal.SIGTERM):  # a script's background process starts with SIGINT ignored
@@ -152,7 +152,7 @@ def serve(emulator: PortEmulator) -> int:
 
 
 def _listen(emulator: PortEmulator) -> None:
-    """Faults from the standard input, one a line."""
+    """Pass the faults typed on standard input, one per line, to the emulator."""
     for line in sys.stdin:
         try:
             if line.strip():

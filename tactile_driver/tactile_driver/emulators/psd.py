@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""psd_emulator: a PSD finger's firmware on a pseudo-terminal, with the faults that real ones have."""
+"""psd_emulator: emulates the firmware of a PSD finger, faults of the link included, on a pseudo-terminal."""
 from __future__ import annotations
 
 import sys
@@ -18,14 +18,14 @@ from ..serial_frames.lines import write_line
 from ..simulation.psd.scene import open_psd_scene
 from ..sources.base.pacing import NS
 
-_FRAMES_AT_ONCE = 50
+_FRAMES_AT_ONCE = 50  # frames simulated per call, which is faster than one by one; chosen
 
 
 class Emulator(PortEmulator):
-    """Plays a scene of the simulated finger at rate samples/s, batch of them a frame, on a pseudo-terminal.
+    """Plays a scene of the simulated finger at rate samples/s, batch samples in a frame.
 
-    link: path of a symbolic link to the port, which stays the same when it is unplugged; format: binary or csv; every sample sent is kept
-    in sent where keep is set: (device us, counts (4,)).
+    link: path of a symbolic link to the port, which survives unplugging; format: binary or csv; keep: record every sample in sent, as
+    (device time in us, counts (4,)). Raises BadArgument for a batch outside 1 to 256 or another format.
     """
 
     def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 1000.0, batch: int = 5, seed: int = 0, format: str = 'binary',
@@ -49,7 +49,7 @@ class Emulator(PortEmulator):
         return b''.join(write_line(c.tolist(), int(t)) for t, c in zip(times, counts))
 
     def _counts(self) -> np.ndarray:
-        """(batch, 4): made for many frames at once, which costs less."""
+        """Counts (batch, 4) of the next frame, simulated for many frames at once."""
         first = self._number - self._made_at
         if not 0 <= first <= len(self._made) - self._batch:
             self._made, self._made_at, first = self._scene.play(self._number, self._batch * _FRAMES_AT_ONCE)[0], self._number, 0
@@ -58,7 +58,7 @@ class Emulator(PortEmulator):
 
 @tells_errors('psd_emulator')
 def main(args: list[str] | None = None) -> int:
-    """The command psd_emulator; its exit code."""
+    """The command psd_emulator. Returns the exit code."""
     parser = emulator_parser('psd_emulator', __doc__, 'psd_finger_port', 1000.0)
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))

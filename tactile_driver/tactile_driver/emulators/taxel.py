@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""taxel_emulator: a taxel array's firmware on a pseudo-terminal, with the faults that real ones have."""
+"""taxel_emulator: emulates the firmware of a taxel array, faults of the link included, on a pseudo-terminal."""
 from __future__ import annotations
 
 import sys
@@ -15,14 +15,14 @@ from ..serial_frames.binary import LARGEST, MATRIX, write_frame
 from ..serial_frames.counts import CountFrame
 from ..simulation.taxel.scene import open_taxel_scene
 
-_SCENE_RATE = 50.0  # frames/s that are made anew; a faster device sends them several times
+_SCENE_RATE = 50.0  # simulated frames/s; a faster device sends each several times; chosen
 
 
 class TaxelEmulator(PortEmulator):
     """Plays a scene of the simulated array at rate frames/s.
 
-    shape: (rows, columns), to which the scene's picture is repeated or cut; bits: 8 to 16; sent: (sequence, matrix) of every frame, where
-    keep is set.
+    shape: (rows, columns); the simulated matrix is repeated or cut to it; bits: 8 to 16; keep: record every frame in sent, as
+    (sequence, matrix). Raises BadArgument for a shape, bits or rate out of range.
     """
 
     def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 100.0, seed: int = 0, shape: tuple[int, int] = (44, 44),
@@ -51,7 +51,7 @@ class TaxelEmulator(PortEmulator):
 
 @tells_errors('taxel_emulator')
 def main(args: list[str] | None = None) -> int:
-    """The command taxel_emulator; its exit code."""
+    """The command taxel_emulator. Returns the exit code."""
     parser = emulator_parser('taxel_emulator', __doc__, 'taxel_array_port', 100.0)
     parser.add_argument('--rows', type=int, default=44)
     parser.add_argument('--columns', type=int, default=44)
