@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands of all packages share: what is wrong is said in one line."""
+"""Error reporting shared by the commands of all packages: one line per error."""
 from __future__ import annotations
 
 import functools
@@ -11,8 +11,8 @@ from .errors import TactileError
 
 
 def tells_errors(name: str, *more: type[Exception]) -> Callable[[Callable[..., int]], Callable[..., int]]:
-    """Decorates the main of the command name: a TactileError that it raises, or one of more, is one line on the standard error and the
-    exit code 1."""
+    """Decorator for the main function of the command name: a TactileError, or an error of the types more, is printed as one line on
+    standard error and the exit code is 1."""
     def _decorated(main: Callable[..., int]) -> Callable[..., int]:
         @functools.wraps(main)
         def _main(*args, **kwargs) -> int:

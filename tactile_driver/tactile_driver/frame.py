@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera source yields: frames, and the calibration of the camera that took them."""
+"""Frames of one or two cameras, and the calibration of a camera."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ ENCODINGS = ('bgr8', 'mono8')
 class Frame:
     """One exposure.
 
-    image: uint8 (H, W, 3) for bgr8, (H, W) for mono8; stamp_ns: time of exposure on the clock that the source was given, ns;
-    truth: what a simulated sensor knows about the frame, else None.
+    image: uint8 (H, W, 3) for bgr8, (H, W) for mono8; stamp_ns: time of exposure on the source's clock, ns; encoding: one of ENCODINGS;
+    truth: ground truth of a simulated sensor, else None.
     """
 
     image: np.ndarray
@@ -31,13 +31,13 @@ class Frame:
 
     @property
     def sizes(self) -> dict[str, tuple[int, int]]:
-        """(width, height) px, by the view's name: a single one has none."""
+        """(width, height) px by name of the view; a single view has the name ''."""
         return {'': self.image.shape[1::-1]}
 
 
 @dataclass(frozen=True)
 class PairFrame:
-    """One exposure of two cameras. left, right: their frames, None for the one that is missing; truth: as of a Frame."""
+    """One exposure of two cameras. left, right: their frames, at most one of them None (missing); truth: as in Frame."""
 
     left: Frame | None
     right: Frame | None
@@ -45,17 +45,20 @@ class PairFrame:
 
     @property
     def stamp_ns(self) -> int:
-        """The left frame's stamp, ns; the right one's where that is missing."""
+        """Stamp of the left frame, or of the right frame if the left one is missing, ns."""
         return (self.left or self.right).stamp_ns
 
     @property
     def sizes(self) -> dict[str, tuple[int, int]]:
-        """(width, height) px of what is there, by the view's name."""
+        """(width, height) px of each present view, by its name: left, right."""
         return {name: frame.image.shape[1::-1] for name, frame in (('left', self.left), ('right', self.right)) if frame is not None}
 
 
 def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
-    """A Frame of what OpenCV decoded: (H, W), (H, W, 3) BGR or (H, W, 4) BGRA, uint8. Raises BadFrame naming the place otherwise."""
+    """A Frame from a decoded image: (H, W), (H, W, 1), (H, W, 3) BGR or (H, W, 4) BGRA, uint8. place: names the image in error messages.
+
+    Raises BadFrame for None, an empty image, another type or another shape.
+    """
     if image is None or image.size == 0:
         raise BadFrame(f'{place} cannot be decoded; it is skipped')
     if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
@@ -69,12 +72,12 @@ def frame_of(image: np.ndarray | None, place: str, stamp_ns: int) -> Frame:
 
 def frame_of_bytes(data: np.ndarray, size: tuple[int, int, int], encoding: str, stamp_ns: int, place: str,
                    big_endian: bool = False) -> Frame:
-    """A Frame of an Image message's bytes; size: (height, width, step in bytes). Raises BadFrame for another encoding or size."""
+    """A Frame from the bytes of an Image message; size: (height, width, step in bytes). Raises BadFrame as picture_of does."""
     return frame_of(picture_of(data, size, encoding, big_endian, place), place, stamp_ns)
 
 
 def as_encoding(frame: Frame, encoding: str) -> np.ndarray:
-    """The frame's image as mono8 (H, W) or bgr8 (H, W, 3); '' leaves it as it is."""
+    """The frame's image as mono8 (H, W) or bgr8 (H, W, 3); '' keeps the encoding."""
     if encoding in ('', frame.encoding):
         return frame.image
     return cv2.cvtColor(frame.image, cv2.COLOR_BGR2GRAY if encoding == 'mono8' else cv2.COLOR_GRAY2BGR)
@@ -82,8 +85,8 @@ def as_encoding(frame: Frame, encoding: str) -> np.ndarray:
 
 @dataclass(frozen=True)
 class CameraCalibration:
-    """The fields of a camera_info message: size, px; k (9,), r (9,) and p (12,) row by row; d as the model says. K of zeros: not
-    calibrated."""
+    """The fields of sensor_msgs/CameraInfo: width, height, px; k (9,), r (9,) and p (12,) in row-major order; d: coefficients of the
+    distortion model. A k of zeros means uncalibrated."""
 
     width: int
     height: int
@@ -95,7 +98,7 @@ class CameraCalibration:
 
 
 def pinhole_calibration(matrix: np.ndarray, distortion: np.ndarray, size: tuple[int, int]) -> CameraCalibration:
-    """Calibration of a single camera with K (3, 3), plumb_bob distortion (5,) and size (width, height), px."""
+    """Calibration of a monocular camera; matrix: (3, 3) K, px; distortion: (5,) plumb_bob; size: (width, height), px."""
     k = np.asarray(matrix, float)
     p = np.hstack([k, np.zeros((3, 1))])
     d = np.asarray(distortion, float)
@@ -113,7 +116,7 @@ def _numbers(document: dict, key: str, count: int | None, path: str) -> tuple:
 
 
 def load_calibration(path: str) -> CameraCalibration:
-    """The camera calibration in a YAML file as camera_calibration writes it (a file:// URL is understood). Raises BadArgument."""
+    """The camera calibration in a YAML file of camera_calibration; path: path or file:// URL. Raises BadArgument for an unusable file."""
     name = path.removeprefix('file://')
     try:
         document = yaml.safe_load(Path(name).read_text())

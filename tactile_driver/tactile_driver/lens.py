@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From pixels to the image that a lens without distortion would make."""
+"""Lens undistortion with a check that the inverse of the distortion exists and was found."""
 from __future__ import annotations
 
 from functools import lru_cache
@@ -8,16 +8,16 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-_WIDE = 1.5  # normalised radius from which it is looked at whether the iteration has found the place
-_FOUND = 1e-4  # of that radius
+_WIDE = 1.5  # normalised radius beyond which the result of the iteration is verified by reprojection; chosen
+_FOUND = 1e-4  # largest reprojection error, relative to the radius; chosen
 _STILL = np.zeros(3)
 
 
 def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:
-    """Places (N, 2) in the normalised image without distortion of image places uv (N, 2), px.
+    """Undistorted normalised image coordinates (N, 2) of pixels uv (N, 2).
 
-    matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3 (Brown). NaN where uv is no number, or lies so far out that no ray can appear
-    there: beyond the radius at which the distortion folds back, or where OpenCV's iteration does not find it.
+    matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3 (Brown's model). NaN where uv is NaN, where uv lies beyond the radius at which
+    the distortion folds back (no ray is imaged there), and where OpenCV's iteration does not converge.
     """
     pixels = np.ascontiguousarray(uv, float).reshape(-1, 1, 2)
     if not len(pixels):
@@ -39,7 +39,7 @@ def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> n
 
 @lru_cache(maxsize=16)
 def _farthest_square(k1: float, k2: float, k3: float) -> float:
-    """Square of the largest distorted radius, normalised, before the first at which it does not grow any more; inf where it always does."""
+    """Square of the distorted radius, normalised, at the first maximum of r (1 + k1 r^2 + k2 r^4 + k3 r^6); inf without a maximum."""
     turns = [root.real for root in np.roots([7 * k3, 5 * k2, 3 * k1, 1.0]) if abs(root.imag) < 1e-9 and root.real > 0]
     if not turns:
         return np.inf

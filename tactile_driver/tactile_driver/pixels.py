@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From an image message's bytes to pixels, for every source of messages alike. No ROS here.
+"""Converts the bytes of an image message to an array. No ROS here.
 
-cv_bridge is not asked: a big-endian image, or an encoding that it does not know, makes it raise AttributeError or KeyError, by its version.
+cv_bridge is not used: depending on its version it raises AttributeError or KeyError for big-endian images and unknown encodings.
 """
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ import numpy as np
 
 from .errors import BadFrame
 
-#: Encoding -> (channels, type of one, what makes BGR of it: None where it is BGR or grey)
+#: Encoding -> (channels, type of a channel, OpenCV conversion code to BGR; None for BGR and grey images)
 _ENCODINGS = {
     'bgr8': (3, np.uint8, None), 'rgb8': (3, np.uint8, cv2.COLOR_RGB2BGR), 'bgra8': (4, np.uint8, cv2.COLOR_BGRA2BGR),
     'rgba8': (4, np.uint8, cv2.COLOR_RGBA2BGR), 'yuv422': (2, np.uint8, cv2.COLOR_YUV2BGR_UYVY),
     'yuv422_yuy2': (2, np.uint8, cv2.COLOR_YUV2BGR_YUY2), 'mono8': (1, np.uint8, None), 'mono16': (1, np.uint16, None),
 }
 PICTURES, GREY = tuple(_ENCODINGS), ('mono8', 'mono16')
-_TO_8_BITS = 255 / 65535
+_TO_8_BITS = 255 / 65535  # derived: scale from 16 to 8 bits
 
 
 def pixels_of(data: Sequence[int], size: tuple[int, int, int], encoding: str, big_endian: bool, place: str,
               usable: Sequence[str] = PICTURES) -> np.ndarray:
-    """(height, width) or (height, width, channels), uint8 or uint16, of an image's bytes.
+    """The pixels (height, width) or (height, width, channels), uint8 or uint16, in the bytes of an image message.
 
-    size: (height, width, step in bytes); place: names the image in messages; usable: encodings. Raises BadFrame for another encoding, and
-    for bytes that do not make such an image.
+    size: (height, width, step in bytes); place: names the image in error messages; usable: accepted encodings. Raises BadFrame for another
+    encoding and for a length of data that does not match the size.
     """
     height, width, step = size
     if encoding not in usable:
@@ -45,7 +45,7 @@ def pixels_of(data: Sequence[int], size: tuple[int, int, int], encoding: str, bi
 
 
 def picture_of(data: Sequence[int], size: tuple[int, int, int], encoding: str, big_endian: bool, place: str) -> np.ndarray:
-    """(H, W) uint8 of a grey image, (H, W, 3) uint8 BGR of a colour one; the rest as pixels_of."""
+    """As pixels_of, converted to (H, W) uint8 for a grey image and to (H, W, 3) uint8 BGR for a colour image."""
     pixels = pixels_of(data, size, encoding, big_endian, place)
     to_bgr = _ENCODINGS[encoding][2]
     if pixels.ndim == 3 and pixels.shape[2] == 2 and pixels.shape[1] % 2:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks of evenly spaced samples in volts."""
+"""Blocks of evenly spaced voltage samples."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ CHANNELS = 4  # x1, y1, x2, y2
 
 @dataclass(frozen=True)
 class SampleBlock:
-    """Samples that follow each other without a gap.
+    """Consecutive samples without a gap.
 
-    volts: (N, 4) float32, x1, y1, x2, y2, NaN where the converter gave none; stamp_ns: sampling of the first one on the clock that the
-    source was given, ns; period_s: between two samples, NaN for a single one of unknown rate; truth: truth of a simulated sensor, else
-    None.
+    volts: (N, 4) float32, V, columns x1, y1, x2, y2, NaN where the converter gave no value; stamp_ns: time of the first sample on the
+    source's clock, ns; period_s: sampling period, s, NaN for a single sample of unknown rate; truth: ground truth of a simulated sensor,
+    else None.
     """
 
     volts: np.ndarray
@@ -26,5 +26,5 @@ class SampleBlock:
 
     @property
     def sizes(self) -> dict:
-        """None: blocks may be of any length."""
+        """Empty: a block may have any length."""
         return {}

@@ -1,23 +1,24 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Counts messages that did not arrive, by the gaps that they leave in the stamps of those that did. No ROS here."""
+"""Counts lost messages by the gaps in the stamps of the received ones. No ROS here."""
 from __future__ import annotations
 
 from collections import deque
 from statistics import median
 
-_KEPT = 30  # steps between stamps, of which the period is known: a camera that changes its rate is followed within as many frames
-_EVERY = 5  # steps the period is found anew: 57 us for each message of a busy machine would be too much
-_SHORTEST_NS = 100_000  # no sensor sends 10 000 messages a second: such stamps are wrong
-_PAUSE_NS = 2_000_000_000  # a longer gap is the publisher's own: it was paused, or plugged in again
-_SHORT = 0.1  # of the steps may be shorter than a period: messages that were late
-_LATELY = 120  # messages
-_FEW = 3  # of these that are lost are no news: the machine did something else for a moment
-_JITTER, _MOST = 0.25, 0.9  # of a period, by which a whole multiple of it may be off; of all steps that have to be one
+_KEPT = 30  # latest stamp intervals that determine the period; a change of rate is followed within as many frames; chosen
+_EVERY = 5  # messages between two updates of the period, because an update takes 57 us (measured on a busy machine)
+_SHORTEST_NS = 100_000  # shorter intervals are wrong stamps: no sensor sends 10 000 messages a second; chosen
+_PAUSE_NS = 2_000_000_000  # longer gaps are pauses of the publisher (paused, reconnected), not losses; chosen
+_SHORT = 0.1  # fraction of intervals that may be shorter than a period, because of late messages; chosen
+_LATELY = 120  # latest messages over which losses are reported; chosen
+_FEW = 3  # losses among these that are not reported: the machine was busy for a moment; chosen
+# Tolerance for a whole multiple of the period, in periods, and fraction of intervals that must be such multiples; chosen.
+_JITTER, _MOST = 0.25, 0.9
 
 
 class StampGaps:
-    """Follows the stamps of a stream. topic: for what is said of it; lost: how many messages are missing so far."""
+    """Follows the stamps of one stream. topic: its name in remark; lost: number of messages lost so far."""
 
     def __init__(self, topic: str):
         self.lost, self._topic = 0, topic
@@ -28,12 +29,12 @@ class StampGaps:
         self._period = 0.0
 
     def restart(self) -> None:
-        """Count nothing from the last message to the next: nobody listened in between."""
+        """Ignore the gap before the next message: nobody was subscribed in between."""
         self._last_ns = None
 
     def add(self, stamp_ns: int, covered_ns: int = 0) -> None:
-        """Count what is missing before the message with this stamp; covered_ns: the time that its samples take, 0 where messages come at
-        a fixed rate. Stamps that go back begin anew."""
+        """Count the messages lost before the one with this stamp, ns; covered_ns: duration of the samples in it, ns, 0 for messages at a
+        fixed rate. A stamp before the last one starts a new sequence."""
         last_ns, end_ns = self._last_ns, self._end_ns
         self._last_ns, self._end_ns = stamp_ns, stamp_ns + covered_ns
         step = 0 if last_ns is None else stamp_ns - last_ns
@@ -51,7 +52,7 @@ class StampGaps:
 
     @property
     def remark(self) -> str:
-        """What to say where more than a few of the latest messages are missing, else ''."""
+        """Warning if more than _FEW of the latest messages were lost, else ''."""
         lost = sum(self._missing)
         if lost <= _FEW:
             return ''
@@ -60,8 +61,8 @@ class StampGaps:
                 'is reliable, and what else the machine and the network do')
 
     def _found_period(self) -> float:
-        """The step from message to message, ns: the median one; where so many are lost that it is a multiple, that of which the steps are
-        whole multiples, found from the shortest to the longest."""
+        """Period of the messages, ns: the one of which the intervals are whole multiples, refined from the shortest to the longest
+        interval; the median interval if too few are multiples."""
         steps = sorted(self._steps)
         period, count, total = steps[int(_SHORT * len(steps))], 0, 0
         for step in steps:
