@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading of rosbag2 recordings, damaged ones as far as they go."""
+"""Readers of rosbag2 recordings; damaged files are read as far as possible."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The description that a recording holds of a sensor: what its driver published beside the raw data."""
+"""The description of the sensor in a recording, as its driver published it next to the raw data."""
 from __future__ import annotations
 
 import posixpath
@@ -14,9 +14,9 @@ _STRING = 'std_msgs/msg/String'
 
 
 def recorded_description(reader: BagReader, raw_topic: str) -> dict:
-    """The description of the sensor with this raw topic, from /ns/description for /ns/image_raw or /ns/left/image_raw; {} without one.
+    """Description of the sensor with this raw topic: /ns/description for /ns/image_raw or /ns/left/image_raw; {} without one.
 
-    Of a recording of a replay it is the description in the first recording (see original).
+    For a recording of a replay, the description in the original recording is returned (see original).
     """
     namespace = posixpath.dirname(raw_topic)
     for folder in (namespace, posixpath.dirname(namespace)):
@@ -29,15 +29,15 @@ def recorded_description(reader: BagReader, raw_topic: str) -> dict:
 
 
 def original(about: dict) -> dict:
-    """The description of the sensor itself: of a replay, what its recording said, which the driver keeps under the key recorded."""
+    """Description of the sensor itself: for a replay, the original description, which the driver keeps under the key recorded."""
     recorded = about.get('recorded')
     return recorded if isinstance(recorded, dict) else about
 
 
 def _content(data: bytes) -> dict:
-    """The YAML mapping in a serialised String; {} when it holds none."""
+    """The YAML mapping in a serialised String message; {} if it holds none."""
     try:
         about = yaml.safe_load(get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(data, _STRING).data)
-    except Exception:  # damaged bytes and damaged YAML raise many types
+    except Exception:  # damaged CDR data and damaged YAML raise many types
         return {}
     return about if isinstance(about, dict) else {}

@@ -1,22 +1,22 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Counts what a tool skips, for its report and exit code."""
+"""Counts skipped items, for the report and the exit code of a tool."""
 from __future__ import annotations
 
 import re
 
-_MOST = 50  # different reasons; chosen
+_MOST = 50  # distinct reasons kept, further ones are counted together; chosen
 _NUMBER = re.compile(r'-?\d+(\.\d+)?')
 
 
 class LeftOut:
-    """Skipped items by place and reason; reasons that differ only in numbers count as one, reported by the first."""
+    """Skipped items by place and reason. Reasons that differ only in numbers count as one; the first is reported."""
 
     def __init__(self):
         self._found: dict[tuple[str, str], list] = {}
 
     def add(self, where: str, reason: str, stamp_ns: int | None = None, count: int = 1) -> None:
-        """Something at where (a topic, a file) was left out; stamp_ns: of the message; count: how many things it was."""
+        """Count skipped items. where: topic or file; stamp_ns: stamp of the message, ns; count: number of items."""
         key = (where, _NUMBER.sub('#', reason))
         if key not in self._found and len(self._found) >= _MOST:
             key, reason = ('elsewhere', ''), 'other reasons'
@@ -25,16 +25,16 @@ class LeftOut:
 
     @property
     def total(self) -> int:
-        """How many things were left out."""
+        """Number of skipped items."""
         return sum(count for count, _, _ in self._found.values())
 
     def merge(self, other: LeftOut) -> None:
-        """Add what another one counted."""
+        """Add the counts of another LeftOut."""
         for (where, _), (count, reason, stamp_ns) in other._found.items():
             self.add(where, reason, stamp_ns, count)
 
     def lines(self) -> list[str]:
-        """A line for each reason: how often, where, why, and when for the first time; most frequent first."""
+        """One line per reason: count, place, reason and first time; most frequent first."""
         told = sorted(self._found.items(), key=lambda item: -item[1][0])
         return [f'{count} of {where}: {reason}' + ('' if stamp is None else f' (first at {stamp / 1e9:.3f} s)')
                 for (where, _), (count, reason, stamp) in told]

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings as rosbag2: raw messages out, from both storages; the container is the library rosbags' work."""
+"""Reads raw messages from rosbag2 recordings, sqlite3 and MCAP, through the library rosbags."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from .storage import StorageFile, bag_files, unpacked
 
 
 class RawMessage(NamedTuple):
-    """One serialised (CDR) message of a bag; stamp_ns: when it was recorded; message: the same decoded, where it is known."""
+    """One serialised (CDR) message of a bag; stamp_ns: time of recording, ns; message: the decoded message, None if not decoded."""
 
     topic: str
     type_name: str
@@ -25,9 +25,9 @@ class RawMessage(NamedTuple):
 
 
 class BagReader:
-    """A rosbag2 folder (or an .mcap or .db3 file of one), opened for reading; use it in a with statement. Raises BadRecording.
+    """Reads a rosbag2 folder, or one .mcap or .db3 file; use it in a with statement. Raises BadRecording if nothing can be read.
 
-    left_out: what is damaged or missing, as far as it has been come upon; the rest is read.
+    left_out: damaged and missing parts found so far; everything else is read.
     """
 
     def __init__(self, path: str | Path):
@@ -60,15 +60,15 @@ class BagReader:
 
     @property
     def definitions(self) -> dict[str, str]:
-        """Message type name -> its definition in the bag, '' where the bag has none."""
+        """Message type name -> its definition in the bag, '' without one."""
         return {kind: text for file in self._files for kind, text in file.definitions.items()}
 
     def count(self, topics: set[str]) -> int:
-        """How many messages of these topics the bag says to have."""
+        """Number of messages of these topics according to the bag's index."""
         return sum(file.counts[topic] for file in self._files for topic in topics)
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        """The messages of the given topics (all when None) file by file, in the order of their time of record."""
+        """Messages of the topics (None: all), file by file, in order of recording."""
         for file in self._files:
             for message in file.messages(set(file.topics) if topics is None else topics):
                 yield RawMessage(*message)

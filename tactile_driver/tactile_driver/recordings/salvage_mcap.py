@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads an MCAP file that is cut off or damaged as far as it goes, record by record (mcap.dev/spec); the library rosbags wants it whole."""
+"""Reads a truncated or damaged MCAP file record by record (mcap.dev/spec), because the library rosbags reads only intact files."""
 from __future__ import annotations
 
 import struct
@@ -18,6 +18,7 @@ except ImportError:  # before Python 3.14
 from .left_out import LeftOut
 
 MAGIC = b'\x89MCAP0\r\n'
+# Opcodes, record and message headers: MCAP specification, mcap.dev/spec.
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
 _KINDS = range(1, 16)
 _HEAD = struct.Struct('<BQ')
@@ -26,7 +27,7 @@ _CHUNK_HEAD = struct.Struct('<QQQI')
 
 
 class Channel(NamedTuple):
-    """topic, type name, definition ('' where there is none) of a channel."""
+    """Topic, type name and message definition ('' without one) of a channel."""
 
     topic: str
     type_name: str
@@ -34,15 +35,16 @@ class Channel(NamedTuple):
 
 
 class SalvagedMcap:
-    """A cut or damaged MCAP file. topics: topic -> type name; definitions: type name -> text; counts: topic -> messages that can be read.
+    """A truncated or damaged MCAP file.
 
-    What is lost is added to left_out as messages are read.
+    topics: topic -> type name; definitions: type name -> text; counts: topic -> number of readable messages. Losses are added to left_out
+    as messages are read.
     """
 
     def __init__(self, path: Path, left_out: LeftOut):
         self.path, self._left_out = path, left_out
-        self._schemas: dict[int, tuple[str, str]] = {}  # both as found on a first way through: the chunk that has them may be damaged,
-        self._channels: dict[int, Channel] = {}         # and they are at the file's end once more
+        self._schemas: dict[int, tuple[str, str]] = {}  # filled by a first pass over the whole file: the chunk that defines them may be
+        self._channels: dict[int, Channel] = {}         # damaged, and the end of the file repeats them
         self.topics: dict[str, str] = {}
         self.definitions: dict[str, str] = {}
         self.counts: Counter = Counter()
@@ -54,7 +56,7 @@ class SalvagedMcap:
             self.counts[channel.topic] += 1
 
     def messages(self, topics: set[str]) -> Iterator[tuple[str, str, int, bytes]]:
-        """(topic, type name, time of record in ns, CDR data) in the order of the file, by time within a chunk."""
+        """(topic, type name, time of recording in ns, CDR data) in the order of the file, sorted by time within a chunk."""
         for channel, stamp_ns, data in self._scan(self._left_out):
             if channel.topic in topics:
                 yield channel.topic, channel.type_name, stamp_ns, data
@@ -72,7 +74,7 @@ class SalvagedMcap:
                 yield from sorted(found, key=lambda message: message[1])
 
     def _records(self, file: BinaryIO, left_out: LeftOut) -> Iterator[tuple[int, bytes]]:
-        """(kind, content) of the file's records; the last one may be cut."""
+        """(opcode, content) of the records; a truncated last chunk is included."""
         while True:
             at, head = file.tell(), file.read(_HEAD.size)
             if head and head[0] == _FOOTER:
@@ -91,7 +93,7 @@ class SalvagedMcap:
                 yield kind, content
 
     def _unpacked(self, chunk: bytes, left_out: LeftOut) -> bytes:
-        """The records in a chunk, as far as they can be read; nothing where its checksum is wrong."""
+        """The decompressed records of a chunk; empty if it is unreadable or its checksum is wrong."""
         try:
             _, _, size, checksum = _CHUNK_HEAD.unpack_from(chunk)
             compression, at = _text(chunk, _CHUNK_HEAD.size)
@@ -110,7 +112,7 @@ class SalvagedMcap:
         return records
 
     def _read(self, kind: int, content: bytes) -> Iterator[tuple[Channel, int, bytes]]:
-        """The message in a record, or nothing; schemas and channels are taken note of."""
+        """Yield the message of a message record; store schema and channel records."""
         try:
             if kind == _SCHEMA:
                 name, at = _text(content, 2)
@@ -127,7 +129,7 @@ class SalvagedMcap:
 
 
 def _parts(records: bytes) -> Iterator[tuple[int, bytes]]:
-    """(kind, content) of the whole records in a chunk's bytes."""
+    """(opcode, content) of the complete records in the bytes of a chunk."""
     at = 0
     while at + _HEAD.size <= len(records):
         kind, size = _HEAD.unpack_from(records, at)
@@ -143,6 +145,6 @@ def _number(content: bytes, at: int = 0) -> int:
 
 
 def _text(content: bytes, at: int) -> tuple[str, int]:
-    """The string at a byte, and where it ends."""
+    """The length-prefixed string at a byte offset, and the offset of its end."""
     size = struct.unpack_from('<I', content, at)[0]
     return content[at + 4:at + 4 + size].decode(), at + 4 + size

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a sqlite3 file of a bag that is cut off or damaged as far as it goes; the library rosbags wants it whole."""
+"""Reads a truncated or damaged sqlite3 bag file as far as possible, because the library rosbags reads only intact files."""
 from __future__ import annotations
 
 import sqlite3
@@ -13,9 +13,10 @@ from .left_out import LeftOut
 
 
 class SalvagedSqlite:
-    """A cut or damaged sqlite3 file. topics: topic -> type name; definitions: none are read; counts: topic -> messages that can be read.
+    """A truncated or damaged sqlite3 file.
 
-    What is lost is added to left_out as messages are read.
+    topics: topic -> type name; definitions: always empty; counts: topic -> number of readable messages. Losses are added to left_out as
+    messages are read.
     """
 
     def __init__(self, path: Path, left_out: LeftOut):
@@ -28,13 +29,13 @@ class SalvagedSqlite:
             self.counts[topic] += 1
 
     def messages(self, topics: set[str]) -> Iterator[tuple[str, str, int, bytes]]:
-        """(topic, type name, time of record in ns, CDR data) in the order in which they were recorded."""
+        """(topic, type name, time of recording in ns, CDR data) in order of recording."""
         return (found for found in self._scan('data', self._left_out) if found[0] in topics)
 
     def _scan(self, data: str, left_out: LeftOut) -> Iterator[tuple[str, str, int, bytes]]:
         try:
             with closing(sqlite3.connect(f'{self.path.resolve().as_uri()}?immutable=1', uri=True)) as connection:
-                connection.execute('PRAGMA writable_schema = ON')  # else a file shorter than it says is not even looked at
+                connection.execute('PRAGMA writable_schema = ON')  # otherwise sqlite refuses a file shorter than its header states
                 names = {number: (topic, kind) for number, topic, kind in connection.execute('SELECT id, name, type FROM topics')}
                 for number, stamp_ns, content in connection.execute(f'SELECT topic_id, timestamp, {data} FROM messages ORDER BY id'):
                     if number in names:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a rosbag2 recording: which they are, and their messages; damaged ones are read as far as they go."""
+"""Finds the files of a rosbag2 recording and reads their messages; damaged files are read as far as possible."""
 from __future__ import annotations
 
 import re
@@ -20,15 +20,15 @@ from .salvage_sqlite import SalvagedSqlite
 
 _SALVAGE = {'.mcap': SalvagedMcap, '.db3': SalvagedSqlite}
 _PACKED = '.zstd'
-_BLOCK = 1 << 20
-Message = tuple[str, str, int, bytes]  # topic, type name, time of record in ns, CDR data
+_BLOCK = 1 << 20  # bytes per read while decompressing; chosen
+Message = tuple[str, str, int, bytes]  # topic, type name, time of recording in ns, CDR data
 
 
 def bag_files(path: Path, left_out: LeftOut) -> tuple[list[Path], bool]:
-    """The files of a recording (folder, or one file of it) in order, and whether each message is compressed on its own.
+    """The files of a recording (a folder or one file), in order, and whether messages are compressed individually.
 
-    A folder without a usable metadata.yaml, as one is left whose recording was cut off, is searched for files. Raises BadRecording where
-    there is none.
+    A folder without a usable metadata.yaml, as an interrupted recording leaves it, is searched for files. Raises BadRecording if it has
+    none.
     """
     if not path.is_dir():
         return [path], False
@@ -54,14 +54,14 @@ def _metadata(path: Path, left_out: LeftOut) -> dict:
 
 
 def _found(folder: Path) -> list[Path]:
-    """The storage files in a folder, the tenth after the ninth."""
+    """The storage files in a folder, in natural order: file 10 after file 9."""
     kinds = (*_SALVAGE, *[kind + _PACKED for kind in _SALVAGE])
     files = [file for file in folder.rglob('*') if file.name.endswith(kinds)]
     return sorted(files, key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', file.name)])
 
 
 def unpacked(file: Path, folder: Path, left_out: LeftOut) -> Path:
-    """The file, decompressed into folder where it is compressed as a whole."""
+    """Path of the file; a file compressed as a whole is decompressed into folder first."""
     if file.suffix != _PACKED:
         return file
     target = folder / file.stem
@@ -74,10 +74,11 @@ def unpacked(file: Path, folder: Path, left_out: LeftOut) -> Path:
 
 
 class StorageFile:
-    """One file. topics: topic -> type name; definitions: type name -> text, '' where the file has none; counts: topic -> messages.
+    """One storage file.
 
-    in_messages: whether each message is compressed. What is lost is added to left_out, when it is found. Raises BadRecording for a file
-    that is none of a bag.
+    topics: topic -> type name; definitions: type name -> text, '' without one; counts: topic -> number of messages; in_messages: whether
+    each message is compressed individually. Losses are added to left_out when they are found. Raises BadRecording for a file that is
+    neither .mcap nor .db3.
     """
 
     def __init__(self, path: Path, in_messages: bool, left_out: LeftOut):
@@ -87,7 +88,7 @@ class StorageFile:
         self._reader = Reader(path)
         try:
             self._reader.open()
-        except Exception as error:  # rosbags lets errors of its own, of struct, of sqlite and of zstandard through
+        except Exception as error:  # rosbags raises errors of its own, of struct, sqlite and zstandard
             self._damaged = self._salvaged(error)
             self.topics, self.definitions, self.counts = self._damaged.topics, self._damaged.definitions, self._damaged.counts
             return
@@ -108,12 +109,12 @@ class StorageFile:
             self._reader.close()
 
     def messages(self, topics: set[str]) -> Iterator[Message]:
-        """Those of the topics, by their time of record."""
+        """Messages of the topics, in order of recording."""
         found = self._plain(topics) if self._damaged is None else self._damaged.messages(topics)
         return self._decompressed(found) if self._in_messages else found
 
     def _plain(self, topics: set[str]) -> Iterator[Message]:
-        """By rosbags; from where that fails on, as far as it goes."""
+        """Read with rosbags; after its first failure, continue with the salvaging reader."""
         last_ns, at_last = -1, Counter()
         try:
             chosen = [c for c in self._reader.connections if c.topic in topics]
