@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What sensors send over a serial port: binary frames and CSV lines, and the time at which their values were sampled. No ROS here."""
+"""Serial protocols of the sensors: binary frames, CSV lines and the sampling times of their values. No ROS here."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of samples, as they came in one go, to blocks of evenly spaced samples with host times."""
+"""Joins received frames into blocks of evenly spaced samples with host times."""
 from __future__ import annotations
 
 from collections import deque
@@ -13,8 +13,8 @@ from .device_clock import DeviceClock
 from ..samples import SampleBlock
 
 NS = 1_000_000_000
-_STEPS = 64  # between frames that do not tell their period
-_TOLERANCE = 0.5  # of a period, by which a sample may be off its place before it is a gap
+_STEPS = 64  # latest intervals whose median is the period, for frames without one; chosen
+_TOLERANCE = 0.5  # periods by which a sample may deviate from the regular grid before it counts as a gap; chosen
 
 
 class _Piece(NamedTuple):
@@ -25,9 +25,9 @@ class _Piece(NamedTuple):
 
 
 class SampleAssembler:
-    """Joins frames while no sample is missing between them; volts_full_scale: what the converter's count of 2**bits would be, V.
+    """Joins frames as long as no sample is missing between them; volts_full_scale: voltage of the count 2**bits, V.
 
-    missing: samples lost between blocks, as the device's clock tells them.
+    missing: number of samples lost between blocks, by the device's clock.
     """
 
     def __init__(self, volts_full_scale: float):
@@ -39,7 +39,7 @@ class SampleAssembler:
         self._resets = 0
 
     def assemble(self, frames: list[CountFrame], arrived_ns: int) -> list[SampleBlock]:
-        """Blocks of the frames that were there at arrived_ns (monotonic clock, ns), under stamps of that clock."""
+        """Blocks of the frames received by arrived_ns (monotonic clock, ns), stamped on that clock."""
         if not frames:
             return []
         if frames[0].time_us is None:
@@ -58,7 +58,7 @@ class SampleAssembler:
         return [*blocks, self._block(run)]
 
     def _step_to(self, stamp: int) -> float:
-        """The usual time between samples whose frames do not tell it; NaN before the second."""
+        """Median interval, ns, between samples of frames without an interval; NaN before the second sample."""
         if self._last_ns is not None and self.clock.resets == self._resets:
             self._steps.append(stamp - self._last_ns)
         return float(np.median(self._steps)) if self._steps else float('nan')
@@ -74,7 +74,7 @@ class SampleAssembler:
         return SampleBlock(self._volts(counts, run[0].frame.bits), run[0].begin_ns, period / NS)
 
     def _untimed(self, frames: list[CountFrame], arrived_ns: int) -> SampleBlock:
-        """Evenly from the last arrival to this one."""
+        """Block of frames without device time: samples spaced evenly from the last arrival to this one."""
         counts = np.concatenate([frame.values for frame in frames])
         since, self._last_ns = self._last_ns, arrived_ns
         period = (arrived_ns - since) / len(counts) if since is not None else 0.0

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Binary frames, as doc/serial_protocol.md describes them: written, and read out of a stream of bytes that may be broken anywhere."""
+"""Writes binary frames (doc/serial_protocol.md) and reads them from a byte stream that may be corrupted anywhere."""
 from __future__ import annotations
 
 import struct
@@ -12,6 +12,7 @@ import numpy as np
 from .counts import CountFrame, FrameCounts, SequenceCheck
 from ..errors import BadArgument
 
+# The values below are those of the protocol, doc/serial_protocol.md.
 SAMPLES, MATRIX = 1, 2
 SYNC, END = b'\xa5\x5a', 0x7e
 LARGEST = 256
@@ -24,14 +25,14 @@ _START = 0xffff
 
 @dataclass(frozen=True)
 class Expected:
-    """Which frames are wanted: kind, SAMPLES or MATRIX; rows, columns: 1 to 256, None for any."""
+    """The accepted frames. kind: SAMPLES or MATRIX; rows, columns: 1 to 256, None for any."""
 
     kind: int
     rows: int | None = None
     columns: int | None = None
 
     def fits(self, kind: int, rows: int, columns: int) -> bool:
-        """Whether a frame of that kind and shape is wanted."""
+        """Whether a frame of that kind and shape is accepted."""
         return kind == self.kind and self.rows in (None, rows) and self.columns in (None, columns)
 
 
@@ -39,12 +40,12 @@ _KINDS = {SAMPLES: 'samples', MATRIX: 'a matrix'}
 
 
 def frame_size(rows: int, columns: int, bits: int) -> int:
-    """Length of a frame, bytes."""
+    """Length of a frame of rows x columns counts, bytes."""
     return _HEAD + rows * columns * (1 if bits == 8 else 2) + _TAIL
 
 
 def write_frame(frame: CountFrame, kind: int) -> bytes:
-    """The bytes of a frame. Raises BadArgument for a shape, a number of bits or counts that no frame can carry."""
+    """The bytes of a frame. Raises BadArgument for a shape, a number of bits or counts that the protocol cannot carry."""
     values = np.asarray(frame.values)
     if values.ndim != 2 or not 0 < min(values.shape) <= max(values.shape) <= LARGEST:
         raise BadArgument(f'frame: values have shape {values.shape}; rows and columns must be 1 to {LARGEST}')
@@ -57,11 +58,11 @@ def write_frame(frame: CountFrame, kind: int) -> bytes:
 
 
 class BinaryReader:
-    """Finds the frames in a stream of bytes; what is broken is passed over and counted, never delivered.
+    """Finds the frames in a byte stream; corrupted data is skipped and counted, never delivered.
 
-    The header has a check sum of its own, so that a length is believed before the bytes that it asks for have come; that of the counts goes
-    on from it, so that no header is believed of another frame's counts. Behind a broken frame the search goes on within it, so that nothing
-    whole is lost. counts: to go on with.
+    The header has its own checksum, so its length is trustworthy before the payload arrives. The payload checksum continues the header's,
+    so a header is never combined with the payload of another frame. After a corrupted frame the search resumes inside it, so no intact
+    frame is lost. counts: counters to continue, None for new ones.
     """
 
     def __init__(self, expected: Expected, counts: FrameCounts | None = None):
@@ -70,7 +71,7 @@ class BinaryReader:
         self._sequence = SequenceCheck(self.counts)
 
     def feed(self, data: bytes) -> list[CountFrame]:
-        """The frames that are complete with these bytes, in order."""
+        """The frames completed by these bytes, in order."""
         buffer = self._buffer
         buffer += data
         frames, place = [], 0
@@ -93,7 +94,7 @@ class BinaryReader:
         return frames
 
     def _frame_at(self, place: int) -> tuple[int | None, CountFrame | None]:
-        """(bytes to go on by, frame) at a sync word: (None, None) where more bytes have to come, (2, None) where there is no frame."""
+        """(bytes to skip, frame) at a sync word: (None, None) if more bytes are needed, (2, None) if there is no valid frame."""
         buffer = self._buffer
         if len(buffer) - place < _HEAD:
             return None, None

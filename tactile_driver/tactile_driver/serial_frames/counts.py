@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a frame carries, whichever way it came, and what a reader of frames has met."""
+"""The content of a frame, independent of the protocol, and the statistics of a frame reader."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ import numpy as np
 class CountFrame:
     """Converter counts of one frame.
 
-    values: (rows, columns), unsigned; a row is one sample of all channels, or one row of a matrix; time_us: the device's clock at
-    the first row, us, modulo 2**32, None where the frame does not tell; interval_ns: between two rows, 0 where all belong to one time,
-    None where the frame does not tell; sequence: number of the frame, modulo 2**32, None where it has none; bits: of the converter.
+    values: (rows, columns), unsigned; a row is one sample of all channels, or one row of a matrix; time_us: device clock at the first row,
+    us, modulo 2**32, None if the frame has no time; interval_ns: time between two rows, ns, 0 if all rows have the same time, None if
+    unknown; sequence: number of the frame, modulo 2**32, None without one; bits: resolution of the converter.
     """
 
     values: np.ndarray
@@ -26,9 +26,12 @@ class CountFrame:
 
 @dataclass
 class FrameCounts:
-    """frames: good ones; bad_crc: with a sync word in place and a wrong check sum; refused: correct, but of another kind or shape than is
-    wanted, or with counts that the converter cannot give; garbage: bytes between frames; missing: frames that the sequence numbers miss;
-    resets: how often the sequence began anew; stranger: what the newest frame carries, where it is of another kind or shape, else ''."""
+    """Statistics of a frame reader.
+
+    frames: valid frames; bad_crc: frames with a wrong checksum; refused: intact frames of another kind or shape than expected, or with
+    counts out of the converter's range; garbage: bytes between frames; missing: frames lost by their sequence numbers; resets: restarts of
+    the sequence; stranger: content of the newest frame if it is of an unexpected kind or shape, else ''.
+    """
 
     frames: int = 0
     bad_crc: int = 0
@@ -40,14 +43,14 @@ class FrameCounts:
 
 
 class SequenceCheck:
-    """Counts what sequence numbers tell, into counts. longest_gap: frames; a longer step is a device that began anew."""
+    """Counts lost frames and restarts by sequence numbers, into counts. longest_gap: frames; a longer gap counts as a restart."""
 
     def __init__(self, counts: FrameCounts, longest_gap: int = 2**16):
         self._counts, self._longest_gap = counts, longest_gap
         self._last: int | None = None
 
     def take(self, sequence: int) -> None:
-        """The number of the next good frame."""
+        """Process the sequence number of the next valid frame."""
         if self._last is not None:
             step = (sequence - self._last) % 2**32
             if 0 < step <= self._longest_gap:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock of a device on the host's time: the earliest arrivals tell where it stands and how fast it runs."""
+"""Maps the clock of a device to host time: the least delayed frames determine offset and drift."""
 from __future__ import annotations
 
 from collections import deque
@@ -10,19 +10,19 @@ import numpy as np
 
 NS_PER_US = 1000
 _WRAP = 2**32
-_BLOCK_NS, _BLOCKS = 10**9, 30
-_FEWEST = 5  # blocks needed to fit the rate of the device's clock; chosen
-_FASTEST = 5e-4  # crystals of hobby boards differ by less; RC oscillators are calibrated to some 1 %, which _LARGEST_STEP tells
-_LARGEST_STEP_NS = 10**9
-_SLEW = 0.05  # of the time that passes: stamps come right without going back
+_BLOCK_NS, _BLOCKS = 10**9, 30  # length of a block, and blocks in the fit: half a minute; chosen
+_FEWEST = 5  # blocks needed to fit the drift of the device's clock; chosen
+_FASTEST = 5e-4  # limit of the drift: crystals of hobby boards drift less; RC oscillators (about 1 %) exceed it and cause resets
+_LARGEST_STEP_NS = 10**9  # difference of device and host intervals that counts as a restart of the device; chosen
+_SLEW = 0.05  # correction per elapsed time: stamps converge without going back; chosen
 
 
 class DeviceClock:
-    """Maps a device's us (modulo 2**32) to host ns.
+    """Maps device time, us modulo 2**32, to host time, ns.
 
-    Frames arrive late by what buffers, the USB's polling and the machine add, never early: of each second the frame with the least
-    delay counts, and a straight line under the last half minute of them is the map, to which stamps keep so that they never go back.
-    The device began anew, and the map with it, where its clock and the host's went on by amounts that differ by more than a second.
+    Buffers, USB polling and the scheduler delay frames; nothing makes them early. So the least delayed frame of each second counts, and
+    the map is a straight line below the offsets of the last half minute. Stamps approach this line slowly and never go back. If device
+    and host intervals differ by more than a second, the device has restarted: the map is discarded and resets is incremented.
     """
 
     def __init__(self):
@@ -37,8 +37,10 @@ class DeviceClock:
         self._shown: tuple[int, float] | None = None  # device ns, offset ns of the last answer
 
     def to_host(self, times_us: Sequence[int], arrived_ns: int, span_ns: int = 0) -> list[int]:
-        """Host times, ns, of the device's times of frames that were all there at arrived_ns (a clock of small numbers: the monotonic one);
-        span_ns: from the last of these times to the last sample in its frame."""
+        """Host times, ns, of the device times of frames received by arrived_ns (monotonic clock, ns).
+
+        span_ns: time from the last of these device times to the last sample in its frame, ns.
+        """
         mapped, waiting = [], []
         for time_us in times_us:
             if self._begins_anew(time_us, arrived_ns):
@@ -52,7 +54,7 @@ class DeviceClock:
         return mapped + self._shown_times(waiting)
 
     def _shown_times(self, device_ns: list[int]) -> list[int]:
-        """Host times of the device's, all with the offset of the last, which follows the line at a pace that keeps stamps in order."""
+        """Host times, ns, of unwrapped device times, all with one offset; it changes by at most _SLEW, so stamps stay in order."""
         if not device_ns:
             return []
         offset = self._line(device_ns[-1])
@@ -71,7 +73,7 @@ class DeviceClock:
         return abs((self._unwrapped(time_us) - self._device_ns) - (arrived_ns - self._host_ns)) > _LARGEST_STEP_NS
 
     def _unwrapped(self, time_us: int) -> int:
-        """Device time that goes on where the counter begins again, ns."""
+        """Device time, ns, continued over wraps of the 32-bit counter."""
         if self._raw is None:
             return time_us * NS_PER_US
         return self._device_ns + ((time_us - self._raw + _WRAP // 2) % _WRAP - _WRAP // 2) * NS_PER_US
@@ -87,7 +89,7 @@ class DeviceClock:
                 self._fit()
 
     def _fit(self) -> None:
-        """The line under the blocks' least offsets; of seconds that are over it takes the slope."""
+        """Fit the line below the least offset of each block; the slope uses completed blocks only."""
         known = np.array(self._blocks, float)
         self._origin = self._blocks[0][0]
         since = known[:, 0] - self._origin

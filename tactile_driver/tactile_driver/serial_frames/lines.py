@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""CSV lines as hobby boards print them, as doc/serial_protocol.md describes them: one line a sample."""
+"""Writes and reads CSV lines, one sample per line (doc/serial_protocol.md), as hobby boards print them."""
 from __future__ import annotations
 
 import re
@@ -11,23 +11,24 @@ import numpy as np
 from .counts import CountFrame, FrameCounts
 from ..errors import BadArgument
 
-_START = 0xffff
-_LONGEST = 256  # bytes: what has no end of line by then is no line
+_START = 0xffff  # initial value of the CRC, doc/serial_protocol.md
+_LONGEST = 256  # bytes; longer data without an end of line is discarded; chosen
 _SPLIT = re.compile(rb'[,;\s]+')
 
 
 def write_line(values: list[int], time_us: int | None = None, check: bool = True) -> bytes:
-    """One line: the device's clock, us, where it is given, the counts, and the check sum."""
+    """One line: the device time, us (optional), the counts and the checksum (if check)."""
     fields = [*([] if time_us is None else [time_us % 2**32]), *values]
     text = ','.join(map(str, fields)).encode()
     return text + (b'*%04X\n' % crc_hqx(text, _START) if check else b'\n')
 
 
 class LineReader:
-    """Reads lines of so many channels, with or without the device's time in front. bits: of the converter, 8 to 16.
+    """Reads lines of 1 to 64 channels, with or without a leading device time. bits: of the converter, 8 to 16.
 
-    The first line, which may have been cut, is not used, nor is one without a check sum once one with a check sum has come. Every
-    line delivered is a CountFrame of one row, without a sequence number. counts: to go on with.
+    The first line may be incomplete and is dropped. Once a line with a checksum has been received, lines without one are dropped. Each
+    line becomes a CountFrame of one row without a sequence number. counts: counters to continue, None for new ones. Raises BadArgument for
+    channels or bits out of range.
     """
 
     def __init__(self, channels: int, bits: int, counts: FrameCounts | None = None):
@@ -38,7 +39,7 @@ class LineReader:
         self._rest, self._begun, self._checked = b'', False, False
 
     def feed(self, data: bytes) -> list[CountFrame]:
-        """The samples of the lines that are complete with these bytes, in order."""
+        """The samples of the lines completed by these bytes, in order."""
         *lines, self._rest = (self._rest + data).split(b'\n')
         if len(self._rest) > _LONGEST:
             self.counts.garbage += len(self._rest)
