@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Two cameras' views of one flat sheet as one picture: what a calibration knows about it, as numbers and as a file."""
+"""Stitching calibration: the geometry that maps two camera views of a flat sheet to one image, and its file format."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -14,16 +14,16 @@ import yaml
 from ..errors import BadArgument
 from ..lens import undistorted
 
-LARGEST_SIDE = 8192  # px of a picture
+LARGEST_SIDE = 8192  # px, largest width and height of an image; chosen
 
 
 @dataclass(frozen=True)
 class SideView:
-    """One camera and the plane z = 0 of the sensor frame.
+    """One camera and its view of the plane z = 0 of the sensor frame.
 
-    size: (width, height) px of its images; matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; homography: (3, 3) from places in the
-    plane, m, to the normalised image without distortion; eye: (3,) m, where the camera stands in the sensor frame, NaN where only the
-    homography is known; gain: factor that makes its grey levels comparable with the other camera's.
+    size: (width, height) px of its images; matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; homography: (3, 3) from the plane, m,
+    to the undistorted normalised image; eye: (3,) m, centre of projection in the sensor frame, NaN if only the homography is known; gain:
+    factor that matches its grey levels to those of the other camera.
     """
 
     size: tuple[int, int]
@@ -34,7 +34,7 @@ class SideView:
     gain: float = 1.0
 
     def project(self, xy: np.ndarray) -> np.ndarray:
-        """Image places (N, 2), px, of places xy (N, 2), m, in the plane."""
+        """Pixels (N, 2) of points xy (N, 2), m, in the plane."""
         seen = np.column_stack([np.asarray(xy, float).reshape(-1, 2), np.ones(np.size(xy) // 2)]) @ self.homography.T
         still = np.zeros(3)
         if not len(seen):
@@ -42,7 +42,7 @@ class SideView:
         return cv2.projectPoints(seen.reshape(-1, 1, 3), still, still, self.matrix, self.distortion)[0].reshape(-1, 2)
 
     def place(self, uv: np.ndarray) -> np.ndarray:
-        """Places (N, 2), m, in the plane of image places uv (N, 2), px; NaN where the lens shows nothing."""
+        """Points (N, 2), m, in the plane of pixels uv (N, 2); NaN where undistorted gives NaN."""
         flat = undistorted(uv, self.matrix, self.distortion)
         seen = np.column_stack([flat, np.ones(len(flat))]) @ np.linalg.inv(self.homography).T
         return seen[:, :2] / seen[:, 2:]
@@ -50,11 +50,11 @@ class SideView:
 
 @dataclass(frozen=True)
 class Stitching:
-    """How two views make one picture of the plane z = 0 of the sensor frame.
+    """How two views are stitched to one image of the plane z = 0 of the sensor frame.
 
-    left, right: the cameras; size: (width, height) px of the picture; scale: px/m; origin: (2,) px, where the sensor frame's origin
-    appears; seam: px, columns up to it come from the left camera, those beyond from the right; cut: (2,) px, the columns of the left
-    and of the right image that show the middle of what both see.
+    left, right: the cameras; size: (width, height) px of the stitched image; scale: px/m; origin: (2,) px, image of the sensor frame's
+    origin; seam: px, columns up to it come from the left camera, those beyond it from the right one; cut: (2,) px, columns of the left and
+    the right image that show the middle of the overlap.
     """
 
     left: SideView
@@ -67,19 +67,19 @@ class Stitching:
 
     @property
     def eyes(self) -> np.ndarray:
-        """(2, 3) m: where the left and the right camera stand in the sensor frame."""
+        """(2, 3) m: centres of projection of the left and the right camera in the sensor frame."""
         return np.stack([self.left.eye, self.right.eye])
 
     def side_of(self, uv: np.ndarray) -> np.ndarray:
-        """(N,) 0 for the left camera, 1 for the right: which one shows the places uv (N, 2), px, of the picture."""
+        """(N,) 0 or 1: whether pixels uv (N, 2) of the stitched image come from the left or the right camera."""
         return (np.asarray(uv, float).reshape(-1, 2)[:, 0] > self.seam).astype(int)
 
     def place(self, uv: np.ndarray) -> np.ndarray:
-        """Places (N, 2), m, in the plane of places uv (N, 2), px, of the picture."""
+        """Points (N, 2), m, in the plane of pixels uv (N, 2) of the stitched image."""
         return (np.asarray(uv, float).reshape(-1, 2) - self.origin) / self.scale
 
     def to_dict(self) -> dict:
-        """Plain numbers and lists, for a file; an eye that is not known is left out."""
+        """The stitching as plain numbers and lists, for a file; an unknown eye is omitted."""
         return {'size': list(self.size), 'scale': float(self.scale), 'origin': np.asarray(self.origin, float).tolist(),
                 'seam': float(self.seam), 'cut': [float(c) for c in self.cut],
                 'left': _side_to_dict(self.left), 'right': _side_to_dict(self.right)}
@@ -92,7 +92,7 @@ def _side_to_dict(side: SideView) -> dict:
 
 
 def stitching_from_dict(numbers: Mapping, place: str) -> Stitching:
-    """The stitching that to_dict() wrote; place: where it was found, for messages. Raises BadArgument for what is missing or no number."""
+    """The inverse of to_dict; place: names the source in error messages. Raises BadArgument for missing, non-finite or invalid values."""
     sides = [_side_from_dict(_part(numbers, name, place), f'{place}.{name}') for name in ('left', 'right')]
     scale, seam = float(_array(numbers, 'scale', (), place)), float(_array(numbers, 'seam', (), place))
     size, cut = _size(numbers, place), tuple(_array(numbers, 'cut', (2,), place).tolist())
@@ -134,9 +134,9 @@ def _size(numbers: Mapping, place: str) -> tuple[int, int]:
 
 
 def load_stitching(path: str) -> Stitching:
-    """The stitching in a calibration file that `calibrate` wrote. Raises BadArgument."""
+    """The stitching in a calibration file written by `calibrate`. Raises BadArgument if the file holds none."""
     try:
-        # A calibration holds much else: in C it is read in a tenth of the time.
+        # The file holds much more than the stitching: the C loader reads it in a tenth of the time.
         loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
         page = yaml.load(Path(path).expanduser().read_text(encoding='utf-8'), loader)
         found = page['fitted']['stitching']

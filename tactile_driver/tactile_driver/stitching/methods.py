@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The methods that make one picture of two views, by name."""
+"""Stitching methods, by name."""
 from __future__ import annotations
 
 from typing import Protocol
@@ -12,23 +12,23 @@ from .calibration import SideView, Stitching
 from ..errors import BadArgument, BadFrame
 
 
-_BAND = 64  # rows
+_BAND = 64  # rows remapped at once, so that they stay in the processor's cache; chosen
 
 
 class Stitcher(Protocol):
-    """Makes one picture of two; size: (width, height) px of it."""
+    """Stitches two images to one; size: (width, height) px of the result."""
 
     size: tuple[int, int]
 
     def stitch(self, left: np.ndarray | None, right: np.ndarray | None) -> np.ndarray:
-        """The picture (H, W, 3) or (H, W) of two uint8 images of one kind; the part of one that is None is black. Raises BadFrame for
-        images of another size than the method was made for, or of two kinds."""
+        """The stitched image, uint8 (H, W, 3) or (H, W), of two uint8 images, both colour or both grey; the part of a missing image
+        (None) is black. Raises BadFrame for another size than that of the calibration, for two kinds, and if both are missing."""
 
 
 class MiddleStitcher:
-    """The paper's (areal_sensor_contact_position, section 2.2): both images cut at the middle of what both show, and put together.
+    """Cuts both images at the middle of their overlap and joins them (paper areal_sensor_contact_position, section 2.2).
 
-    sizes: (width, height) px of the left and the right images; cut: px, the columns at which they are cut.
+    sizes: (width, height) px of the left and the right images; cut: px, columns at which they are cut. Raises BadArgument for two heights.
     """
 
     def __init__(self, sizes: tuple[tuple[int, int], tuple[int, int]], cut: tuple[float, float]):
@@ -49,7 +49,7 @@ class MiddleStitcher:
 
 
 class PlaneStitcher:
-    """Each view warped to the sheet's metric plane, lens distortion taken off and exposure matched, along maps made once."""
+    """Warps each view to the metric plane of the sheet, with undistortion and exposure matching, along precomputed maps."""
 
     def __init__(self, stitching: Stitching):
         self.size, self._sides = stitching.size, (stitching.left, stitching.right)
@@ -70,14 +70,14 @@ class PlaneStitcher:
 
 
 def _bands(stitching: Stitching, side: SideView, columns: slice) -> list[tuple[tuple[slice, slice], tuple[np.ndarray, np.ndarray]]]:
-    """(rows, columns) of the picture and their maps, in bands of rows that stay in the processor's cache."""
+    """((rows, columns) of the stitched image, remap maps) of each band of _BAND rows."""
     maps = _maps(stitching, side, columns)
     rows = [slice(first, first + _BAND) for first in range(0, stitching.size[1], _BAND)]
     return [((band, columns), tuple(np.ascontiguousarray(part[band]) for part in maps)) for band in rows]
 
 
 def _maps(stitching: Stitching, side: SideView, columns: slice) -> tuple[np.ndarray, np.ndarray]:
-    """Where in the side's image each pixel of its columns comes from, in OpenCV's fixed-point form."""
+    """Remap maps, in OpenCV's fixed-point form, from the columns of the stitched image to the image of this camera."""
     height = stitching.size[1]
     u, v = np.meshgrid(np.arange(columns.start, columns.stop), np.arange(height))
     found = side.project(stitching.place(np.stack([u, v], axis=-1)))
@@ -86,7 +86,7 @@ def _maps(stitching: Stitching, side: SideView, columns: slice) -> tuple[np.ndar
 
 
 def _empty_picture(images: tuple, sizes, size: tuple[int, int]) -> np.ndarray:
-    """A picture of the images' kind, black where one is missing, once they are as they have to be."""
+    """Check the images and allocate the stitched image, black if one is missing. Raises BadFrame."""
     present = [(image, wanted, name) for image, wanted, name in zip(images, sizes, ('left', 'right')) if image is not None]
     for image, wanted, name in present:
         if image.shape[1::-1] != tuple(wanted):
