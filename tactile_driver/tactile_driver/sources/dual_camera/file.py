@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Two videos or folders of images as two cameras: no stamps are recorded in them, so the n-th frame of one belongs to the n-th of the
-other."""
+"""Two videos or image folders as two cameras. They hold no stamps, so the n-th frames of both form a pair."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,7 +12,8 @@ from ...frame import CameraCalibration, PairFrame
 
 
 class TwoFilesSource:
-    """left, right: paths; rate, loop and clock as of a FileSource, the left one's where rate is -1. The shorter one ends both."""
+    """Pairs of two files. left, right: paths; rate, loop, clock: as in FileSource, rate -1 is that of the left file. Ends with the shorter
+    file."""
 
     live = False
     remark = ''
@@ -24,13 +24,13 @@ class TwoFilesSource:
         self.on_demand, self._loop, self._unpaired, self._read = self._left.on_demand, loop, 0, False
 
     def open(self) -> None:
-        """Open both at their beginnings. Raises BadRecording."""
+        """Open both at the start. Raises BadRecording as FileSource.open does."""
         self._left.open()
         self._right.open()
         self._read = False
 
     def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next pair, when it is due. Raises EndOfSource, or BadFrame where one of the two cannot be decoded."""
+        """The next pair, when it is due; None if not wanted. Raises EndOfSource, or BadFrame if one of the two cannot be decoded."""
         try:
             pair = self._next(wanted)
         except EndOfSource:
@@ -43,8 +43,8 @@ class TwoFilesSource:
         return pair
 
     def _next(self, wanted: bool) -> PairFrame | None:
-        """Frames of one number: what a video skips because it is broken leaves the other's without a mate."""
-        right = self._right.read(wanted)  # first, since the left one's comes when it is due
+        """The next two frames of equal number; a frame whose counterpart is corrupt is skipped."""
+        right = self._right.read(wanted)  # first, because only the left read waits until the frame is due
         try:
             left = self._left.read(wanted)
         except BadFrame:
@@ -65,19 +65,19 @@ class TwoFilesSource:
 
     @property
     def skipped(self) -> int:
-        """Frames without a mate."""
+        """Number of unpaired frames."""
         return self._unpaired
 
     @property
     def corrupt(self) -> int:
-        """Frames of either that could not be decoded."""
+        """Number of frames of both files that could not be decoded."""
         return self._left.corrupt + self._right.corrupt
 
     def describe(self) -> dict:
-        """Both paths, and the rate (Hz)."""
+        """Both paths, the rate, Hz, and the number of unpaired frames."""
         left, right = self._left.describe(), self._right.describe()
         return {**left, 'path': f'{left["path"]} + {right["path"]}', 'unpaired': self._unpaired}
 
     def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
-        """None: neither videos nor images carry one."""
+        """None for both: videos and images hold no calibration."""
         return None, None

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which frames of two cameras belong together, told by their stamps."""
+"""Pairs the frames of two cameras by their stamps."""
 from __future__ import annotations
 
 from collections import deque
@@ -10,18 +10,18 @@ import numpy as np
 from ...frame import Frame, PairFrame
 
 LEFT, RIGHT = 0, 1
-_LONGEST_QUEUE = 8
-_INTERVALS, _FEWEST_INTERVALS = 30, 4
-_SHORT = 20  # percentile of the intervals that is taken for the period: lost frames make many of them longer
-_BEGIN_ANEW_NS = 1_000_000_000
+_LONGEST_QUEUE = 8  # frames of one camera that may wait for their counterparts; chosen
+_INTERVALS, _FEWEST_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed; chosen
+_SHORT = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals; chosen
+_BEGIN_ANEW_NS = 1_000_000_000  # a stamp further back than this restarts the pairing; chosen
 
 
 class Pairer:
-    """Pairs frames whose stamps differ by at most max_skew_ns, ns, and by less than half a frame's period.
+    """Pairs frames whose stamps differ by at most max_skew_ns, ns, and by at most half the frame period.
 
-    Over half a period the frame before or after is nearer, and may only be late, or lost: so nothing is paired before the period is known.
-    nominal_ns: the period as the cameras state it, None where they do not; it is measured too. unpaired: frames that had no mate, or
-    came out of order.
+    At a skew beyond half a period an adjacent frame would match better, and that frame may be late or lost. So no pair is formed before
+    the period is known. nominal_ns: period reported by the cameras, ns, None if unknown; the period is measured as well. unpaired: number
+    of frames without a counterpart or out of order.
     """
 
     def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
@@ -32,7 +32,7 @@ class Pairer:
         self._last: list[int | None] = [None, None]
 
     def add(self, side: int, frame: Frame) -> None:
-        """Take the next frame of one camera (0 left, 1 right); stamps that go back by over a second begin anew."""
+        """Add the next frame of one camera (0 left, 1 right). A stamp that goes back by over a second restarts the pairing."""
         last = self._last[side]
         if last is not None and frame.stamp_ns <= last:
             if last - frame.stamp_ns < _BEGIN_ANEW_NS:
@@ -48,11 +48,11 @@ class Pairer:
             self._drop(side)
 
     def waiting(self, side: int) -> int:
-        """How many frames of one camera wait for their mates."""
+        """Number of frames of one camera that wait for their counterparts."""
         return len(self._queues[side])
 
     def take(self, last: bool = False) -> PairFrame | None:
-        """The next pair, None as long as there is none; last: nothing more will come."""
+        """The next pair, or None; last: no more frames will arrive, so do not wait for the period."""
         left, right = self._queues
         while left and right:
             if not self._knows_period and not last:
@@ -65,26 +65,26 @@ class Pairer:
         return None
 
     def take_single(self, side: int) -> PairFrame | None:
-        """The next frame of one camera without a mate, for while the other one is lost."""
+        """The next frame of one camera as an incomplete pair, or None; used while the other camera is lost."""
         if not self._queues[side]:
             return None
         frame = self._queues[side].popleft()
         return PairFrame(frame, None) if side == LEFT else PairFrame(None, frame)
 
     def forget(self) -> None:
-        """Let go of what waits, since nobody wants it."""
+        """Discard the waiting frames without counting them as unpaired: they are not wanted."""
         for queue in self._queues:
             queue.clear()
 
     def clear(self) -> None:
-        """Let go of what waits: it has no mate."""
+        """Discard the waiting frames and count them as unpaired."""
         for side in (LEFT, RIGHT):
             while self._queues[side]:
                 self._drop(side)
 
     @property
     def period_ns(self) -> float | None:
-        """Time between frames, ns, as stated or as seen lately, the shorter one; None where nothing is known of it."""
+        """Frame period, ns: the shortest of the nominal and the measured periods; None if unknown."""
         seen = [float(np.percentile(intervals, _SHORT)) for intervals in self._intervals if intervals]
         return min([*seen, *([self._nominal] if self._nominal else [])], default=None)
 

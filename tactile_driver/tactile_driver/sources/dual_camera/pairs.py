@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Two cameras as one source of pairs: two sources paired by stamps, or one whose images hold both views."""
+"""Two cameras as one source of pairs: two sources paired by stamps, or one source with side-by-side images."""
 from __future__ import annotations
 
 import math
@@ -18,22 +18,22 @@ from .pairing import LEFT, RIGHT, Pairer
 
 NAMES = ('left', 'right')
 Calibrations = tuple[CameraCalibration | None, CameraCalibration | None]
-_MOMENT_S = 0.2
-_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0
+_MOMENT_S = 0.2  # longest wait of one read; chosen
+_SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera silent for longer than both is absent; chosen
 
 
 class DualSource(Source, Protocol):
-    """A source of two cameras, whose frames are pairs."""
+    """A source whose frames are PairFrames."""
 
     def calibrations(self) -> Calibrations:
-        """Both cameras' calibrations, where the source knows them; valid once open."""
+        """Calibrations of the left and the right camera, None where unknown; valid once open."""
 
 
 class PairedSource:
-    """Two sources of one kind, each read in a thread of its own, their frames paired by stamps.
+    """Two sources of one kind, each read in its own thread; frames are paired by stamps.
 
-    left, right: not yet open; max_skew: s, by which stamps of a pair may differ (see Pairer). Where one of two live cameras is lost or
-    silent the other's frames go on alone and remark says so; the lost one is looked for again by itself.
+    left, right: not yet open; max_skew: largest stamp difference of a pair, s (see Pairer). If one of two live cameras is lost or silent,
+    read returns incomplete pairs of the other one and remark reports it; the lost camera is reopened automatically.
     """
 
     def __init__(self, left: Source, right: Source, max_skew: float):
@@ -46,7 +46,7 @@ class PairedSource:
         self._wanted, self._wanted_since = False, 0.0
 
     def open(self) -> None:
-        """Open both. Raises DeviceLost where none of two devices is there, BadRecording or BadArgument for what a recording lacks."""
+        """Open both. Raises DeviceLost if both devices are missing, BadRecording or BadArgument for an unusable recording."""
         self.close()
         lost = [self._open_one(source) for source in self._sources]
         if all(lost):
@@ -60,7 +60,7 @@ class PairedSource:
             capture.resume()
 
     def _open_one(self, source: Source) -> str:
-        """'' when it is open, or why the device is not there."""
+        """Open one source. Returns '', or the reason why its device is missing."""
         try:
             source.open()
         except DeviceLost as error:
@@ -71,8 +71,8 @@ class PairedSource:
         return ''
 
     def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next pair. Raises EndOfSource when one recording is over, DeviceLost when both cameras are lost, NothingYet, or BadRecording
-        where one of the two can be read no more."""
+        """The next pair; None if not wanted. Raises EndOfSource when one recording is over, DeviceLost when both cameras are lost,
+        NothingYet when none arrives within _MOMENT_S, and BadRecording when one of the two is no longer readable."""
         if wanted and not self._wanted:
             self._wanted_since = time.monotonic()
         self._wanted = wanted
@@ -93,7 +93,7 @@ class PairedSource:
                 self._changed.wait_for(lambda: any(capture.ready for capture in self._captures), left)
 
     def _fetch(self) -> None:
-        """Hand what has arrived to the pairer; of recordings only what it needs next, so that neither runs ahead of the other."""
+        """Pass received frames to the pairer; of recordings only the side it needs next, so that neither runs ahead."""
         needed = [side for side in (LEFT, RIGHT) if self.live or not self._pairer.waiting(side)] or [LEFT, RIGHT]
         for side in needed:
             frame = self._captures[side].take(0) if self._captures[side].ready else None
@@ -108,11 +108,11 @@ class PairedSource:
         return found
 
     def _over(self, side: int, state: CaptureStatus) -> bool:
-        """Whether nothing more will arrive."""
+        """Whether this source has ended and all its frames are consumed."""
         return state.state == 'ended' and not self._captures[side].ready
 
     def _absent(self, state: CaptureStatus) -> bool:
-        """Whether a camera is lost, or has been silent for several frames' time."""
+        """Whether a camera is lost, or silent for several frame periods."""
         if not self.live or not self._wanted:
             return state.state == 'lost'
         period, waited = (self._pairer.period_ns or 0) / NS, time.monotonic() - self._wanted_since
@@ -120,7 +120,7 @@ class PairedSource:
         return state.state == 'lost' or age > max(_SHORTEST_SILENCE, _SILENCE_PERIODS * period)
 
     def _check(self, states: list[CaptureStatus]) -> None:
-        """Raise what keeps pairs from coming."""
+        """Raise the error that prevents further pairs, if any."""
         if any(self._over(side, states[side]) and not self._pairer.waiting(side) for side in (LEFT, RIGHT)):
             self._pairer.clear()
             raise EndOfSource('the recording is over: ' + ', '.join(f'{state.received} {name}' for name, state in zip(NAMES, states)))
@@ -131,7 +131,7 @@ class PairedSource:
             raise DeviceLost('; '.join(f'{name}: {state.error}' for name, state in zip(NAMES, states)))
 
     def _pass_over(self) -> None:
-        """Wait for a frame of either that nobody wants."""
+        """Wait for an unwanted frame of either source and discard it. Raises NothingYet after _MOMENT_S."""
         self._pairer.forget()
         before = [capture.status.received for capture in self._captures]
         end = time.monotonic() + _MOMENT_S
@@ -146,11 +146,11 @@ class PairedSource:
         raise NothingYet
 
     def set_exposure(self, exposure: float) -> None:
-        """Expose for exposure seconds from the next frames on, with cameras that can; 0: they decide."""
+        """Set the exposure time, s, of cameras that support it; 0: automatic exposure."""
         _set_exposure(self._sources, exposure)
 
     def close(self) -> None:
-        """Let go of both."""
+        """Close both."""
         captures, self._captures = self._captures, []
         for capture in captures:
             capture.stop()
@@ -160,30 +160,30 @@ class PairedSource:
 
     @property
     def skipped(self) -> int:
-        """Frames of either camera that were not used, for want of a mate or of time."""
+        """Number of frames of both cameras that were unpaired or dropped."""
         return self._pairer.unpaired + sum(capture.status.dropped for capture in self._captures)
 
     @property
     def corrupt(self) -> int:
-        """Frames of either camera that could not be used."""
+        """Number of unusable frames of both cameras."""
         return sum(capture.status.corrupt for capture in self._captures)
 
     @property
     def remark(self) -> str:
-        """Which camera is missing, or what is wrong with its pictures, ''."""
+        """Warnings about missing cameras and faulty images, '' without any."""
         told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
         return '; '.join(text for text in told if text)
 
     def _told(self, name: str, capture: Capture, source: Source) -> str:
-        """What to say of one camera, ''."""
+        """Warning about one camera, '' without one."""
         state = capture.status
         if self._absent(state):
             return f'no {name} camera, its half is black: ' + (state.error if state.state == 'lost' else 'it sends no frames')
         return f'{name} camera: {source.remark}' if source.remark else ''
 
     def describe(self) -> dict:
-        """Both sources, the rate (Hz), the frames without a mate, those that did not arrive (of topics),
-        whether neither is read at present, and recorded: what a recording says of the sensor."""
+        """Both sources, the rate, Hz, the number of unpaired frames, lost: the number of lost messages (topics only), idle: whether
+        neither source is read at present, and recorded: the description of the sensor in a recording."""
         left, right = (source.describe() for source in self._sources)
         recorded, _ = ({'recorded': about.pop('recorded')} if 'recorded' in about else {} for about in (left, right))
         place = ' + '.join(str(about.get('path') or about.get('device') or about.get('topic')) for about in (left, right))
@@ -193,7 +193,7 @@ class PairedSource:
                 'unpaired': self._pairer.unpaired, 'idle': bool(left.get('idle') and right.get('idle')), **lost, **recorded}
 
     def calibrations(self) -> Calibrations:
-        """Both cameras' own, where they are known."""
+        """Calibrations of both cameras, None where unknown."""
         return tuple(source.calibration() for source in self._sources)
 
 
@@ -204,21 +204,21 @@ def _set_exposure(sources: Iterable[Source], exposure: float) -> None:
 
 
 def _say_nothing(_level: str, _text: str) -> None:
-    """What becomes of the two sources is told by remark and by what read raises."""
+    """Log nothing: remark and the errors of read report the state of both sources."""
 
 
 class SplitSource:
-    """One source whose images hold both views side by side, the left one on the left."""
+    """One source whose images hold both views side by side, the left view in the left half."""
 
     def __init__(self, source: Source):
         self.live, self.on_demand, self._source = source.live, source.on_demand, source
 
     def open(self) -> None:
-        """Open the source; raises what it raises."""
+        """Open the source; raises its errors."""
         self._source.open()
 
     def read(self, wanted: bool = True) -> PairFrame | None:
-        """The next frame, in two; raises what the source raises."""
+        """The next frame split into halves; None if not wanted. Raises the errors of the source."""
         frame = self._source.read(wanted)
         if frame is None:
             return None
@@ -236,23 +236,23 @@ class SplitSource:
 
     @property
     def skipped(self) -> int:
-        """Frames that were due but not made."""
+        """Number of frames that were due but not produced."""
         return self._source.skipped
 
     @property
     def corrupt(self) -> int:
-        """Frames that could not be used."""
+        """Number of unusable frames."""
         return self._source.corrupt
 
     @property
     def remark(self) -> str:
-        """What is wrong with frames that come all the same, ''."""
+        """Warning of the source, '' without one."""
         return self._source.remark
 
     def describe(self) -> dict:
-        """The source, and that its images hold two views."""
+        """The description of the source, with the layout side_by_side."""
         return {**self._source.describe(), 'layout': 'side_by_side'}
 
     def calibrations(self) -> Calibrations:
-        """None: that of the whole image is neither camera's."""
+        """None for both: a calibration of the whole image fits neither camera."""
         return None, None

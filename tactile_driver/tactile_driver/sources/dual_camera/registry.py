@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources of two cameras by name, made from a node's parameters. A process imports only the source that it uses."""
+"""Creates a dual-camera source by name from a node's parameters; imports only the source in use."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -15,13 +15,13 @@ DUAL_SOURCES = ('sim', 'device', 'file', 'bag', 'topics')
 
 
 def _of_right(values: Mapping) -> dict:
-    """The parameters as the right camera's source reads them."""
+    """The parameters for the source of the right camera."""
     return {**values, 'device': values['right_device'], 'path': values['right_path'] or values['path'], 'topic': values['right_topic']}
 
 
 def make_dual_source(values: Mapping, clock: Clock, make_topic: Callable[[str], Source]) -> DualSource:
-    """The source that values['source'] names, not yet open; values: the dual camera node's parameters; make_topic: makes the source of
-    one image topic's messages. Raises BadArgument, listing the names."""
+    """The source named by values['source'], not yet open; values: parameters of the dual camera node; make_topic: creates the source for
+    one image topic. Raises BadArgument, listing the names, for an unknown one."""
     name = values['source']
     if name not in DUAL_SOURCES:
         raise BadArgument(f'source: {name!r} is unknown; choose one of {", ".join(DUAL_SOURCES)}')
