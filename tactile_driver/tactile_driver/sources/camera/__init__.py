@@ -1,3 +1,3 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sources of one camera, by name."""
+"""Image sources of sensors with one camera."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The images of a rosbag2 recording, with their recorded stamps."""
+"""Images of a rosbag2 recording, with their recorded stamps."""
 from __future__ import annotations
 
 import posixpath
@@ -22,8 +22,11 @@ _IMAGE, _COMPRESSED, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/Compresse
 
 def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str, ...] = (_IMAGE, _COMPRESSED),
                  content: str = 'image') -> str:
-    """The topic to play among types (topic -> type name): the one named or the only one that ends with wanted; for '' the only topic of
-    kinds, or the only image_raw among several. content: for error messages. Raises BadRecording, listing the topics."""
+    """The topic to play, of types (topic -> type name).
+
+    wanted: name of the topic, or its last part if that is unique; '': the only topic of the message types kinds, or the only image_raw
+    among several. content: for error messages. Raises BadRecording, listing the topics, without a unique match.
+    """
     images = sorted(name for name, kind in types.items() if kind in kinds)
     fitting = [name for name in images if wanted in ('', name, name.lstrip('/'))]
     fitting = fitting or [name for name in images if name.endswith('/' + wanted)]
@@ -38,10 +41,10 @@ def choose_topic(types: dict[str, str], wanted: str, path: str, kinds: tuple[str
 
 
 class BagSource:
-    """A rosbag2 folder or file, sqlite3 or MCAP; a damaged one as far as it goes.
+    """Plays a rosbag2 folder or file, sqlite3 or MCAP; a damaged one is read as far as possible.
 
     topic: of sensor_msgs/Image or CompressedImage, '' if the bag has only one; rate: Hz; -1: as recorded; 0: as fast as consumed; loop:
-    restart at the end (the stamps then go back).
+    restart at the end (the stamps then go back). Raises BadArgument for an empty path.
     """
 
     live = False
@@ -58,7 +61,7 @@ class BagSource:
         self._topic, self._recorded = '', {}
 
     def open(self) -> None:
-        """Open the bag at its start. Raises BadRecording if it is missing, broken or lacks the topic."""
+        """Open the bag at its start. Raises BadRecording if it is missing, unreadable or lacks the topic."""
         self.close()
         try:
             self._reader = BagReader(self._path).__enter__()
@@ -86,11 +89,11 @@ class BagSource:
 
     @property
     def remark(self) -> str:
-        """The damage found in the bag so far, ''."""
+        """Damage found in the bag so far, '' without any."""
         return '; '.join(self._reader.left_out.lines()) if self._reader is not None else ''
 
     def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame, when it is due. Raises EndOfSource, or BadFrame for a message that makes no image."""
+        """The next frame, when it is due; None if not wanted. Raises EndOfSource, or BadFrame for a message without a valid image."""
         found = self._next()
         name = found.type_name
         message = self._decoded(found.data, name)
@@ -112,7 +115,7 @@ class BagSource:
     def _decoded(self, data: bytes, name: str):
         try:
             return self._types.deserialize_cdr(data, name)
-        except Exception as error:  # rosbags raises many types for broken bytes
+        except Exception as error:  # rosbags raises many types for corrupt data
             raise BadFrame(f'a message of {self._topic} in {self._path} is broken ({error}); it is skipped') from error
 
     def _frame(self, message, name: str, stamp: int) -> Frame:
@@ -130,10 +133,10 @@ class BagSource:
         self._reader = self._messages = None
 
     def describe(self) -> dict:
-        """The path, the topic, the rate (-1: as recorded) and, once open, recorded: the recording's own description of the sensor."""
+        """The path, the topic, the rate, Hz (-1: as recorded) and, once open, recorded: the recorded description of the sensor."""
         return {'source': 'bag', 'path': str(self._path), 'topic': self._topic, 'rate': self._rate, 'loop': self._loop,
                 **({'recorded': self._recorded} if self._recorded else {})}
 
     def calibration(self) -> CameraCalibration | None:
-        """The calibration in camera_info beside the images, None if there is none."""
+        """The calibration in camera_info next to the image topic, None without one."""
         return self._calibration

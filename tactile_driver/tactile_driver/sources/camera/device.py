@@ -15,15 +15,15 @@ from ...frame import CameraCalibration, Frame, frame_of
 from .frozen_frames import FrameWatch
 from .video_devices import VideoDevice, find_device
 
-_MANUAL_EXPOSURE, _AUTO_EXPOSURE = 1, 3
-_EXPOSURE_UNIT = 100e-6
-_OLDEST_STAMP_NS = 1_000_000_000
+_MANUAL_EXPOSURE, _AUTO_EXPOSURE = 1, 3  # V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_APERTURE_PRIORITY of the V4L2 API
+_EXPOSURE_UNIT = 100e-6  # s, unit of V4L2_CID_EXPOSURE_ABSOLUTE
+_OLDEST_STAMP_NS = 1_000_000_000  # an older driver stamp is not of the monotonic clock; chosen
 
 
 @dataclass(frozen=True)
 class DeviceSettings:
-    """What is asked of a camera; 0, '' and a negative rate leave the camera's own. width, height: px; rate: Hz; pixel_format: FOURCC;
-    exposure: s."""
+    """Requested camera settings. width, height: px; rate: Hz; pixel_format: FOURCC; exposure: s, 0 for automatic exposure. Other
+    values of 0 or below and '' keep the camera's own. Raises BadArgument for a pixel_format that is not four letters."""
 
     width: int = 0
     height: int = 0
@@ -37,7 +37,8 @@ class DeviceSettings:
 
 
 class DeviceSource:
-    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: ns for the stamps."""
+    """A V4L2 camera. device: index, /dev path, name under /dev/v4l/by-id, or part of a serial number; clock: returns the time for the
+    stamps, ns."""
 
     live, on_demand = True, False
 
@@ -52,7 +53,7 @@ class DeviceSource:
         self._exposure, self._exposure_set = settings.exposure, None
 
     def open(self) -> None:
-        """Find the device, open it and set it up. Raises DeviceLost (unknown: lists what exists; or busy)."""
+        """Find the device, open it and apply the settings. Raises DeviceLost if it is missing (lists the existing devices) or busy."""
         self.close()
         self._found = find_device(self._device)
         self._capture = cv2.VideoCapture(self._found.path, cv2.CAP_V4L2)
@@ -64,7 +65,7 @@ class DeviceSource:
 
     def _set_up(self) -> None:
         asked = self.settings
-        # The format first: it decides which sizes and rates the camera offers.
+        # Set the format first: it determines the available sizes and rates.
         if asked.pixel_format:
             self._capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter_fourcc(*asked.pixel_format))
         wishes = {cv2.CAP_PROP_FRAME_WIDTH: asked.width, cv2.CAP_PROP_FRAME_HEIGHT: asked.height, cv2.CAP_PROP_FPS: asked.rate}
@@ -75,7 +76,7 @@ class DeviceSource:
         self._exposure_set = None
 
     def set_exposure(self, exposure: float) -> None:
-        """Expose for exposure seconds from the next frame on; 0: the camera decides. May be called from any thread."""
+        """Set the exposure time, s, from the next frame on; 0: automatic. Thread-safe."""
         self._exposure = exposure
 
     def _expose(self) -> None:
@@ -88,8 +89,8 @@ class DeviceSource:
         self._exposure_set = exposure
 
     def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame; unwanted ones leave the driver's queue undecoded. Raises DeviceLost when the camera stops, BadFrame for a
-        broken one."""
+        """The next frame; None if not wanted (then it is not decoded). Raises DeviceLost when the camera stops, BadFrame for a corrupt
+        frame."""
         if self._capture is not None:
             self._expose()
         if self._capture is None or not self._capture.grab():
@@ -104,23 +105,23 @@ class DeviceSource:
 
     @property
     def remark(self) -> str:
-        """What is wrong with the pictures that come, ''."""
+        """Warning about frozen or black images, '' without one."""
         return self._watch.remark
 
     def _captured_ns(self) -> int:
-        """When the frame just grabbed was captured, on time.monotonic_ns(): V4L2's own stamp where it is one of this clock, else now."""
+        """Capture time of the grabbed frame on time.monotonic_ns(): the V4L2 stamp if it is of this clock, else the present time."""
         now = time.monotonic_ns()
         stamp = int(self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e6)
         return stamp if 0 <= now - stamp < _OLDEST_STAMP_NS else now
 
     def close(self) -> None:
-        """Let go of the camera."""
+        """Release the camera."""
         if self._capture is not None:
             self._capture.release()
         self._capture = None
 
     def describe(self) -> dict:
-        """The device and the mode that it really runs in."""
+        """The device and its actual mode."""
         about = {'source': 'device', 'device': self._device}
         if self._found:
             about.update(path=self._found.path, name=self._found.name, serial=self._found.serial, by_id=self._found.by_id)
@@ -130,7 +131,7 @@ class DeviceSource:
         return about
 
     def calibration(self) -> CameraCalibration | None:
-        """None: a camera does not know its calibration."""
+        """None: V4L2 provides no calibration."""
         return None
 
 

@@ -15,11 +15,11 @@ from ...errors import BadArgument, BadRecording
 from ...frame import CameraCalibration, Frame, frame_of
 
 IMAGE_ENDINGS = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
-_FOLDER_RATE = 30.0  # Hz, of a folder and of a video without a rate; that of most cameras
+_FOLDER_RATE = 30.0  # Hz, for a folder and for a video without a rate; chosen: the rate of most cameras
 
 
 def natural_key(path: Path) -> list:
-    """Sort key by which frame_2 comes before frame_10."""
+    """Sort key for natural order: frame_2 before frame_10."""
     return [(0, int(part), '') if part.isdigit() else (1, 0, part.lower()) for part in re.split(r'(\d+)', path.name) if part]
 
 
@@ -71,7 +71,7 @@ class _Video:
 
     def grab(self) -> bool:
         """Advance to the next decodable frame; False at the end."""
-        # grab fails at a broken frame as at the end: the container's frame count distinguishes them.
+        # grab fails both at a corrupt frame and at the end: the frame count of the container distinguishes them.
         while not self._capture.grab():
             if self._at >= self._count:
                 return False
@@ -91,8 +91,8 @@ class _Video:
 class FileSource:
     """A video or a folder of images.
 
-    rate: Hz; -1: the video's own (a folder: 30); 0: as fast as consumed, stamped at the video's own rate; loop: restart at the end; clock:
-    ns for the stamps.
+    rate: Hz; -1: rate of the video (30 for a folder); 0: as fast as consumed, stamped at the rate of the video; loop: restart at the end;
+    clock: returns the time for the stamps, ns. Raises BadArgument for an empty path.
     """
 
     live = False
@@ -114,7 +114,7 @@ class FileSource:
 
     @property
     def number(self) -> int:
-        """Index of the last frame read, from 0; undecodable frames count."""
+        """Index of the last frame read, from 0; undecodable frames are counted."""
         return self._reader.number
 
     def open(self) -> None:
@@ -135,7 +135,8 @@ class FileSource:
         self._reader = _Folder(self._path) if self._path.is_dir() else _Video(self._path)
 
     def read(self, wanted: bool = True) -> Frame | None:
-        """The next frame, decoded ahead and returned when due. Raises EndOfSource, or BadFrame for an undecodable image."""
+        """The next frame, decoded ahead and returned when it is due; None if not wanted. Raises EndOfSource, or BadFrame for an undecodable
+        image."""
         self._advance()
         self._number += 1
         due = self._pace.next() if self._pace is not None else 0
@@ -175,5 +176,5 @@ class FileSource:
         return {'source': 'file', 'path': str(self._path), 'rate': self.rate, 'loop': self._loop}
 
     def calibration(self) -> CameraCalibration | None:
-        """None: videos and images carry none."""
+        """None: videos and images hold no calibration."""
         return None

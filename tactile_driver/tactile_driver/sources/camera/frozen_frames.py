@@ -1,32 +1,32 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tells pictures that no camera sends which works: the same one again and again, or black ones."""
+"""Detects a faulty camera: frozen or black images."""
 from __future__ import annotations
 
 import time
 
 import numpy as np
 
-_FROZEN_S = 1.0  # noise changes every picture, also of what does not move
-_BLACK_S = 0.3  # the first pictures after the start may be
-_UNSEEN_S = 2.0
-_DARKEST = 8.0  # mean of 0 to 255
-_STEP = 8  # every so many rows are looked at: a picture that changes does so in each
+_FROZEN_S = 1.0  # duration of identical images that counts as frozen: noise changes every image, even of a still scene; chosen
+_BLACK_S = 0.3  # duration of black images that is reported; the first images after the start may be black; chosen
+_UNSEEN_S = 2.0  # without a frame for longer, remark is empty; chosen
+_DARKEST = 8.0  # grey levels of 255, largest mean of a black image; chosen
+_STEP = 8  # only every 8th row is compared, because noise changes every row; chosen
 
 
 class FrameWatch:
-    """Follows the frames of one camera; what is wrong stands in remark until they are right again."""
+    """Watches the frames of one camera; remark describes a fault for as long as it lasts."""
 
     def __init__(self):
         self.begin()
 
     def begin(self) -> None:
-        """Forget what has been seen: the camera was opened anew."""
+        """Reset, after the camera was reopened."""
         self._last: np.ndarray | None = None
         self._seen_s = self._changed_s = self._bright_s = time.monotonic()
 
     def add(self, image: np.ndarray) -> None:
-        """The next frame's image, uint8 (H, W) or (H, W, 3)."""
+        """Add the image of the next frame, uint8 (H, W) or (H, W, 3)."""
         self._seen_s, rows = time.monotonic(), image[::_STEP]
         if self._last is None or not np.array_equal(rows, self._last):
             self._last, self._changed_s = rows.copy(), self._seen_s
@@ -35,7 +35,7 @@ class FrameWatch:
 
     @property
     def remark(self) -> str:
-        """What is wrong and what to do, '' where nothing is or no frames are looked at."""
+        """The fault and its remedy; '' without a fault or without recent frames."""
         if self._last is None or time.monotonic() - self._seen_s > _UNSEEN_S:
             return ''
         if self._seen_s - self._bright_s > _BLACK_S:

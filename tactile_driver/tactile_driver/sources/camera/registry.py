@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The sources by name, made from a node's parameters. A process imports only the source that it uses."""
+"""Creates a camera source by name from a node's parameters; imports only the source in use."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -34,7 +34,8 @@ SOURCES: dict[str, Callable[[Mapping, Clock], Source]] = {'sim': _simulated, 'de
 
 
 def make_source(values: Mapping, clock: Clock) -> Source:
-    """The source that values['source'] names, not yet open; values: the camera node's parameters. Raises BadArgument, listing the names."""
+    """The source named by values['source'], not yet open; values: parameters of the camera node. Raises BadArgument, listing the names,
+    for an unknown one."""
     if values['source'] not in SOURCES:
         raise BadArgument(f'source: {values["source"]!r} is unknown; choose one of {", ".join(SOURCES)}')
     return SOURCES[values['source']](values, clock)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated sensor with one camera, with the truth about every frame."""
+"""Simulated sensors with one or two cameras as sources, with ground truth for every frame."""
 from __future__ import annotations
 
 from ..base.pacing import NS
@@ -9,11 +9,11 @@ from ..base.scene_source import SceneSource
 from ...frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ...simulation.sensors import scenes
 
-_SIZE = (640, 480)
+_SIZE = (640, 480)  # (width, height), px; the image size of the touchpad paper (touchpad_contact_region, section 2)
 
 
 class SimulatedSource(SceneSource):
-    """A scene of a sensor with one camera. size: (width, height), px, 0 for 640 x 480; the rest as of SceneSource."""
+    """A scene of a sensor with one camera. size: (width, height), px, 0 for 640 x 480; other parameters: as in SceneSource."""
 
     def __init__(self, scene: str, rate: float, seed: int, size: tuple[int, int], clock: Clock):
         super().__init__(scene, rate, seed, clock)
@@ -36,13 +36,13 @@ class SimulatedSource(SceneSource):
         return about
 
     def calibration(self) -> CameraCalibration | None:
-        """The simulated camera's own."""
+        """Calibration of the simulated camera; None before open."""
         return None if self._scene is None else _calibration_of(self._scene.camera)
 
 
 class DualSimulatedSource(SimulatedSource):
-    """A scene of a simulated sensor with two cameras, of which the right one is triggered a little later. Parameters as of SimulatedSource,
-    without a size."""
+    """A scene of a simulated sensor with two cameras; the right one is triggered slightly later. Parameters as in SimulatedSource, without
+    size."""
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
         super().__init__(scene, rate, seed, (0, 0), clock)
@@ -57,7 +57,7 @@ class DualSimulatedSource(SimulatedSource):
         return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, later, 'bgr8'), truth)
 
     def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
-        """The simulated cameras' own."""
+        """Calibrations of the simulated cameras; None before open."""
         return (None, None) if self._scene is None else tuple(_calibration_of(camera) for camera in self._scene.cameras)
 
 

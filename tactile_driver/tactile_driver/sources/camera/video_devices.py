@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Video devices of Linux: which exist, and which one a user means."""
+"""Lists the video devices of Linux and finds one by name."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,7 +11,8 @@ from ...errors import DeviceLost
 
 @dataclass(frozen=True)
 class VideoDevice:
-    """One /dev/videoN: its path, the card's name, its USB serial number and the name under /dev/v4l/by-id ('' where unknown)."""
+    """One /dev/videoN. path; name: of the card; serial: USB serial number; by_id: name under /dev/v4l/by-id ('' where unknown); captures:
+    whether it provides images."""
 
     path: str
     name: str
@@ -32,13 +33,13 @@ def _text(path: Path) -> str:
 
 
 def _serial(folder: Path) -> str:
-    """The serial number of the USB device that the video node hangs on: found in one of the next parents of its interface."""
+    """USB serial number of a video node, from its interface or the next two parents; '' if unknown."""
     place = (folder / 'device').resolve()
     return next((text for text in (_text(p / 'serial') for p in (place, *list(place.parents)[:2])) if text), '')
 
 
 def list_devices(root: str = '/') -> list[VideoDevice]:
-    """All video devices under root/sys/class/video4linux, by number. A node of index 1 and more carries metadata, no pictures."""
+    """All video devices under root/sys/class/video4linux, sorted by number. A node of index 1 or higher provides metadata, no images."""
     base = Path(root)
     links = {link.resolve().name: link.name for link in sorted((base / 'dev/v4l/by-id').glob('*'))}
     folders = sorted((base / 'sys/class/video4linux').glob('video*'), key=lambda p: int(p.name[5:]) if p.name[5:].isdigit() else 0)
@@ -51,9 +52,9 @@ def _matches(device: VideoDevice, wanted: str) -> bool:
 
 
 def find_device(wanted: str, root: str = '/') -> VideoDevice:
-    """The device that wanted means: an index, a /dev path, a name under /dev/v4l/by-id, or a part of that name or of the serial number.
+    """The video device wanted: an index, a /dev path, a name under /dev/v4l/by-id, or part of that name or of the serial number.
 
-    Raises DeviceLost, listing the devices that exist, where none or several fit.
+    Raises DeviceLost, listing the existing devices, if none or several match.
     """
     devices = list_devices(root)
     real = str(Path(wanted).resolve()) if wanted.startswith('/dev/') else wanted
