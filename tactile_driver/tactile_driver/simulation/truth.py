@@ -13,8 +13,8 @@ NO_SLIP, INCIPIENT, GROSS = 0, 1, 2
 
 @dataclass
 class Touch:
-    """One separate touch: position (3,), m, the contact point on the present surface; normal (3,), unit, towards the object; depth, m, how
-    far the object has to go back along z to just touch the undeformed surface; force, N, along the normal."""
+    """One contact. position: (3,) m, contact point on the deformed surface; normal: (3,) unit, towards the object; depth: m, distance along
+    z by which the object must retract to just touch the undeformed surface; force: N, along the normal."""
 
     position: np.ndarray
     normal: np.ndarray
@@ -28,16 +28,16 @@ def _nan3() -> np.ndarray:
 
 @dataclass
 class TruthFrame:
-    """The truth of one frame, in the sensor frame (SI units, px).
+    """Ground truth of one frame, in the sensor frame.
 
-    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, the image of the dot's centre; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
+    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, image of the dot's centre; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
     NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame; outlines, holes: lists of (n, 3) arrays, m;
-    area: m^2, holes taken off; centroid, normal: (3,) of the region, NaN without contact; contacts: list of Touch;
-    slip_state: NO_SLIP (under 5 % of the contact slips), INCIPIENT, GROSS (from 90 %); slipping_fraction: of the contact's area;
-    velocity: (6,) m/s and rad/s, twist of the object over the skin where they slip, at the sensor frame's origin, 0 while all sticks, NaN
-    without contact; rotation_center: (3,) m, where in the contact plane that twist stands still, NaN for pure translation;
-    motion: (6,) m and rad, the object's own since the previous frame, of its point at the sensor frame's origin, NaN without contact;
-    wrench: (6,) N and N m, object on sensor at the sensor frame's origin; pressure: Pa, of what is enclosed, over the air's own.
+    area: m^2, without holes; centroid (3,) m and normal (3,) of the region, NaN without contact; contacts: list of Touch;
+    slip_state: NO_SLIP (under 5 % of the contact area slips), INCIPIENT or GROSS (from 90 %); slipping_fraction: of the contact area;
+    velocity: (6,) m/s and rad/s, slip twist of the object relative to the skin, at the sensor frame's origin, 0 without slip, NaN without
+    contact; rotation_center: (3,) m, centre of rotation of that twist in the contact plane, NaN for pure translation;
+    motion: (6,) m and rad, displacement of the object since the previous frame, at the sensor frame's origin, NaN without contact;
+    wrench: (6,) N and N m, of the object on the sensor at the sensor frame's origin; pressure: Pa, gauge pressure inside the skin.
     """
 
     dot_id: np.ndarray

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated camera: a lens with Brown's distortion that looks at the skin from behind."""
+"""The simulated camera behind the skin: a pinhole with Brown's distortion."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class SimulatedCamera:
-    """Intrinsics and mounting of the simulated camera.
+    """Intrinsic and extrinsic parameters of the simulated camera.
 
     matrix: (3, 3) K, px, pixel centres at whole numbers; distortion: (5,) k1 k2 p1 p2 k3; rotation: (3, 3) and translation: (3,), m, with
     x_camera = rotation @ x_sensor + translation; width, height: px;
-    scale: width over that of the native picture, for which blur and the like hold.
+    scale: width over the width of the native image; blur and similar values refer to the native image.
     """
 
     matrix: np.ndarray
@@ -31,7 +31,7 @@ class SimulatedCamera:
         return -self.rotation.T @ self.translation
 
     def project(self, xyz: np.ndarray) -> np.ndarray:
-        """Image places (..., 2), px, of points (..., 3) in the sensor frame, m."""
+        """Pixels (..., 2) of points (..., 3), m, in the sensor frame."""
         seen = xyz @ self.rotation.T + self.translation
         a, b = seen[..., 0] / seen[..., 2], seen[..., 1] / seen[..., 2]
         k1, k2, p1, p2, k3 = self.distortion
@@ -43,26 +43,26 @@ class SimulatedCamera:
         return np.stack([focal[0] * bent_a + centre[0], focal[1] * bent_b + centre[1]], axis=-1)
 
     def rays(self, uv: np.ndarray) -> np.ndarray:
-        """Unit vectors (N, 3) in the sensor frame through image places (N, 2), px."""
+        """Unit ray directions (N, 3) in the sensor frame through pixels (N, 2)."""
         plane = cv2.undistortPoints(np.asarray(uv, float).reshape(-1, 1, 2), self.matrix, self.distortion).reshape(-1, 2)
         rays = np.column_stack([plane, np.ones(len(plane))]) @ self.rotation
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
     def project_with_slope(self, xyz: np.ndarray, step: float = 1e-6) -> tuple[np.ndarray, np.ndarray]:
-        """Image places (N, 2), px, of points (N, 3), m, and their slopes (N, 2, 3), px/m, by central differences of step m."""
+        """Pixels (N, 2) of points (N, 3), m, and the Jacobians (N, 2, 3), px/m, by central differences of step, m."""
         shifts = np.concatenate([np.zeros((1, 3)), step * np.eye(3), -step * np.eye(3)])
         uv = self.project(xyz[:, None, :] + shifts)
         return uv[:, 0], ((uv[:, 1:4] - uv[:, 4:7]) / (2 * step)).transpose(0, 2, 1)
 
 
 def mounted(focal: tuple, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple, width: int) -> SimulatedCamera:
-    """A camera for pictures of width px: the field of view of the native size, binned.
+    """A camera with images of width px and the field of view of the native size (binning).
 
-    focal, centre (of the native picture, px), distortion (k1, k2, p1, p2, k3); turn: rotation vector from the sensor's to the camera's
-    frame, rad; place: translation, m; native: (width, height), px.
+    focal, centre: (x, y), px of the native image; distortion: (k1, k2, p1, p2, k3); turn: rotation vector from the sensor frame to the
+    camera frame, rad; place: translation, m; native: (width, height), px.
     """
     scale = width / native[0]
-    # A binned pixel's centre lies half a small pixel further than the first small pixel's: (c + 1/2) scales, not c.
+    # Pixel centres are at whole numbers, so binning scales c + 1/2, not c.
     u, v = ((c + 0.5) * scale - 0.5 for c in centre)
     matrix = np.array([[focal[0] * scale, 0, u], [0, focal[1] * scale, v], [0, 0, 1.0]])
     rotation = cv2.Rodrigues(np.asarray(turn, float))[0]

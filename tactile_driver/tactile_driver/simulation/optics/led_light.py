@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The light of a sensor that is dark and empty inside: a few LEDs, uneven over the skin."""
+"""Uneven illumination by a few LEDs, in a sensor that is empty and dark inside."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -14,10 +14,11 @@ _NO_SPOTS = np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros(0)
 
 @dataclass(frozen=True)
 class Lamps:
-    """LEDs in air before a matt skin.
+    """LEDs in air behind a matt skin.
 
-    places: ((x, y, z), ...) m; powers: grey levels of a white skin that each lights squarely from reach m; scattered: grey levels of a
-    white skin under what light goes astray; colour: of the skin between its dots, B, G, R, 0 to 1; exposure: factor on everything.
+    places: ((x, y, z), ...) m; powers: grey levels of a white skin lit by each LED at normal incidence from the distance reach, m;
+    scattered: grey levels of a white skin under scattered light; colour: reflectance of the skin between the dots, B, G, R, 0 to 1;
+    exposure: factor on all light.
     """
 
     places: tuple
@@ -28,12 +29,12 @@ class Lamps:
     exposure: float = 0.8
 
     def seen_by(self, camera: SimulatedCamera, blur: float) -> LampLight:
-        """What the skin sends into a camera; matt, it looks alike from everywhere."""
+        """The light from the skin; a matt skin looks the same from every direction, so camera and blur do not matter."""
         return LampLight(self)
 
 
 class LampLight:
-    """The light from a matt skin under lamps."""
+    """Light reflected by a matt skin under LEDs."""
 
     def __init__(self, lamps: Lamps):
         self._lamps = lamps
@@ -41,9 +42,9 @@ class LampLight:
         self._colour = np.array(lamps.colour, np.float32) * np.float32(lamps.exposure)
 
     def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3) with outward unit normals (n, n, 3); and no mirror spots.
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, with outward unit normals (n, n, 3); and no highlights.
 
-        Lambert's cosine and fall-off with the square of the distance.
+        Model: Lambert's cosine law and the inverse square law.
         """
         level = np.full(shape.shape[:2], self._lamps.scattered, np.float32)
         for place, power in zip(self._places, self._lamps.powers):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The dots painted on the inside of a skin, and where they are on a deformed one."""
+"""The dots printed on the inside of a skin, and their positions on the deformed skin."""
 from __future__ import annotations
 
 from typing import Callable
@@ -13,7 +13,7 @@ from ..skin.grid import Skin
 
 
 def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Weights (K, 4) of the four nodes about a place between the middle two (part of the way, (K,)), and their slopes (K, 4)."""
+    """Catmull-Rom weights (K, 4) of four nodes at the fraction part (K,) between the middle two, and their derivatives (K, 4)."""
     p = part[:, None]
     values = np.hstack([-p**3 + 2 * p**2 - p, 3 * p**3 - 5 * p**2 + 2, -3 * p**3 + 4 * p**2 + p, p**3 - p**2]) / 2
     slopes = np.hstack([-3 * p**2 + 4 * p - 1, 9 * p**2 - 10 * p, -9 * p**2 + 8 * p + 1, 3 * p**2 - 2 * p]) / 2
@@ -21,12 +21,13 @@ def _cubic_weights(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _linear_weights(part: np.ndarray) -> np.ndarray:
-    """Weights (K, 4) of the same four nodes that interpolate linearly."""
+    """Weights (K, 4) of the same four nodes for linear interpolation."""
     return np.maximum(1 - np.abs(part[:, None] - np.arange(-1, 3)), 0)
 
 
 class SurfaceSampler:
-    """Places and tangents of fixed material points of a grid of nodes, by cubic interpolation. square: (K, 2) in [-1, 1]^2; nodes: n."""
+    """Positions and tangents of fixed material points on a grid of nodes, by cubic interpolation. square: (K, 2), material coordinates in
+    [-1, 1]^2; nodes: n along each side."""
 
     def __init__(self, square: np.ndarray, nodes: int):
         at = (square + 1) * (nodes - 1) / 2
@@ -44,11 +45,11 @@ class SurfaceSampler:
         self.value, self.along_a, self.along_b = matrix(wb, wa), matrix(wb, sa), matrix(sb, wa)
 
     def places(self, shape: np.ndarray) -> np.ndarray:
-        """(K, 3) m, on the shape (n, n, 3), m."""
+        """Positions (K, 3), m, on the shape (n, n, 3), m."""
         return self.value @ shape.reshape(-1, 3)
 
     def tangents(self, shape: np.ndarray) -> np.ndarray:
-        """(K, 3, 2) m per node step along the grid's two directions."""
+        """Tangents (K, 3, 2), m per grid step, along the two directions of the grid."""
         flat = shape.reshape(-1, 3)
         return np.stack([self.along_a @ flat, self.along_b @ flat], axis=-1)
 
@@ -56,9 +57,8 @@ class SurfaceSampler:
 class DotPattern:
     """Round dots on the inside of a skin.
 
-    places: (K, 3), m, on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 where there is none.
-    Attributes, besides: sampler, of their centres; painted (K, 2, 2): grid steps per m along two perpendicular directions on the resting
-    skin.
+    places: (K, 3), m, centres on the resting skin; radius: (K,) m; numbers: (K,) of the dots; rows, columns: of the grid, 0 without one.
+    Other attributes: sampler, of the centres; painted: (K, 2, 2), grid steps per m along two perpendicular directions on the resting skin.
     """
 
     def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
@@ -67,9 +67,9 @@ class DotPattern:
         self.painted = np.linalg.inv(np.linalg.qr(self.sampler.tangents(skin.rest))[1])
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
-        """Places (K, 3), m, image places (K, 2), px, and (K, 2, 2), px/m, how a dot's painted disc is laid into the picture.
+        """Positions (K, 3), m, pixels (K, 2), and the affine maps (K, 2, 2), px/m, from each printed disc to the image.
 
-        correct: a function (K, 3) -> (K, 3) for the places before the camera sees them.
+        correct: function (K, 3) -> (K, 3), applied to the positions before projection.
         """
         places = self.sampler.places(shape)
         if correct is not None:
@@ -79,5 +79,5 @@ class DotPattern:
 
 
 def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Radii (count,), m, about one radius, m, with a relative standard deviation spread: no two dots are painted alike."""
+    """Random radii (count,), m, with mean radius, m, and relative standard deviation spread: printed dots vary in size."""
     return radius * (1 + spread * np.clip(rng.standard_normal(count), -2.5, 2.5))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a skin's inside: light on a coarse grid, dots with exact soft edges, noise of the sensor."""
+"""Renders the inside of a skin: light on a coarse grid, dots with exact blurred edges, sensor noise."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,23 +12,25 @@ from .camera import SimulatedCamera
 from ..skin.grid import Skin
 from .water_light import vignette
 
-#: px: light is worked out once for each cell of this size; it changes slowly, only dots, spots and the rim are sharp.
+#: px: light is computed once per cell of this size, because only dots, highlights and the rim are sharp; chosen.
 _CELL = 4
-#: px: where the camera sees which point of the skin changes more slowly still.
+#: px: cell size of the map from the image to the skin, which varies even more slowly; chosen.
 _WIDE_CELL = 8
+#: Iterations that invert this map; chosen.
 _INVERSE_STEPS = 5
+#: px^2, derived: variance of a uniform distribution over a pixel.
 _PIXEL_VARIANCE = 1 / 12
-#: a smooth step 3 t^2 - 2 t^3 that reaches this many deviations to each side has the variance of the blur.
+#: Standard deviations, derived: a smooth step 3 t^2 - 2 t^3 of this half width has the variance of the blur.
 _STEP_WIDTH = 5**0.5
 
 
 @dataclass(frozen=True)
 class Imaging:
-    """The camera's imperfections, in its native picture.
+    """Imperfections of the camera, in the native image.
 
-    blur: px, standard deviation of the lens's spot; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: share of
-    light that a dot swallows, B, G, R or one for all, below 0 where it is brighter than the skin; housing: grey level of what surrounds
-    the skin; cosine, stop: of the lens's fall-off towards the corners (optics.vignette).
+    blur: px, standard deviation of the lens blur; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: fraction of
+    light absorbed by a dot, B, G, R or one for all, below 0 if the dot is brighter than the skin; housing: grey level around the skin;
+    cosine, stop: parameters of the vignetting (water_light.vignette). The defaults are chosen.
     """
 
     blur: float = 0.8
@@ -41,8 +43,8 @@ class Imaging:
 
 
 class Renderer:
-    """Draws shapes of one skin. lighting: optics.Lighting or another that can be seen_by a camera; seed: of the noise, which is another for
-    each frame number."""
+    """Renders shapes of one skin. lighting: Lighting, Lamps or another class with seen_by; seed: of the noise, which differs from frame to
+    frame."""
 
     def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int):
         self.skin, self.camera, self.imaging = skin, camera, imaging
@@ -56,10 +58,10 @@ class Renderer:
         self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
 
     def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
-        """The picture (height, width, 3) uint8 BGR of the skin's shape as Skin.coarse has it, m.
+        """The image (height, width, 3) uint8 BGR of a skin; shape: from Skin.coarse, m.
 
-        uv (K, 2) px and spread (K, 2, 2) px/m of the dots as DotPattern.seen has them, their radius (K,), m; number: the frame's, for its
-        noise; None for a picture without noise.
+        uv (K, 2), px, and spread (K, 2, 2), px/m: dots as returned by DotPattern.seen; radius: (K,) m; number: of the frame, selects its
+        noise; None for an image without noise.
         """
         light, spots = self._cell_light(shape)
         cover = self._cover(uv, spread, radius)
@@ -69,7 +71,7 @@ class Renderer:
         return self._expose(number)
 
     def _expose(self, number: int | None) -> np.ndarray:
-        """Shot and read noise, saturation and eight bits of the picture in hand."""
+        """Add shot and read noise to the rendered light, then saturate and quantise it to 8 bits."""
         picture, work = self._picture, self._work
         if number is not None:
             start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
@@ -81,7 +83,7 @@ class Renderer:
         return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
 
     def _set_up_cells(self):
-        """For the resting skin: which grid place of the skin each wide cell sees, and how that moves with the picture."""
+        """For the resting skin: the grid coordinates seen by each wide cell, and their gradient over the image."""
         camera = self.camera
         self._last = len(self.skin.coarse(self.skin.rest)) - 1
         columns, rows = (np.arange(_WIDE_CELL / 2 - 0.5, size, _WIDE_CELL) for size in (camera.width, camera.height))
@@ -94,7 +96,7 @@ class Renderer:
         self._fall_off = vignette(camera, columns, rows, self.imaging.cosine, self.imaging.stop)[..., None]
 
     def _cell_light(self, shape: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Diffuse light (h, w, 3), grey levels, of the cells; and the mirror spots."""
+        """Diffuse light (h, w, 3), grey levels, of the cells; and the specular highlights."""
         seen = self.camera.project(shape).astype(np.float32)
         place = self._rest_place
         for _ in range(_INVERSE_STEPS):
@@ -108,18 +110,18 @@ class Renderer:
         return _look_up(light, place, cv2.INTER_CUBIC) * self._fall_off, spots
 
     def _passed(self, cover: np.ndarray) -> list[np.ndarray]:
-        """Shares (height, width) of each channel's light that the housing and the dots leave, from the dots' cover (height, width)."""
+        """Transmitted fraction (height, width) of the light of each channel, given the coverage by dots (height, width)."""
         inks = np.broadcast_to(self.imaging.ink, 3).tolist()
         cover = cv2.multiply(cover, self._inside)
         passed = {ink: cv2.scaleAdd(cover, -ink, self._inside) for ink in set(inks)}
         return [passed[ink] for ink in inks]
 
     def _cover(self, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Share (height, width) of each pixel that dots cover, as the blurred lens sees it."""
+        """Fraction (height, width) of each pixel covered by dots, lens blur included."""
         camera = self.camera
         size = np.einsum('kij,kij->k', spread, spread)
         largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
-        # a pixel k steps from the one at the dot's centre is at least k - 1/2 px off
+        # A pixel k steps from the pixel at the dot's centre is at least k - 1/2 px from the centre.
         reach = np.round(largest * radius + _STEP_WIDTH * self._spread).astype(int)
         margin = int(reach.max())
         wide = camera.width + 2 * margin
@@ -138,9 +140,9 @@ class Renderer:
         return np.minimum(total, 1, out=total)
 
     def _dot_patches(self, off: np.ndarray, spread: np.ndarray, radius: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Cover (k, s, s) of dots, 0 to 1, at pixel steps (s,) about pixels that lie off (k, 2) px from the dots' centres.
+        """Coverage (k, s, s), 0 to 1, of dots at pixel steps (s,) around pixels at the offsets off (k, 2), px, from the dots' centres.
 
-        The edge is a smooth step across the ellipse, as wide as gives it the lens spot's variance.
+        The edge is a smooth step across the ellipse with the variance of the lens blur.
         """
         scale = np.sqrt(np.abs(np.linalg.det(spread))) / (2 * _STEP_WIDTH * self._spread)
         inverse = np.linalg.inv(spread) * scale[:, None, None]
@@ -157,11 +159,11 @@ class Renderer:
 
     def _printed(self, cover: np.ndarray, which: np.ndarray, off: np.ndarray, spread: np.ndarray, radius: np.ndarray,
                  steps: np.ndarray) -> np.ndarray:
-        """What is left of the cover (k, s, s) of dots which (k,), by their number; all of it unless a subclass says otherwise."""
+        """Coverage (k, s, s) after wear of the dots with the indices which (k,); unchanged here, for subclasses to override."""
         return cover
 
     def _add_spots(self, picture: np.ndarray, place: np.ndarray, form: np.ndarray, peak: np.ndarray):
-        """Add the lamps' mirror images to the picture, in place."""
+        """Add the specular highlights to the image, in place."""
         for (u, v), f, strength in zip(place, form, peak):
             if not (0 <= u < self.camera.width and 0 <= v < self.camera.height) or strength < 0.5:
                 continue
@@ -174,7 +176,7 @@ class Renderer:
             patch += (shine * self._inside[box])[..., None].astype(np.float32)
 
     def _skin_cover(self) -> np.ndarray:
-        """Share (height, width) of each pixel that shows the skin and not its housing."""
+        """Fraction (height, width) of each pixel that shows the skin and not the housing."""
         camera, fine = self.camera, 4
         border = camera.project(self.skin.rim(720))
         cover = np.zeros((camera.height * fine, camera.width * fine), np.float32)
@@ -185,5 +187,5 @@ class Renderer:
 
 
 def _look_up(grid: np.ndarray, place: np.ndarray, how: int = cv2.INTER_LINEAR) -> np.ndarray:
-    """Values (h, w, c) of a grid (n, n, c) float32 at grid places (h, w, 2)."""
+    """Values (h, w, c) of a grid (n, n, c) float32 interpolated at grid coordinates (h, w, 2)."""
     return cv2.remap(grid, place, None, how, borderMode=cv2.BORDER_REPLICATE)

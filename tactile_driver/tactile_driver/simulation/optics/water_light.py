@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The light: lamps behind the pad, red water, the skin's white inside, the lens."""
+"""Illumination of the touchpad: LEDs behind the pad, absorption in red water, the white inside of the skin, vignetting."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from .camera import SimulatedCamera
 
 @dataclass(frozen=True)
 class Lighting:
-    """Lamps and water.
+    """LEDs and water. The defaults are chosen.
 
-    absorption: 1/m per channel B, G, R (Beer and Lambert); gain: grey levels per channel; ambient: share of diffuse light;
-    lamp_radius, lamp_depth: m, of the circle of lamps about the axis, below the rim; lamps: how many; window: z of the pad's floor, m;
-    power: of all lamps together; gloss: mirror strength of the skin in grey levels; gloss_width: rad; largest_spot: px of the native
-    picture, standard deviation.
+    absorption: 1/m per channel B, G, R (Beer-Lambert law); gain: grey levels per channel; ambient: fraction of diffuse light;
+    lamp_radius, lamp_depth: m, radius of the circle of LEDs and its distance below the rim; lamps: number of LEDs; window: z of the pad's
+    floor, m; power: of all LEDs together; gloss: specular reflection of the skin, grey levels; gloss_width: rad; largest_spot: largest
+    standard deviation of a highlight, px of the native image.
     """
 
     absorption: tuple = (78.0, 62.0, 13.0)
@@ -33,19 +33,19 @@ class Lighting:
     largest_spot: float = 8.0
 
     def seen_by(self, camera: SimulatedCamera, blur: float) -> Illumination:
-        """What the skin under this light sends into the camera; blur: px, standard deviation of the lens's spot."""
+        """The light from the skin to the camera; blur: px, standard deviation of the lens blur."""
         return Illumination(camera, self, blur)
 
 
 def lamp_places(lighting: Lighting) -> np.ndarray:
-    """(L, 3) m."""
+    """Positions (L, 3), m, of the LEDs in the sensor frame."""
     angle = 2 * np.pi * (np.arange(lighting.lamps) + 0.25) / lighting.lamps
     radius, depth = lighting.lamp_radius, lighting.lamp_depth
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full_like(angle, -depth)], axis=1)
 
 
 def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ways from ends (..., 3) to starts (L, 3): their part in water and whole length (L, ...), m; unit vectors (L, ..., 3) there."""
+    """Light paths from ends (..., 3) to starts (L, 3), m: length in water and total length (L, ...), m; unit directions (L, ..., 3)."""
     arm = starts.reshape((-1,) + (1,) * (ends.ndim - 1) + (3,)).astype(np.float32) - ends
     length = np.sqrt(np.einsum('...i,...i->...', arm, arm))
     share = (ends[..., 2] - np.float32(window)) / -arm[..., 2]
@@ -53,7 +53,7 @@ def _ways(starts: np.ndarray, ends: np.ndarray, window: float) -> tuple[np.ndarr
 
 
 class Illumination:
-    """What the skin sends into one camera under one lighting; blur: px, standard deviation of the lens's spot."""
+    """Light from the skin to one camera under one Lighting; blur: px, standard deviation of the lens blur."""
 
     def __init__(self, camera: SimulatedCamera, lighting: Lighting, blur: float):
         self._lighting, self._blur = lighting, blur
@@ -63,16 +63,16 @@ class Illumination:
         self._gain = np.asarray(lighting.gain, np.float32)
 
     def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the skin's nodes and its mirror spots.
+        """Diffuse light (n, n, 3) BGR, grey levels, of the nodes, and the specular highlights.
 
-        shape, normals (outwards, unit): (n, n, 3) float32; uv: (n, n, 2) px, where the camera sees the nodes.
-        The spots are (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): peak * exp(-q form q / 2) at q px from place.
+        shape: (n, n, 3) m; normals: (n, n, 3) outward, unit; both float32; uv: (n, n, 2), pixels of the nodes. The highlights are
+        (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): the light at q px from place is peak * exp(-q form q / 2).
         """
         wet, length, toward = _ways(self._sources, shape, self._lighting.window)
         return self._diffuse(wet, length, toward, normals), self._mirror(toward, normals, uv)
 
     def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Beer and Lambert along lamp, skin, camera; Lambert's cosine; fall-off with the square of distance; and light scattered about."""
+        """Beer-Lambert law from LED over skin to camera, Lambert's cosine law, inverse square law, and scattered light."""
         lighting = self._lighting
         facing = np.maximum(-np.einsum('l...i,...i->l...', toward[1:], normals), 0)
         facing *= (lighting.lamp_depth / length[1:])**2 * (lighting.power / lighting.lamps)
@@ -81,9 +81,9 @@ class Illumination:
         return np.stack(colours, axis=-1) * self._gain
 
     def _mirror(self, toward: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple:
-        """Mirror images of the lamps, where the skin's normal halves the angle between lamp and camera, each as a soft ellipse.
+        """Specular highlights of the LEDs, each a Gaussian ellipse where the normal bisects the directions to LED and camera.
 
-        off = half-way vector + normal is zero there; it is followed from the nearest node to first order.
+        There off = half-way vector + normal is zero; its zero is found from the nearest node to first order.
         """
         off = toward[1:] + toward[0]
         off /= np.sqrt(np.einsum('...i,...i->...', off, off))[..., None]
@@ -111,7 +111,7 @@ class Illumination:
 
 
 def vignette(camera: SimulatedCamera, columns: np.ndarray, rows: np.ndarray, power: float, stop: float) -> np.ndarray:
-    """The lens's fall-off (rows, columns) towards the corners: the power of the cosine (4 without correction), and stop from its stops."""
+    """Vignetting (rows, columns): the power of the cosine (4: cosine fourth law), and stop: loss at the lens stops per squared slope."""
     fx, fy = camera.matrix[0, 0], camera.matrix[1, 1]
     a, b = np.meshgrid((columns - camera.matrix[0, 2]) / fx, (rows - camera.matrix[1, 2]) / fy)
     r2 = a * a + b * b

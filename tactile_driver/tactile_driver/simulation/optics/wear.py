@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What use does to printed markers and to the skin that carries them: chips, speckle, dirt, weave, glare."""
+"""Wear of printed markers and of the skin: chips, speckle, dirt, weave, glare. All constants are chosen."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,24 +9,24 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-#: samples along a marker's side of its own map, which reaches a little beyond its edge.
+#: Samples along the side of a marker's map, and half width of the map in marker radii.
 _SIDE, _REACH = 48, 1.15
-#: samples along the skin's side: a marker of a twentieth of the sheet has fifty.
+#: Samples along the side of the skin's map: a marker of a twentieth of the sheet has fifty.
 _SKIN = 1024
-_CHIP = (0.18, 0.5)  # radius of a chip, of the marker's
-_BITES = 60  # chips at most
-_SPECK_LEVEL = 0.55  # standard deviations over which speckle is a hole: 29 % of the area
-_FINER = 3  # points along a pixel's side at which the print is looked at
+_CHIP = (0.18, 0.5)  # least and largest radius of a chip, in marker radii
+_BITES = 60  # largest number of chips
+_SPECK_LEVEL = 0.55  # standard deviations of the field above which a speckle is a hole: 29 % of the area
+_FINER = 3  # samples of the print along a pixel's side
 
 
 @dataclass(frozen=True)
 class Wear:
-    """What use has done.
+    """The amount of wear.
 
-    missing: share of a marker's area that has chipped off; speckle: share of the ink that has gone where it is speckled, 0 to 1;
-    grain: size of the speckles, of the marker's radius; dirt: share of the skin under dark dirt; grit: number of bright grains on the
-    skin, each up to a fourth of a marker across; weave: relative standard deviation of the skin's own brightness; glare: number of soft
-    reflections that stand still in the picture; seed: of all that.
+    missing: chipped fraction of a marker's area; speckle: fraction of ink lost in the speckles, 0 to 1; grain: size of the speckles, in
+    marker radii; dirt: fraction of the skin under dark dirt; grit: number of bright grains on the skin, with semi-axes up to a quarter of
+    the marker radius; weave: relative standard deviation of the skin's brightness; glare: number of soft reflections fixed in the image;
+    seed: of the random numbers.
     """
 
     missing: float = 0.0
@@ -40,18 +40,18 @@ class Wear:
 
     @classmethod
     def of(cls, amount: float, seed: int = 0) -> Wear:
-        """From amount 0, as printed, to 1: a quarter chipped off, speckles nearly bare, dirt, grit, a coarse weave, glare."""
+        """Wear from amount 0 (as printed) to 1: a quarter chipped off, speckles nearly bare, dirt, grit, coarse weave, glare."""
         rng = np.random.default_rng([seed, 31])
         return cls(0.25 * amount, 0.9 * amount, rng.uniform(0.12, 0.35), 0.03 * amount, int(60 * amount), 0.12 * amount,
                    int(round(5 * amount)), seed)
 
     def generator(self, part: int) -> np.random.Generator:
-        """Random numbers of one part of the wear."""
+        """Random generator for one kind of wear."""
         return np.random.default_rng([self.seed, 32, part])
 
 
 class WornPrint:
-    """The ink that is left on count markers."""
+    """The ink left on count markers."""
 
     def __init__(self, wear: Wear, count: int):
         rng = wear.generator(0)
@@ -60,9 +60,9 @@ class WornPrint:
                                for _ in range(count)]).astype(np.float32)
 
     def left(self, which: np.ndarray, off: np.ndarray, inverse: np.ndarray, steps: np.ndarray, blur: float) -> np.ndarray:
-        """(k, s, s) share of the ink left at pixel steps (s,) about pixels that lie off (k, 2) px from the centres of markers which (k,).
+        """Fraction (k, s, s) of ink left at pixel steps (s,) around pixels at the offsets off (k, 2), px, from the centres of markers.
 
-        inverse: (k, 2, 2) from px to radii of the marker; blur: px, standard deviation of the lens's spot.
+        which: (k,) indices of the markers; inverse: (k, 2, 2), from px to marker radii; blur: px, standard deviation of the lens blur.
         """
         fine = (np.arange(_FINER) - (_FINER - 1) / 2) / _FINER
         at = (steps[:, None] + fine).ravel()
@@ -77,15 +77,15 @@ class WornPrint:
 
 
 class WornSkin:
-    """Maps over the whole skin: bright grit, 0 to 1, and how much light dirt and weave leave; marker: radius of a marker, of the skin's
-    side."""
+    """Maps over the whole skin: coverage by bright grit, 0 to 1, and the light factor of dirt and weave; marker: radius of a marker, as a
+    fraction of the skin's side."""
 
     def __init__(self, wear: Wear, marker: float):
         self._wear, self._marker = wear, marker * _SKIN
 
     @cached_property
     def grit(self) -> np.ndarray:
-        """(n, n) float32, cover of bright grains."""
+        """(n, n) float32, coverage by bright grains."""
         rng, grit = self._wear.generator(1), np.zeros((_SKIN, _SKIN), np.float32)
         for x, y in rng.uniform(0, _SKIN, (self._wear.grit, 2)):
             size = rng.uniform(0.06, 0.25, 2) * self._marker
@@ -94,7 +94,7 @@ class WornSkin:
 
     @cached_property
     def light(self) -> np.ndarray:
-        """(n, n) float32, factor on the light that comes from the skin and its print."""
+        """(n, n) float32, factor on the light from the skin and its print."""
         wear, rng = self._wear, self._wear.generator(2)
         dirty = _field(_SKIN, 0.25 * self._marker, rng)
         dirt = dirty > np.quantile(dirty, 1 - wear.dirt) if wear.dirt else np.zeros((_SKIN, _SKIN), bool)
@@ -104,9 +104,9 @@ class WornSkin:
 
 
 def glare(wear: Wear, width: int, height: int, marker: float) -> np.ndarray:
-    """(height, width) float32 grey levels of reflections in the picture; marker: radius, px.
+    """Reflections (height, width), float32, grey levels, in the image; marker: marker radius, px.
 
-    They are streaks and clouds, none as large and as sharp as a marker.
+    They are streaks and clouds; none is as large and as sharp as a marker.
     """
     rng, picture = wear.generator(3), np.zeros((height, width), np.float32)
     for u, v in rng.uniform(0.05, 0.95, (wear.glare, 2)) * (width, height):
@@ -120,7 +120,7 @@ def glare(wear: Wear, width: int, height: int, marker: float) -> np.ndarray:
 
 
 def _chipped(missing: float, rng: np.random.Generator) -> np.ndarray:
-    """(n, n) 1 where a marker's ink is left and 0 in its chips, which take that share of its disc."""
+    """(n, n): 1 where ink is left, 0 in the chips; missing: mean chipped fraction of the disc."""
     y, x = (np.mgrid[:_SIDE, :_SIDE] - (_SIDE - 1) / 2) * (2 * _REACH / _SIDE)
     disc, left = np.hypot(x, y) <= 1, np.ones((_SIDE, _SIDE))
     wanted = missing * rng.uniform(0.4, 1.6)
@@ -131,12 +131,12 @@ def _chipped(missing: float, rng: np.random.Generator) -> np.ndarray:
         before = left.copy()
         angle, away, radius = rng.uniform(0, 2 * np.pi), np.sqrt(rng.uniform(0, 1.2)), rng.uniform(*_CHIP)
         left[np.hypot(x - away * np.cos(angle), y - away * np.sin(angle)) < radius] = 0
-        if 1 - left[disc].mean() > 2 * wanted - gone:  # further off than without it
+        if 1 - left[disc].mean() > 2 * wanted - gone:  # further from the wanted fraction than without this chip
             left = before
     return left
 
 
 def _field(side: int, size: float, rng: np.random.Generator) -> np.ndarray:
-    """(side, side) random field of mean 0 and standard deviation 1; size: its Gaussian's standard deviation, samples."""
+    """Gaussian random field (side, side) of mean 0 and standard deviation 1; size: standard deviation of its kernel, samples."""
     field = cv2.GaussianBlur(rng.standard_normal((side, side)).astype(np.float32), (0, 0), max(size, 0.3))
     return (field - field.mean()) / field.std()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a skin whose print and surface are worn, under light that falls off to one side."""
+"""Renders a skin with worn print and surface under light that decreases to one side."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,9 +17,10 @@ from .wear import Wear, WornPrint, WornSkin, glare
 
 @dataclass(frozen=True)
 class SideLight:
-    """Light on a matt skin that falls off evenly (by equal factors) along the x-y direction angle, rad: brightest over darkest is ratio.
+    """Light on a matt skin that decreases exponentially along a direction in the x-y plane.
 
-    level: grey levels of the skin between its dots, B, G, R, where it is brightest; half: (x, y), m, of the skin.
+    level: grey levels of the skin between the dots, B, G, R, where it is brightest; ratio: brightest over darkest; angle: of the
+    direction, rad; half: half size (x, y) of the skin, m.
     """
 
     level: tuple
@@ -28,11 +29,11 @@ class SideLight:
     half: tuple
 
     def seen_by(self, camera: SimulatedCamera, blur: float) -> SideLight:
-        """Itself: a matt skin looks alike from everywhere."""
+        """Itself: a matt skin looks the same from every direction."""
         return self
 
     def look(self, shape: np.ndarray, normals: np.ndarray, uv: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3); tilted skin is darker by its cosine; no mirror spots."""
+        """Light (n, n, 3) BGR, grey levels, of the nodes of shape (n, n, 3), m, times the cosine of the tilt; no highlights."""
         direction = np.array([np.cos(self.angle), np.sin(self.angle)])
         way = shape[..., :2] @ direction / (np.abs(direction) @ np.array(self.half))
         level = np.abs(normals[..., 2]) * np.exp((np.clip(way, -1, 1) - 1) / 2 * np.log(self.ratio))
@@ -41,7 +42,7 @@ class SideLight:
 
 
 class WornRenderer(Renderer):
-    """As Renderer; wear: what use did to pattern and skin."""
+    """As Renderer; wear: of pattern and skin."""
 
     def __init__(self, skin: Skin, camera: SimulatedCamera, lighting, imaging: Imaging, seed: int, pattern: DotPattern, wear: Wear):
         super().__init__(skin, camera, lighting, imaging, seed)
@@ -69,6 +70,6 @@ class WornRenderer(Renderer):
         picture += self._glare * self._inside[..., None]
 
     def _seen(self, worn: np.ndarray) -> np.ndarray:
-        """(height, width) a map over the skin as the camera sees it, where _cover last looked."""
+        """Image (height, width) of a map over the skin, for the shape of the last call of _cover."""
         seen = cv2.remap(worn, self._fine_place, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return cv2.GaussianBlur(seen, (0, 0), max(self.imaging.blur * self.camera.scale, 0.1))
