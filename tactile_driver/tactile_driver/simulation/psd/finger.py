@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The specimen of a simulated PSD finger: cover, waveguide, fibre plate, detector, converter.
+"""A simulated PSD finger: cover, waveguide, fibre plate, detector and converter.
 
-Only what makes the four voltages: an object presses the cover towards the waveguide; before it touches, the cover reflects light that
-leaks; where it touches, a patch of finite size scatters; each point of the patch is led by the fibre plate, which is tapered and not
-regular, to the detector, and its current is shared by four electrodes.
+The model covers what determines the four voltages. An object presses the cover towards the waveguide. Before contact the cover reflects
+leaking light; in contact a patch of finite size scatters light. The tapered, irregular fibre plate leads the light of each point of the
+patch to the detector, where four electrodes share the current. The constants and the spreads of the random numbers are chosen.
 """
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-COVER_RADIUS = 0.016  # m, outside
+COVER_RADIUS = 0.016  # m, outer radius
+# Points (radius, angle) of the unit disc that stand for a patch, and number of waves in the distortion of the fibre plate.
 _PATCH = [(0.0, 0.0)] + [(0.55, k * math.pi / 3) for k in range(6)] + [(0.92, (k + 0.5) * math.pi / 6) for k in range(12)]
 _MODES = 8
 
 
 @dataclass(frozen=True)
 class Material:
-    """gap: m between cover and waveguide; soft, hard: N/m and N/m^1.5 before and after they touch; leak: V of reflected light as they
-    touch; scatter: V of a patch of one square millimetre at the pole; glow: m, radius of what the cover reflects."""
+    """gap: m, between cover and waveguide; soft, hard: stiffness, N/m before and N/m^1.5 after they touch; leak: V, reflected light when
+    they just touch; scatter: V, of a patch of 1 mm^2 at the pole; glow: m, radius of the reflecting area of the cover."""
 
     gap: float = 1.1e-4
     soft: float = 1200.0
@@ -32,12 +33,12 @@ class Material:
 
 
 class FingerSpecimen:
-    """One finger, irregular in its own way by its seed."""
+    """One finger; seed: of its irregularities."""
 
     def __init__(self, seed: int = 0):
         rng = np.random.default_rng([20260, seed])
         self.material = Material()
-        self._reach = 0.66 * (1 + 0.03 * rng.standard_normal())  # half widths of the detector for the rim
+        self._reach = 0.66 * (1 + 0.03 * rng.standard_normal())  # radius of the rim's image, in half widths of the detector
         self._squeeze = 0.10 + 0.03 * rng.standard_normal()
         self._oval = rng.normal(0, 0.015, (3, 2))
         self._twist = rng.normal(0, 0.015)
@@ -51,12 +52,12 @@ class FingerSpecimen:
         self.stray = rng.normal(0, 0.15, 2)
 
     def force(self, depth: np.ndarray) -> np.ndarray:
-        """Force, N, for how far (m) the cover is pressed in."""
+        """Force, N, for the indentation depth of the cover, m: linear up to the gap, then with the power 1.5 (Hertz contact)."""
         into = np.maximum(depth - self.material.gap, 0)
         return self.material.soft * np.clip(depth, 0, self.material.gap) + self.material.hard * into**1.5
 
     def plate(self, normal: np.ndarray) -> np.ndarray:
-        """Where the fibres from unit directions (..., 3) end on the detector, half widths (..., 2)."""
+        """Positions (..., 2) on the detector, in half widths, of the fibres from unit directions (..., 3)."""
         across = np.hypot(normal[..., 0], normal[..., 1])
         polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
         far = 2 * polar / math.pi
@@ -70,14 +71,14 @@ class FingerSpecimen:
         return end + ripple + self._shift
 
     def transmission(self, normal: np.ndarray) -> np.ndarray:
-        """Part of the light, (...), that fibres from unit directions (..., 3) carry: less where they are bent."""
+        """Fraction (...) of light transmitted by the fibres from unit directions (..., 3): less for bent fibres."""
         across = np.hypot(normal[..., 0], normal[..., 1])
         polar, around = np.arctan2(across, normal[..., 2]), np.arctan2(normal[..., 1], normal[..., 0])
         ring = 1 + polar * (self._lamps[0] * np.cos(4 * around) + self._lamps[1] * np.sin(3 * around))
         return ring * np.cos(np.minimum(polar, 1.4)) / (1 + (polar / 1.05) ** 6)
 
     def light(self, normal: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Currents (N, 4) in V that an object makes that presses depth (N,), m, along unit normals (N, 3)."""
+        """Voltages (N, 4), V, for an object pressed in by depth (N,), m, along unit normals (N, 3)."""
         near = np.clip(depth / self.material.gap, 0, 1)
         into = np.maximum(depth - self.material.gap, 0)
         spot = np.sqrt(2 * COVER_RADIUS * into)
@@ -86,7 +87,7 @@ class FingerSpecimen:
         return self._patch(normal, spot, brightness) + self._patch(normal, np.full(len(normal), self.material.glow), glowing)
 
     def _patch(self, normal: np.ndarray, radius: np.ndarray, brightness: np.ndarray) -> np.ndarray:
-        """Currents (N, 4) of round patches of radius (N,), m, and brightness (N,), V."""
+        """Voltages (N, 4), V, of round patches around unit normals (N, 3), of radius (N,), m, and brightness (N,), V."""
         aside = np.cross(normal, np.where(np.abs(normal[:, :1]) < 0.8, [[1.0, 0, 0]], [[0, 1.0, 0]]))
         aside /= np.linalg.norm(aside, axis=1, keepdims=True)
         other = np.cross(normal, aside)
@@ -98,7 +99,7 @@ class FingerSpecimen:
         return (self.electrodes(self.plate(points)) * led[..., None]).sum(1)
 
     def electrodes(self, place: np.ndarray) -> np.ndarray:
-        """Shares (..., 4) of x1, y1, x2, y2 of light at places (..., 2): the nearer a corner, the more it takes."""
+        """Fractions (..., 4) of the electrodes x1, y1, x2, y2 for light at positions (..., 2), half widths; nearer corners take more."""
         u, w = place[..., 0], place[..., 1]
         u, w = u * (1 + 0.01 * w * w), w * (1 + 0.01 * u * u)
         left, right, low, high = (1 - u) / 2, (1 + u) / 2, (1 - w) / 2, (1 + w) / 2
@@ -107,7 +108,8 @@ class FingerSpecimen:
 
 @dataclass(frozen=True)
 class Electronics:
-    """noise: V of each output; shot: V; limit: V at which amplifiers end; full_scale: V; bits: of the converter."""
+    """noise: V, of each output; shot: V, shot noise variance per volt; limit: V, saturation of the amplifiers; full_scale: V; bits: of the
+    converter. The defaults are chosen."""
 
     noise: float = 0.011
     shot: float = 1.0e-5
@@ -116,6 +118,6 @@ class Electronics:
     bits: int = 12
 
     def counts(self, volts: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Counts (N, 4) uint16 of voltages (N, 4)."""
+        """Counts (N, 4) uint16 of voltages (N, 4), V, with noise from rng."""
         noisy = volts + rng.standard_normal(volts.shape) * np.sqrt(self.noise**2 + self.shot * np.maximum(volts, 0))
         return np.clip(np.clip(noisy, 0, self.limit) / self.full_scale * 2**self.bits, 0, 2**self.bits - 1).astype(np.uint16)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What happens to a simulated PSD finger: objects that press, tap and slide, lamps that drift, flicker and are switched."""
+"""Scenes of the simulated PSD finger: objects press, tap and slide; ambient light drifts, flickers and is switched."""
 from __future__ import annotations
 
 import math
@@ -16,8 +16,8 @@ from ..truth import Touch
 
 @dataclass(frozen=True)
 class Act:
-    """One object: from start to end, s, it goes from (phi, theta) to (phi, theta), rad, pressed in by depth, m, within rise s from either
-    end."""
+    """One contact from start to end, s, that moves from begins to ends, both (phi, theta), rad; depth: m, reached within rise, s, and
+    released within rise before the end."""
 
     start: float
     end: float
@@ -27,7 +27,7 @@ class Act:
     rise: float = 0.02
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit normals (N, 3) and depths (N,), m, 0 where it is away, at times (N,)."""
+        """Unit normals (N, 3) and depths (N,), m, 0 without contact, at times (N,), s."""
         part = np.clip((t - self.start) / (self.end - self.start), 0, 1)
         phi, theta = (a + (b - a) * part for a, b in zip(self.begins, self.ends))
         normal = np.stack([np.cos(phi) * np.sin(theta), np.sin(phi) * np.sin(theta), np.cos(theta)], axis=1)
@@ -37,7 +37,8 @@ class Act:
 
 @dataclass(frozen=True)
 class Ambient:
-    """Light from outside, V in all: level; drift and its period, s; flicker at 100 Hz; steps: (time, V) each."""
+    """Ambient light, as the sum of the outputs, V. level; drift: amplitude, with its period, s; flicker: amplitude at 100 Hz, the flicker
+    of lamps at 50 Hz mains; steps: (time in s, change in V)."""
 
     level: float = 0.3
     drift: float = 0.0
@@ -46,7 +47,7 @@ class Ambient:
     steps: tuple[tuple[float, float], ...] = ()
 
     def at(self, t: np.ndarray) -> np.ndarray:
-        """V at times (N,)."""
+        """Ambient light (N,), V, at times (N,), s."""
         light = self.level + self.drift * np.sin(2 * math.pi * t / self.period) + self.flicker * np.sin(200 * math.pi * t)
         for when, change in self.steps:
             light = light + change * (t >= when)
@@ -55,7 +56,7 @@ class Ambient:
 
 @dataclass(frozen=True)
 class PsdScript:
-    """Acts one after the other or at once, the light from outside, and how long it lasts, s."""
+    """acts: contacts, in sequence or simultaneous; duration: s; ambient: the ambient light."""
 
     acts: list[Act]
     duration: float
@@ -64,8 +65,8 @@ class PsdScript:
 
 @dataclass(frozen=True)
 class PsdTruth:
-    """Of N samples. normal (N, 3), force (N,), N, depth (N,), m, of the first object that touches, NaN where none does; touching: (N,) how
-    many do."""
+    """Ground truth of N samples. touching: (N,) number of touching objects; normal (N, 3), force (N,), N, and depth (N,), m, of the first
+    one, NaN without contact."""
 
     touching: np.ndarray
     normal: np.ndarray
@@ -73,14 +74,15 @@ class PsdTruth:
     depth: np.ndarray
 
     def touches(self, k: int) -> list[Touch]:
-        """Those of sample k."""
+        """The first contact of sample k in a list; empty without contact."""
         if not self.touching[k]:
             return []
         return [Touch(COVER_RADIUS * self.normal[k], self.normal[k], float(self.depth[k]), float(self.force[k]))]
 
 
 class PsdScene:
-    """A script played on a specimen at rate samples/s; seed: of specimen and noise."""
+    """Plays a script on a specimen at rate samples/s; seed: of specimen and noise. Raises BadArgument for a rate that is not positive and
+    finite."""
 
     sensor = 'psd_finger'
 
@@ -92,11 +94,11 @@ class PsdScene:
 
     @property
     def samples(self) -> int:
-        """Of the whole scene."""
+        """Number of samples of the whole scene."""
         return round(self.script.duration * self.rate)
 
     def play(self, first: int, count: int) -> tuple[np.ndarray, PsdTruth]:
-        """Counts (count, 4) uint16 and truth of the samples from number first on; after its end it begins again."""
+        """Counts (count, 4) uint16 and truth of the samples first to first + count - 1; the scene repeats."""
         t = (first + np.arange(count)) / self.rate
         within = t % self.script.duration
         volts = self.specimen.dark + self.script.ambient.at(within)[:, None] * self.specimen.electrodes(self.specimen.stray)
@@ -123,7 +125,7 @@ def _press(start: float, phi: float, theta: float, depth: float, last: float = 0
 
 
 def _calibration() -> PsdScript:
-    """The pole and rings of places, each pressed at one of three depths: about a hundred."""
+    """About a hundred presses at the pole and on rings, each at one of three depths."""
     places = [(0.0, 0.0)] * 3
     for ring, theta in enumerate(range(10, 71, 10)):
         around = min(6 + 2 * (theta // 10 - 1) + 4, 18)
@@ -133,13 +135,13 @@ def _calibration() -> PsdScript:
 
 
 def _taps() -> PsdScript:
-    """Section 6.3: 78 ms of contact at 3.2 Hz."""
+    """Taps of 78 ms at 3.2 Hz (paper psd_finger, section 6.3)."""
     acts = [_press(0.5 + k / 3.2, 40.0 * k, 20.0 + 4 * (k % 8), 3.0e-4, 0.1, 0.05) for k in range(16)]
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
 def _grid() -> PsdScript:
-    """Section 6.2: the pole and six azimuths at four polar angles; 25 places that the calibration has not."""
+    """The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration."""
     places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
     acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
     return PsdScript(acts, acts[-1].end + 0.5)
@@ -163,7 +165,7 @@ def _light() -> PsdScript:
 
 
 def _two() -> PsdScript:
-    """One object, then another opposite."""
+    """One object, then a second one on the opposite side."""
     return PsdScript([_press(0.5, 45, 40, 3.0e-4, 2.0), _press(1.2, 225, 40, 3.0e-4, 0.8)], 3.0)
 
 
@@ -173,7 +175,7 @@ PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
 
 
 def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
-    """The scene of that name. Raises BadArgument, listing those that exist."""
+    """The scene of that name at rate samples/s. Raises BadArgument for an unknown name (the message lists the known ones) or rate."""
     if name not in PSD_SCENES:
         raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(PSD_SCENES))}')
     return PsdScene(PSD_SCENES[name](), rate, seed)
