@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The true contact region: between the nodes by their pressures' half level, at a tool's edge by the tool's own surface."""
+"""The true contact region, bounded by half the contact pressure between the nodes and by the surface at the edge of a tool."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,15 +13,16 @@ from ..skin.grid import Skin, cross
 from ..skin.motion import Pose
 from ..skin.tools import Tool
 
+#: Subdivisions of a cell; chosen.
 _FINE = 4
-#: of the nodes' spacing: the skin counts as lying on the tool within the first of these; the second makes a number of the gap.
+#: In node spacings: the largest gap that counts as contact, and the scale that makes the gap dimensionless; chosen.
 _ON_TOOL, _GAP_SCALE = 0.0237, 0.0713
 
 
 @dataclass
 class Region:
-    """outlines, holes: lists of (k, 3) m; area m^2 without holes; centroid (3,) m; normal (3,) unit outwards; fullness (n, n): share of its
-    neighbourhood's contact pressure at each node, 1 inside and 0 outside."""
+    """outlines, holes: lists of (k, 3) m; area: m^2, without holes; centroid: (3,) m; normal: (3,) unit, outwards; fullness: (n, n),
+    relative contact pressure of the nodes, 1 inside and 0 outside."""
 
     outlines: list
     holes: list
@@ -32,15 +33,15 @@ class Region:
 
 
 def _between(count: int) -> np.ndarray:
-    """Linear interpolation (fine, count) from count nodes to _FINE steps between them."""
+    """Matrix (fine, count) of linear interpolation from count nodes to a grid with _FINE subdivisions."""
     at = np.arange((count - 1) * _FINE + 1) / _FINE
     return np.maximum(1 - np.abs(at[:, None] - np.arange(count)), 0)
 
 
 def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
-    """(n, n): each node's contact pressure over the pressure that is usual in the contact, 0 to 1.
+    """Contact pressure (n, n) of the nodes relative to the typical pressure in the contact, clipped to 0 to 1.
 
-    A flat face is pressed by the fluid alone; a round tip adds the skin's tension, the same everywhere, so the median is usual there.
+    The fluid pressure is typical of a flat face. A round tip adds a uniform contribution of the skin's tension, so the median is typical.
     """
     areas = skin.area_vectors(state.shape)[skin.inner][state.touching]
     pressed = -np.einsum('ij,ij->i', state.force, areas) / np.maximum(np.einsum('ij,ij->i', areas, areas), 1e-30)
@@ -51,7 +52,7 @@ def fullness_of(skin: Skin, state: SkinState, tool: Tool) -> np.ndarray:
 
 
 def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region | None:
-    """The region that the tool touches in this state; None where that is nothing."""
+    """The contact region of the tool in this state; None without contact."""
     fullness = fullness_of(skin, state, tool)
     rows, columns = np.nonzero(fullness)
     if not len(rows):
@@ -62,14 +63,14 @@ def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region 
     places = np.stack([up @ part[..., k] @ across.T for k in range(3)], axis=-1)
     gap = tool.distance(pose.to_tool(places))
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
-    # A line of contact narrower than a cell presses on every other node only: close it along its way.
+    # A contact line narrower than a cell presses only on every other node: close the gaps.
     full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
     outside = np.maximum(0.5 - full, (gap / skin.spacing - _ON_TOOL) / _GAP_SCALE)
     return _measure(places, outside, fullness)
 
 
 def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> Region | None:
-    """Outlines and moments of where outside (a, b) is negative, on the skin's fine places (a, b, 3)."""
+    """Outlines and moments of the region where outside (a, b) is negative; places: (a, b, 3) m, fine grid. None for an empty region."""
     slope = np.stack(np.gradient(outside), axis=-1)
     steep = np.sqrt((slope**2).sum(axis=-1)) + 1e-9
     cover = np.clip(0.5 - outside / steep, 0, 1)
@@ -85,7 +86,7 @@ def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> R
 
 
 def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:
-    """Closed lines (k, 3) m about and inside the region: border cells, each moved along the slope to where outside is zero."""
+    """Outlines and holes (k, 3), m: border cells of the region, moved along the gradient to the zero of outside."""
     lines, family = cv2.findContours((outside < 0).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     found = [], []
     for line, kin in zip(lines, [] if family is None else family[0]):
@@ -98,7 +99,7 @@ def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep:
 
 
 def _at(places: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Places (k, 3) at rows and columns where (k, 2) of the fine grid (a, b, 3), linearly between its points."""
+    """Points (k, 3) of the fine grid (a, b, 3) at (row, column) coordinates where (k, 2), by bilinear interpolation."""
     top = np.array(places.shape[:2]) - 2
     low = np.clip(np.floor(where).astype(int), 0, top)
     part = (where - low)[:, :, None]

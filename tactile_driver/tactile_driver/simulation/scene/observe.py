@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a state of skin and tool to the truth of a frame."""
+"""Derives the ground truth of a frame from the state of skin and tool."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from ..skin.motion import Pose
 from ..skin.tools import Tool
 from ..truth import GROSS, INCIPIENT, NON_CONTACT, NO_SLIP, SLIPPING, STICKING, Touch, TruthFrame
 
-#: m/s: a point that moves slower than this over the tool sticks (10 um from frame to frame at 30 frames a second).
+#: m/s: points slower than this relative to the tool stick; chosen: 10 um per frame at 30 frames/s.
 SLIP_SPEED = 0.3e-3
-#: of the nodes' spacing: a dot nearer to the tool than this, inside the region, touches it.
+#: In node spacings: largest distance between a dot in the region and the tool that counts as contact; chosen, as in contact_region.
 _DOT_ON_TOOL = 0.0237
 
 
 @dataclass
 class Observation:
-    """One instant: the skin's shape as Skin.coarse has it, m; the dots' paint in the picture, spread (K, 2, 2) px/m; truth."""
+    """One instant. shape: from Skin.coarse, m; spread: (K, 2, 2) px/m, affine maps of the dots to the image; truth."""
 
     shape: np.ndarray
     spread: np.ndarray
@@ -33,7 +33,7 @@ class Observation:
 
 
 class Observer:
-    """Sees dots and contact of one skin through one camera; interval: s between frames."""
+    """Observes dots and contact of one skin through one camera; interval: s, between frames."""
 
     def __init__(self, skin: Skin, pattern: DotPattern, camera: SimulatedCamera, interval: float):
         self.skin, self.pattern, self.camera, self.interval = skin, pattern, camera, interval
@@ -42,13 +42,13 @@ class Observer:
         self._before = None
 
     def _observe_untouched(self) -> Observation:
-        """The resting skin: one observation for all frames without contact."""
+        """Observation of the resting skin, used for all frames without contact."""
         places, uv, spread = self.pattern.seen(self.skin.rest, self.camera)
         truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure)
         return Observation(self.skin.coarse(self.skin.rest), spread, truth)
 
     def observe(self, state: SkinState, tool: Tool, before: Pose, now: Pose) -> Observation:
-        """The truth of a state under a tool that moved from the pose before (a frame ago) to the pose now."""
+        """Observation of a state under a tool that moved from the pose before (one frame ago) to the pose now."""
         region = find_region(self.skin, state, tool, now) if len(state.touching) else None
         if region is None:
             self._before = None
@@ -67,13 +67,13 @@ class Observer:
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
     def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
-        """(K,) bool: the dot lies in the region and on the tool."""
+        """(K,) bool: whether each dot lies in the region and on the tool."""
         full = self.pattern.sampler.linear @ region.fullness.ravel()
         return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL * self.skin.spacing)
 
     def _ways_over_tool(self, places, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-        """Ways (K, 3) of dots and (m, 3) of touching nodes along the tool since the last frame, in its frame, m; NaN for those that do not
-        touch or have only just met it."""
+        """Displacements (K, 3) of the dots and (m, 3) of the touching nodes along the tool since the last frame, m, in the tool frame; NaN
+        for points that do not touch or did not touch before."""
         dots_on_tool, nodes_on_tool = np.full((len(places), 3), np.nan), np.full((self.skin.inner.sum(), 3), np.nan)
         dots_on_tool[touching] = pose.to_tool(places[touching])
         nodes_on_tool[state.touching] = pose.to_tool(nodes)
@@ -82,13 +82,13 @@ class Observer:
         return _way_along(tool, last[0], dots_on_tool), _way_along(tool, last[1], nodes_on_tool)[state.touching]
 
     def _states(self, touching: np.ndarray, way: np.ndarray) -> np.ndarray:
-        """Dot states (K,) uint8."""
+        """Dot states (K,) uint8 from the displacements way (K, 3), m."""
         states = np.where(touching, STICKING, NON_CONTACT).astype(np.uint8)
         states[np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval] = SLIPPING
         return states
 
     def _tell_slip(self, truth: TruthFrame, nodes: np.ndarray, way: np.ndarray):
-        """Fill in slip from the ways (m, 3), m, of the touching nodes (m, 3) over the tool, in the sensor frame."""
+        """Set the slip fields of truth; nodes: (m, 3) m, touching; way: (m, 3) m, their displacements along the tool, sensor frame."""
         slipping = np.linalg.norm(way, axis=1) > SLIP_SPEED * self.interval
         truth.slipping_fraction = fraction = float(slipping.sum() / max(np.isfinite(way[:, 0]).sum(), 1))
         truth.slip_state = NO_SLIP if fraction < 0.05 else INCIPIENT if fraction < 0.9 else GROSS
@@ -98,7 +98,7 @@ class Observer:
             truth.velocity, truth.rotation_center = _twist_in_plane(nodes[slipping], -way[slipping] / self.interval, truth.normal, radius)
 
     def _touches(self, state: SkinState, nodes: np.ndarray, region: Region, tool: Tool, pose: Pose) -> list[Touch]:
-        """One Touch for each part of the tool that touches."""
+        """One Touch per touching part of the tool."""
         part_of_node = tool.part_distances(pose.to_tool(nodes)).argmin(axis=0)
         areas = self.skin.area_vectors(state.shape)[self.skin.inner][state.touching]
         touches = []
@@ -114,7 +114,7 @@ class Observer:
 
 
 def off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
-    """Places (K, 3), m, those that interpolation between nodes has put inside the tool moved to its surface."""
+    """Points (K, 3), m; those that interpolation placed inside the tool are moved to its surface, in place."""
     gap = tool.distance(pose.to_tool(places))
     inside = np.flatnonzero(gap < 0)
     if len(inside):
@@ -124,7 +124,7 @@ def off_tool(places: np.ndarray, tool: Tool, pose: Pose) -> np.ndarray:
 
 
 def _way_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
-    """Ways (k, 3), m, along the tool's surface between places (k, 3) in the tool's frame; NaN where either is."""
+    """Tangential displacements (k, 3), m, between points before and now (k, 3) in the tool frame; NaN where either is NaN."""
     way = now - before
     both = np.flatnonzero(np.isfinite(way[:, 0]))
     if len(both):
@@ -134,15 +134,15 @@ def _way_along(tool: Tool, before: np.ndarray, now: np.ndarray) -> np.ndarray:
 
 
 def _motion(before: Pose, now: Pose) -> np.ndarray:
-    """(6,) what the object has moved, m, at the sensor frame's origin, and turned, rad."""
+    """Displacement (6,) of the object at the sensor frame's origin, m, and its rotation vector, rad."""
     turn = now.turn @ before.turn.T
     return np.concatenate([now.origin - turn @ before.origin, cv2.Rodrigues(turn)[0].ravel()])
 
 
 def _twist_in_plane(places: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Twist (6,) at the sensor frame's origin of velocities (k, 3) at places (k, 3) in a plane (least squares); and where it stands still.
+    """Least-squares twist (6,) at the sensor frame's origin of velocities (k, 3), m/s, at points (k, 3), m, of a plane; and its centre.
 
-    That centre is NaN where the turn moves the rim of a contact of this radius, m, at less than a twentieth of the translation's speed.
+    The centre of rotation (3,), m, is NaN if rotation moves the rim of a contact of this radius, m, slower than 5 % of the translation (chosen).
     """
     middle, drift = places.mean(axis=0), velocity - (velocity @ normal)[:, None] * normal
     mean = drift.mean(axis=0)

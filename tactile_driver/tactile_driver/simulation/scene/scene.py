@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A scene: one sensor, the objects that touch it one after the other, and the pictures of that."""
+"""A scene: one sensor, the objects that touch it one after the other, and the rendered images."""
 from __future__ import annotations
 
 import math
@@ -14,14 +14,15 @@ from ..skin.motion import Motion
 from .specimen import Specimen
 from ..truth import SimulatedFrame, TruthFrame
 
-#: of the nodes' spacing: a tool that moves further than this between two frames is followed in several steps.
+#: In node spacings: larger motions of a tool between two frames are split into steps; chosen.
 _LONGEST_STEP = 0.95
+#: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.
 _TOOL_SIZE = 7.1
 
 
 @dataclass
 class Glance:
-    """One instant in one camera: the skin's shape as Skin.coarse has it, m; the dots' uv (K, 2) px and spread (K, 2, 2) px/m."""
+    """One instant in one camera. shape: from Skin.coarse, m; uv: (K, 2) px, of the dots; spread: (K, 2, 2) px/m, their affine maps."""
 
     shape: np.ndarray
     uv: np.ndarray
@@ -29,13 +30,12 @@ class Glance:
 
 
 class Scene:
-    """A sensor and what happens to it, in frames at a fixed rate.
+    """A sensor and the objects that touch it, in frames at a fixed rate.
 
-    Attributes: sensor type; camera; membrane, the skin; rows, columns of dots; rate frames/s; duration s, after which it starts again;
-    frames in one round.
-    Friction makes a state depend on what was before, so states are worked out one after the other and kept; render may then be called with
-    times in any order and gives the same frame for the same time and seed each time. The first call for a late time takes as long as all
-    frames before it.
+    Attributes: sensor: type; camera; membrane: the skin; rows, columns: of dots; rate: frames/s; duration: s, after which the scene repeats;
+    frames: per round.
+    With friction a state depends on the states before it, so states are computed in order and kept. render accepts times in any order
+    and returns the same frame for the same time and seed. The first call for a late time computes all frames before it.
     """
 
     def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
@@ -50,26 +50,26 @@ class Scene:
         self._followed = 0.0
 
     def render(self, t: float) -> SimulatedFrame:
-        """The frame nearest to time t s from the scene's start; the scene repeats after its duration, its noise does not."""
+        """The frame nearest to time t, s, from the start; the scene repeats after its duration, its noise does not."""
         number = math.floor(t * self.rate + 0.5)
         seen = self.observe(number)
         image = self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, number)
         return SimulatedFrame(image, seen.truth)
 
     def render_clean(self, t: float) -> SimulatedFrame:
-        """As render, without the sensor's noise."""
+        """As render, without sensor noise."""
         seen = self.observe(math.floor(t * self.rate + 0.5))
         return SimulatedFrame(self._renderer.draw(seen.shape, seen.truth.dot_uv, seen.spread, self._pattern.radius, None), seen.truth)
 
     def observe(self, number: int) -> Observation:
-        """State and truth of frame number (any; the scene repeats)."""
+        """State and truth of the frame number; the scene repeats."""
         number %= self.frames
         while len(self._known) <= number:
             self._known.append(self._next())
         return self._known[number]
 
     def _next(self) -> Observation:
-        """The first frame that is not known yet."""
+        """Compute the next frame."""
         end = len(self._known) / self.rate
         motion = self._move_to(end)
         if motion is None:
@@ -78,7 +78,7 @@ class Scene:
         return self._observer.observe(self._contact.state, motion.tool, before, motion.pose(end))
 
     def _move_to(self, end: float) -> Motion | None:
-        """Take the contact from where it has been followed to on to the time end, s; the motion that is there then."""
+        """Advance the contact to the time end, s. Returns the motion at that time, None without one."""
         start, self._followed = self._followed, end
         motion = next((motion for motion in self._motions if motion.covers(end)), None)
         if motion is None:
@@ -88,7 +88,7 @@ class Scene:
         return motion
 
     def _follow(self, motion: Motion, start: float, end: float):
-        """Move one tool from the time start to the time end, s, in steps that are short enough."""
+        """Move one tool from the time start to the time end, s, in steps of at most _LONGEST_STEP (at most 40 steps)."""
         first, last = motion.pose(start), motion.pose(end)
         way = np.linalg.norm(last.origin - first.origin) / self.membrane.spacing + _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
         steps = min(max(math.ceil(way / _LONGEST_STEP), 1), 40)
@@ -100,9 +100,9 @@ class Scene:
 
 
 class TwoCameraScene(Scene):
-    """A scene seen by two cameras, the second triggered later than the first.
+    """A scene seen by two cameras; the right one is triggered later than the left one.
 
-    Attributes, besides: cameras (left, right); trigger_delay s, from a frame's time to the right camera's exposure.
+    Other attributes: cameras: (left, right); trigger_delay: s, from the time of a frame to the exposure of the right camera.
     """
 
     def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
@@ -113,19 +113,19 @@ class TwoCameraScene(Scene):
         self._known_right: list[Glance] = []
 
     def render(self, t: float) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
-        """Left and right picture (height, width, 3) uint8 BGR of the frame nearest to time t s, and its truth.
+        """Left and right image (height, width, 3) uint8 BGR of the frame nearest to time t, s, and its truth.
 
-        The truth is that of the left exposure, its dot_uv the left camera's.
+        The truth refers to the left exposure, and its dot_uv to the left camera.
         """
         number = math.floor(t * self.rate + 0.5)
         return self._draw(number, number)
 
     def render_clean(self, t: float) -> tuple[np.ndarray, np.ndarray, TruthFrame]:
-        """As render, without the sensors' noise."""
+        """As render, without sensor noise."""
         return self._draw(math.floor(t * self.rate + 0.5), None)
 
     def right_dot_uv(self, number: int) -> np.ndarray:
-        """(K, 2) px, where the right camera sees the dots in frame number."""
+        """Pixels (K, 2) of the dots in the right image of the frame number."""
         self.observe(number)
         return self._known_right[number % self.frames].uv
 
@@ -137,7 +137,7 @@ class TwoCameraScene(Scene):
         return left_image, right_image, seen.truth
 
     def _next(self) -> Observation:
-        """The first frame that is not known yet; and what the right camera sees a little later."""
+        """Compute the next frame, and the right view after trigger_delay."""
         seen = super()._next()
         late = len(self._known) / self.rate + self.trigger_delay
         motion = self._move_to(late)
@@ -146,7 +146,7 @@ class TwoCameraScene(Scene):
         return seen
 
     def _glance(self, motion: Motion | None) -> Glance:
-        """What the right camera sees now, under the tool of this motion or none."""
+        """The present view of the right camera; motion: of the touching tool, None without one."""
         shape = self._contact.state.shape
         correct = None if motion is None else (lambda places: off_tool(places, motion.tool, motion.pose(self._followed)))
         _, uv, spread = self._pattern.seen(shape, self.cameras[1], correct)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""One simulated sensor as it was built, and what a scene does to it."""
+"""One simulated sensor with its tolerances, and scripts of the motions of tools over it."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -14,17 +14,17 @@ from ..skin.motion import Key
 
 Act = tuple[str, list[Key]]
 
-#: s: each scene begins with nothing touching for this long, for whoever takes a reference.
+#: s: time without contact at the start of each scene, for taking a reference; chosen.
 UNTOUCHED = 1.5
-#: s: the same where everything is started at once, on a machine that may be busy.
+#: s: the same for scenes that start together with all nodes, on a possibly busy machine; chosen.
 STARTING = 4.0
-#: m and s: a tool comes from this far above the skin, in this time, and leaves to there.
+#: m and s: height above the skin from which a tool approaches, and duration of approach and retreat; chosen.
 _ABOVE, _COMING = -0.0015, 0.25
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """sensor: type; cameras and renderers: one or two, in the same order; trigger_delay: s, by which the second camera is late."""
+    """sensor: type; cameras, renderers: one or two each, in the same order; trigger_delay: s, delay of the second camera."""
 
     sensor: str
     skin: Skin
@@ -36,8 +36,8 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Script:
-    """build: makes a specimen of (seed) or (seed, width px); acts: tool name and keys, one after the other;
-    friction: coefficient; duration: s, the least."""
+    """build: function of (seed) or (seed, width in px) that makes a specimen; acts: (tool name, keys), in order; friction: coefficient;
+    duration: s, lower limit."""
 
     build: Callable[..., Specimen]
     acts: tuple[Act, ...] = ()
@@ -46,9 +46,9 @@ class Script:
 
 
 def act(tool: str, start: float, *places: dict, x: float = 0.0, y: float = 0.0) -> Act:
-    """A tool that comes from above to x, y m at the time start, s, goes through places (Key's fields; t: s after the start) and leaves.
+    """A tool approaches from above to x, y, m, at the time start, s, goes through places and retreats.
 
-    What a place does not name stays as it was.
+    places: fields of Key, with t in s after start; a field that a place omits keeps its value.
     """
     keys = [Key(start, x, y, press=0.0)]
     for place in places:
@@ -58,7 +58,7 @@ def act(tool: str, start: float, *places: dict, x: float = 0.0, y: float = 0.0) 
 
 
 def press(tool: str, x: float, y: float, *depths: float, start: float, move: float = 0.3, hold: float = 0.2) -> Act:
-    """A tool that goes down at x, y, m, and stops at each of the depths, m; move, hold: s for each step and stop."""
+    """A tool is pressed in at x, y, m, and stops at each of the depths, m; move, hold: duration of each step and stop, s."""
     places, t = [], 0.0
     for depth in depths:
         places += [{'t': t + move, 'press': depth}, {'t': t + move + hold}]
@@ -67,13 +67,13 @@ def press(tool: str, x: float, y: float, *depths: float, start: float, move: flo
 
 
 def drag(tool: str, x: float, y: float, depth: float, way_x: float, way_y: float, *, start: float, duration: float = 1.5) -> Act:
-    """A tool that goes depth m down at x, y, m, and then (way_x, way_y) m along the skin in duration s."""
+    """A tool is pressed in by depth, m, at x, y, m, and then moves by (way_x, way_y), m, along the skin within duration, s."""
     return act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.6 + duration, 'x': x + way_x, 'y': y + way_y},
                {'t': 0.8 + duration}, {'t': 1.2 + duration, 'press': 0.0}, x=x, y=y)
 
 
 def one_after_the_other(acts: list[Callable[[float], Act]], untouched: float = UNTOUCHED, pause: float = 1.0) -> tuple[Act, ...]:
-    """The acts, each a function of its start, s, by keyword; each pause s after the one before has gone; untouched: s before the first."""
+    """The acts in sequence. acts: functions of the keyword start, s; untouched: s, before the first act; pause: s, between two acts."""
     played, t = [], untouched + _COMING
     for play in acts:
         played.append(play(start=t))
