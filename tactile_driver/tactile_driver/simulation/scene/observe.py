@@ -140,9 +140,9 @@ def _motion(before: Pose, now: Pose) -> np.ndarray:
 
 
 def _twist_in_plane(places: np.ndarray, velocity: np.ndarray, normal: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Least-squares twist (6,) at the sensor frame's origin of velocities (k, 3), m/s, at points (k, 3), m, of a plane; and its centre.
+    """Least-squares twist (6,) at the sensor frame's origin of velocities (k, 3) at points (k, 3) of a plane; and its centre.
 
-    The centre of rotation (3,), m, is NaN if rotation moves the rim of a contact of this radius, m, slower than 5 % of the translation (chosen).
+    The centre (3,), m, is NaN if rotation moves the rim of a contact of this radius, m, slower than 5 % of the translation (chosen).
     """
     middle, drift = places.mean(axis=0), velocity - (velocity @ normal)[:, None] * normal
     mean = drift.mean(axis=0)

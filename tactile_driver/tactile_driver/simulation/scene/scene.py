@@ -32,10 +32,10 @@ class Glance:
 class Scene:
     """A sensor and the objects that touch it, in frames at a fixed rate.
 
-    Attributes: sensor: type; camera; membrane: the skin; rows, columns: of dots; rate: frames/s; duration: s, after which the scene repeats;
-    frames: per round.
-    With friction a state depends on the states before it, so states are computed in order and kept. render accepts times in any order
-    and returns the same frame for the same time and seed. The first call for a late time computes all frames before it.
+    Attributes: sensor: type; camera; membrane: the skin; rows, columns: of dots; rate: frames/s; duration: s, of one round, then the scene
+    repeats; frames: per round.
+    With friction a state depends on the states before it, so states are computed in order and kept. render accepts times in any
+    order and returns the same frame for the same time and seed. The first call for a late time computes all frames before it.
     """
 
     def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
