@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A soft pad on a taxel array: faces of objects that press on it, threads of rubber that they press and drag, and the ink under them,
-from load to whole numbers, with gains, offsets, noise, hysteresis and dead rows."""
+"""A soft pad on a taxel array. Faces of objects press on the pad; the rubber is a set of independent threads with friction (brush model);
+pressure sensitive ink converts load to counts, with gains, offsets, noise, hysteresis and dead rows. All constants are chosen, except the
+44 x 44 taxels of the sensor."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -12,7 +13,7 @@ import numpy as np
 
 from ...errors import BadArgument
 
-#: Height of the face over its foremost part, m, inf off it, at x, y (m) in the object's frame.
+#: Height of the face above its contact point, m, inf outside the face, at x, y (m) in the object frame.
 Face = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -36,19 +37,19 @@ FACES: dict[str, Face] = {
 
 
 def face_named(name: str) -> Face:
-    """The face of that name. Raises BadArgument, listing them, for an unknown one."""
+    """The face of that name. Raises BadArgument, listing the names, for an unknown one."""
     if name not in FACES:
         raise BadArgument(f'simulation: face {name!r} is unknown; choose one of {", ".join(FACES)}')
     return FACES[name]
 
 
-FINE = 2  # threads along a taxel
+FINE = 2  # threads along the side of a taxel
 
 
 @dataclass(frozen=True)
 class PadSpecimen:
-    """rows, columns, pitch (m): of the taxels; thickness: m; press: N/m^3, pressure for each m of depth; pull: the same for a head dragged
-    aside; grip: coefficient of friction; spread: m, over which a foot's load spreads in the sheet."""
+    """rows, columns, pitch (m): of the taxels; thickness: of the pad, m; press: N/m^3, normal stiffness per area; pull: N/m^3, tangential
+    stiffness per area; grip: coefficient of friction; spread: m, standard deviation of a thread's load in the sheet."""
 
     rows: int = 44
     columns: int = 44
@@ -62,7 +63,7 @@ class PadSpecimen:
 
 @dataclass(frozen=True)
 class PadState:
-    """What the threads do. pressure: (M,) Pa; tilt: (M, 2) m, of heads aside; touched, slipping: (M,) bool."""
+    """State of the M threads. pressure: (M,) Pa; tilt: (M, 2) m, tangential displacement of the heads; touched, slipping: (M,) bool."""
 
     pressure: np.ndarray
     tilt: np.ndarray
@@ -71,7 +72,7 @@ class PadState:
 
 
 class ThreadPad:
-    """The threads of a specimen, moved in small steps."""
+    """The threads of a specimen, moved in small steps. Attributes: places: (M, 2) m, rest positions; cell: m^2, area of a thread."""
 
     def __init__(self, specimen: PadSpecimen):
         self.specimen = specimen
@@ -80,10 +81,10 @@ class ThreadPad:
         x = (np.arange(specimen.columns * FINE) - 0.5 * (specimen.columns * FINE - 1)) * step
         self.places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.cell = step**2
-        self._met = np.full(self.places.shape, np.nan)  # place on the object that a head clings to, in the object's frame
+        self._met = np.full(self.places.shape, np.nan)  # point of the object that a head sticks to, in the object frame
 
     def move(self, face: Face, pose: np.ndarray, depth: float) -> PadState:
-        """The object with that face at pose (x, y m, turn rad), its foremost part depth m under the untouched surface."""
+        """Move the object with that face to pose (x, y: m, turn: rad), its contact point depth, m, below the resting surface."""
         cosine, sine = np.cos(pose[2]), np.sin(pose[2])
         turn = np.array([[cosine, -sine], [sine, cosine]])
         pressed = np.zeros(len(self.places))
@@ -101,7 +102,7 @@ class ThreadPad:
         return PadState(pressure, tilt, touched, slipping)
 
     def _let_go(self, tilt: np.ndarray, pressure: np.ndarray, turn: np.ndarray) -> np.ndarray:
-        """Heads that are pulled too hard move back along their tilt, and cling there; which they are."""
+        """Heads beyond the friction limit slip back along their tilt, in place. Returns which heads slip, (M,) bool."""
         longest = self._softened(pressure) * (self.specimen.grip / self.specimen.pull)
         length = np.hypot(*tilt.T)
         slipping = length > longest + 1e-12
@@ -111,13 +112,13 @@ class ThreadPad:
         return slipping
 
     def _softened(self, pressure: np.ndarray) -> np.ndarray:
-        """Pressure with which heads are held: rubber gives way at a face's border, where it can escape."""
+        """Pressure (M,), Pa, that limits friction: reduced at the border of a face, where the rubber can yield sideways."""
         image = pressure.reshape(self.specimen.rows * FINE, -1)
         size = 2 * round(self.specimen.thickness / self.specimen.pitch * FINE / 2) + 1
         return np.minimum(cv2.blur(image, (size, size), borderType=cv2.BORDER_REPLICATE).ravel(), pressure)
 
     def felt(self, state: PadState) -> np.ndarray:
-        """(rows, columns) Pa: the load on each taxel, over its area."""
+        """Mean pressure (rows, columns), Pa, on each taxel."""
         s = self.specimen
         load = state.pressure * self.cell
         held = self.specimen.pull * state.tilt
@@ -129,7 +130,7 @@ class ThreadPad:
         return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (FINE**2 / s.pitch**2)
 
     def force(self, state: PadState) -> np.ndarray:
-        """(6,) N and N m of the object on the pad, about the middle of its surface."""
+        """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface."""
         pushed = np.column_stack([self.specimen.pull * state.tilt, -state.pressure]) * self.cell
         x, y = self.places.T
         moment = [y @ pushed[:, 2], -(x @ pushed[:, 2]), x @ pushed[:, 1] - y @ pushed[:, 0]]
@@ -137,7 +138,7 @@ class ThreadPad:
 
 
 def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Loads (M,) at feet (M, 2) of (column, row), shared out to the four nodes around."""
+    """Image of shape (rows, columns), float32, of loads (M,) at feet (M, 2), (column, row), distributed bilinearly."""
     base = np.floor(feet).astype(int)
     part = feet - base
     image = np.zeros(shape[0] * shape[1])
@@ -151,8 +152,8 @@ def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.nda
 
 
 class Ink:
-    """shape: (rows, columns); seed: of its irregularities and noise; rate: frames/s; counts_per_pascal; bits; dead_rows: rows that stay
-    0."""
+    """Pressure sensitive ink. shape: (rows, columns); seed: of irregularities and noise; rate: frames/s; counts_per_pascal: mean gain;
+    bits: of the converter; dead_rows: rows that read 0."""
 
     def __init__(self, shape: tuple[int, int], seed: int, rate: float, counts_per_pascal: float = 1 / 500, bits: int = 8,
                  dead_rows: tuple[int, ...] = ()):
@@ -161,12 +162,12 @@ class Ink:
         self._offset = rng.gamma(1.2, 1.5, shape)
         self._noise = np.random.default_rng([seed, 23])
         self._largest, self._dead = 2**bits - 1, list(dead_rows)
-        self._slack = 900.0  # Pa, by which the ink may lag behind
+        self._slack = 900.0  # Pa, largest hysteresis
         self._creep = 1 - np.exp(-1 / (rate * 0.8))
         self._stuck = np.zeros(shape)
 
     def read(self, load: np.ndarray) -> np.ndarray:
-        """(rows, columns) uint8 or uint16 of load (rows, columns), Pa."""
+        """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads by hysteresis and creep."""
         self._stuck = np.clip(self._stuck, load - self._slack, load + self._slack)
         self._stuck += self._creep * (load - self._stuck)
         value = self._gain * np.maximum(self._stuck, 0) + self._offset + self._noise.normal(0, 0.6, load.shape)

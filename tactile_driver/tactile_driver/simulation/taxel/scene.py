@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of the simulated taxel pad: an object that is pressed on, held, dragged, turned and let go, with truth."""
+"""Scenes of the simulated taxel pad: an object is pressed on, held, dragged, rotated and released, with ground truth."""
 from __future__ import annotations
 
 import math
@@ -13,13 +13,13 @@ from ...errors import BadArgument
 from .pad import FACES, FINE, Ink, PadSpecimen, PadState, ThreadPad, face_named
 from ..truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
 
-STEP_S = 0.005  # of the object's motion: heads must not jump over each other
-_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
+STEP_S = 0.005  # step of the object's motion, small against the pitch of the threads; chosen
+_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # slipping fractions: the definition in truth.TruthFrame
 
 
 @dataclass(frozen=True)
 class Key:
-    """Where the object is at a time, s: x, y (m), turn (rad), depth (m, negative: off the pad)."""
+    """Pose of the object at a time, s: x, y (m), turn (rad), depth (m, negative: above the pad)."""
 
     time: float
     x: float
@@ -30,7 +30,7 @@ class Key:
 
 @dataclass(frozen=True)
 class TaxelScript:
-    """face: of FACES; keys: in order, straight lines between; dead_rows: of the array."""
+    """face: name in FACES; keys: in order of time, linearly interpolated; dead_rows: of the array."""
 
     face: str
     keys: tuple[Key, ...]
@@ -43,7 +43,7 @@ def _held(face: str, x: float = 0.0, y: float = 0.0, turn: float = 0.3, depth: f
 
 
 def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
-    """Pressed, held, then moved ever faster."""
+    """Pressed, held, then moved with increasing speed."""
     start, down = (-0.5 * dx, -0.5 * dy, 0.3 - 0.5 * turn), 3e-4
     keys = [Key(0.0, *start, -1e-4), Key(0.5, *start, -1e-4), Key(1.0, *start, down), Key(1.5, *start, down)]
     for time, part in ((2.1, 0.08), (2.7, 0.3), (3.3, 1.0)):
@@ -54,7 +54,7 @@ def _dragged(face: str, dx: float, dy: float, turn: float) -> TaxelScript:
 
 
 def _gripped(face: str) -> TaxelScript:
-    """Only the grip force changes."""
+    """The object does not move; only the grip force changes."""
     depths = ((0, -1e-4), (0.5, -1e-4), (1.0, 2e-4), (1.5, 2e-4), (2.0, 4e-4), (2.5, 4e-4), (3.2, 1.5e-4), (3.8, 3e-4), (4.2, -1e-4))
     return TaxelScript(face, tuple(Key(float(time), 0.0, 0.0, 0.3, depth) for time, depth in depths))
 
@@ -73,7 +73,7 @@ TAXEL_SCENES: dict[str, TaxelScript] = {
 
 
 class TaxelScene:
-    """A scene in frames. rate: frames/s; seed: of the specimen's irregularities and noise."""
+    """Plays a script. rate: frames/s; seed: of the irregularities of the specimen and the noise."""
 
     sensor = 'taxel_array'
 
@@ -87,7 +87,7 @@ class TaxelScene:
 
     @property
     def frames(self) -> int:
-        """Of one round."""
+        """Number of frames per round."""
         return math.ceil(self.duration * self.rate)
 
     def _begin(self) -> None:
@@ -96,11 +96,11 @@ class TaxelScene:
         self._now = 0.0
 
     def _at(self, time: float) -> np.ndarray:
-        """(4,) x, y, turn, depth."""
+        """Pose (4,) at a time, s: x, y (m), turn (rad), depth (m)."""
         return np.array([np.interp(time, self._times, column) for column in self._keys.T])
 
     def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
-        """Values (rows, columns) and the truth at a time, s; the scene goes round. Times that go back begin it anew."""
+        """Counts (rows, columns) and truth at a time, s; the scene repeats. An earlier time restarts it."""
         time = time % self.duration
         if time < self._now:
             self._begin()
@@ -109,7 +109,7 @@ class TaxelScene:
         for k in range(1, steps + 1):
             place = self._at(begin + (time - begin) * k / steps)
             state = self.pad.move(self._face, place[:3], place[3])
-            if np.any(place[:3] != before[:3]):  # a pad that lets go of an object that stands still is no slip
+            if np.any(place[:3] != before[:3]):  # release of an object at rest is no slip
                 slipped |= state.slipping
             before = place
         self._now = time
@@ -131,7 +131,7 @@ class TaxelScene:
         return frame
 
     def _tell_motion(self, frame: TruthFrame, place: np.ndarray, time: float) -> None:
-        """The object's twist, at the sensor's origin, and where it stands still."""
+        """Set twist and motion of the object at the sensor's origin, and its centre of rotation."""
         before = self._at(max(time - 1 / self.rate, 0.0))
         rate = (place - before)[:3] * self.rate
         at_origin = rate[:2] - rate[2] * np.array([-place[1], place[0]])
@@ -152,7 +152,7 @@ class TaxelScene:
         return touches
 
     def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Outlines and holes, m, along the threads at the border."""
+        """Outlines and holes, lists of (n, 3), m, through the threads at the border."""
         image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
         found, order = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
         outlines, holes = [], []
