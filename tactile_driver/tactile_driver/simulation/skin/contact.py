@@ -1,8 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact of a skin with a rigid tool: no node inside the tool, Coulomb friction at each node that touches.
+"""Contact of a skin with a rigid tool: no penetration, Coulomb friction at each touching node.
 
-Solved by alternating directions (ADMM): the skin answers linearly through its compliance, each node's contact law has a closed form.
+Solved by ADMM (alternating direction method of multipliers): the skin responds linearly through its compliance, and the contact law of a
+node has a closed-form solution.
 """
 from __future__ import annotations
 
@@ -15,22 +16,23 @@ from .grid import Skin
 from .motion import Pose
 from .tools import Tool
 
-#: of the skin's tension: weight between the two directions; near the geometric mean of the skin's softest and stiffest answer.
+#: Penalty of ADMM, relative to the skin's tension; chosen near the geometric mean of the skin's least and greatest stiffness.
+#: Over-relaxation, linearisations per step and iterations per linearisation below: chosen.
 _COUPLING = 0.47
 _OVER_RELAXATION = 1.6
 _LINEARISATIONS = 6
 _SWEEPS = 10
-#: of the nodes' spacing: a round that moves no node further ends the step early.
+#: In node spacings: a step ends early when a linearisation moves no node further; chosen.
 _CLOSE_ENOUGH = 0.005
-#: of the nodes' spacing: nodes nearer to the tool than this take part; a new set is taken with a margin, so that its inverse serves for
-#: many frames.
+#: In node spacings: nodes nearer to the tool than this take part; a new set is chosen with the margin, so that its inverse serves many
+#: frames; chosen.
 _NEAR, _NEAR_MARGIN = 0.7, 1.9
 
 
 @dataclass
 class SkinState:
-    """shape (n, n, 3) m; pressure Pa; touching (m,) int64, which of the inner nodes are in contact; force (m, 3) N, of the tool
-    on the skin at these."""
+    """shape: (n, n, 3) m; pressure: Pa; touching: (m,) int64, indices of the inner nodes in contact; force: (m, 3) N, of the tool on the
+    skin at these nodes."""
 
     shape: np.ndarray
     pressure: float
@@ -39,7 +41,7 @@ class SkinState:
 
 
 class FrictionalContact:
-    """Steps a skin from one tool pose to the next. friction: coefficient of Coulomb's law."""
+    """Steps a skin from one tool pose to the next. friction: Coulomb's coefficient."""
 
     def __init__(self, skin: Skin, friction: float):
         self.skin, self.friction = skin, friction
@@ -48,7 +50,7 @@ class FrictionalContact:
         self.reset()
 
     def reset(self):
-        """Forget everything: the skin is at rest."""
+        """Return to the resting skin."""
         self.state = SkinState(self.skin.rest.copy(), self.skin.pressure)
         self._near = np.zeros(0, np.int64)
         self._held = np.zeros((0, 3))
@@ -56,7 +58,7 @@ class FrictionalContact:
         self._was_touching = np.zeros(len(self._inner), bool)
 
     def step(self, tool: Tool, before: Pose, now: Pose) -> SkinState:
-        """Move the tool from the pose before to the pose now; returns (and keeps) the new state."""
+        """Move the tool from the pose before to the pose now. Returns the new state, which is also kept in state."""
         inner_shape = self.state.shape.reshape(-1, 3)[self._inner]
         gap = tool.distance(now.to_tool(inner_shape))
         if gap.min() > 0 and not self._was_touching.any():
@@ -75,7 +77,7 @@ class FrictionalContact:
         return self.state
 
     def _choose_near(self, gap: np.ndarray):
-        """Which nodes take part, and the inverse of their compliance; kept while it covers all nodes that may touch."""
+        """Choose the nodes that take part and invert their compliance; both are kept while they cover all nodes that may touch."""
         needed = (gap < _NEAR * self.skin.spacing) | self._was_touching
         have = np.zeros_like(needed)
         have[self._near] = True
@@ -92,9 +94,9 @@ class FrictionalContact:
         self._answer = np.tril(lower) + np.tril(lower, -1).T
 
     def _solve_linearised(self, tool: Tool, pose: Pose, places: np.ndarray, anchor: np.ndarray) -> tuple[np.ndarray, float]:
-        """One round: fluid's push and tool's surface taken at places (m, 3), the contact solved for these. Returns new places, pressure.
+        """Linearise fluid and tool surface at places (m, 3), m, and solve the contact. Returns new places (m, 3), m, and the pressure, Pa.
 
-        The enclosed volume is held to first order by making the pressure a function of the contact forces.
+        The pressure is a function of the contact forces, which conserves the enclosed volume to first order.
         """
         skin, near = self.skin, self._near
         push, lift, rise, free_pressure = skin.fluid(skin.with_rim(places))
@@ -108,9 +110,10 @@ class FrictionalContact:
         return self._slack + skin.give(pressure * push + force), pressure
 
     def _alternate(self, free, lift, rise, normal, offset, anchor):
-        """Find held (k, 3), m, for nodes that would be at free (k, 3) without contact; -coupling * held is the force on them.
+        """ADMM iterations for the scaled multipliers held (k, 3), m; the contact force is -coupling * held.
 
-        lift (k, 3) m/Pa and rise m^3/Pa: what the pressure does to the nodes and to the volume.
+        free: (k, 3) m, positions without contact; lift: (k, 3) m/Pa, and rise, m^3/Pa: response of nodes and volume to the pressure;
+        normal: (k, 3) and offset: (k,) m, of the tool's tangent planes; anchor: (k, 3) m, positions of sticking nodes.
         """
         rubbing = self._was_touching[self._near] * self.friction
         back = self._answer @ lift
@@ -132,7 +135,7 @@ class FrictionalContact:
         self._held = held
 
     def _keep(self, places: np.ndarray, pressure: float):
-        """Turn the solution into the new state."""
+        """Store the solution as the new state."""
         force = -self._coupling * self._held
         pressed = np.einsum('ij,ij->i', force, force) > 0
         self._was_touching[:] = False

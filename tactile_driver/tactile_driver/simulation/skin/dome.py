@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A dome: a strongly stretched rubber skin over an enclosed volume of water or gas, on a grid of nodes.
+"""A dome: a strongly stretched rubber membrane over an enclosed volume of water or gas, on a grid of nodes.
 
-A rubber (neo-Hookean) skin stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, quadratic in the places of its
-points: its forces are those of a net of springs of length zero, K x with one constant matrix K for x, y and z. That is what makes a frame
-cheap. At rest the skin carries the same tension T in all directions, so a sphere of radius R stands under the pressure 2 T / R.
+A neo-Hookean membrane stretched to a multiple of its natural size has the energy T/2 |F|^2 per area, which is quadratic in the node
+positions. Its forces are K x, as of springs of length zero, with one constant matrix K for x, y and z, so a frame is cheap to compute. At
+rest the tension T is isotropic, so a sphere of radius R has the pressure 2 T / R (Laplace).
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .grid import Skin
 
 
 def disc_from_square(square: np.ndarray) -> np.ndarray:
-    """Places (..., 2) in the unit disc of places (..., 2) in the square [-1, 1]^2; the square's border becomes the circle."""
+    """Map points (..., 2) of the square [-1, 1]^2 to the unit disc (..., 2), the border to the circle (elliptical grid mapping)."""
     a, b = square[..., 0], square[..., 1]
     return np.stack([a * np.sqrt(1 - b * b / 2), b * np.sqrt(1 - a * a / 2)], axis=-1)
 
@@ -37,12 +37,12 @@ def square_from_disc(disc: np.ndarray) -> np.ndarray:
 
 
 class Membrane(Skin):
-    """The skin on n x n nodes whose border is clamped to the rim circle.
+    """A domed skin of n x n nodes whose border is clamped to the rim circle.
 
-    radius: curvature at rest, m; height: of the cap over the rim plane, m; tension: N/m; nodes: n along one side; shrink: m^3/Pa, by which
-    the fluid's volume shrinks with its pressure, 0 for water.
-    Attributes: node_area (n*n,) m^2 at rest; volume m^3 at rest; compliance (m, m) m/N over inner nodes, the inverse of their spring
-    matrix; springs: sparse (m, n*n) N/m, spring forces on the inner nodes of all nodes' places.
+    radius: of curvature at rest, m; height: of the cap above the rim plane, m (defaults: touchpad_contact_region, section 2); tension: N/m,
+    default chosen; nodes: n along each side; shrink: m^3/Pa, decrease of the fluid's volume with its pressure, 0 for water.
+    Attributes: node_area: (n*n,) m^2, at rest; volume: m^3, at rest; compliance: (m, m) m/N, inverse of the spring matrix of the inner
+    nodes; springs: sparse (m, n*n) N/m, from the positions of all nodes to the spring forces on the inner nodes.
     """
 
     def __init__(self, radius: float = 0.020, height: float = 0.013, tension: float = 32.0, nodes: int = 49, shrink: float = 0.0):
@@ -55,7 +55,7 @@ class Membrane(Skin):
         self._balance()
 
     def surface(self, square: np.ndarray) -> np.ndarray:
-        """Places (..., 3) on the rest shape, m, of material places (..., 2) in [-1, 1]^2."""
+        """Points (..., 3), m, of the rest shape at material coordinates (..., 2) in [-1, 1]^2."""
         disc = disc_from_square(square)
         distance = np.linalg.norm(disc, axis=-1)
         angle = self._rim_angle * distance
@@ -63,28 +63,28 @@ class Membrane(Skin):
         return np.stack([disc[..., 0] * sideways, disc[..., 1] * sideways, self.centre[2] + self.radius * np.cos(angle)], axis=-1)
 
     def square_of(self, xyz: np.ndarray) -> np.ndarray:
-        """Material places (..., 2) in [-1, 1]^2 of points (..., 3) on the rest shape."""
+        """Material coordinates (..., 2) in [-1, 1]^2 of points (..., 3), m, on the rest shape."""
         arm = xyz - self.centre
         sideways = np.linalg.norm(arm[..., :2], axis=-1)
         distance = np.arctan2(sideways, arm[..., 2]) / self._rim_angle
         return square_from_disc(arm[..., :2] * (distance / np.maximum(sideways, 1e-12))[..., None])
 
     def seen_at_rest(self, origin: np.ndarray, rays: np.ndarray) -> np.ndarray:
-        """Places (K, 3), m, where unit rays (K, 3) from origin (3,) inside the ball meet the resting skin or the rest of its ball."""
+        """Intersections (K, 3), m, of unit rays (K, 3) from origin (3,), m, inside the sphere, with the sphere of the resting skin."""
         arm = origin - self.centre
         half = rays @ arm
         return origin + (np.sqrt(np.maximum(half**2 - arm @ arm + self.radius**2, 0)) - half)[:, None] * rays
 
     def rim(self, count: int) -> np.ndarray:
-        """The rim circle: count places (count, 3), m, all round."""
+        """Points (count, 3), m, evenly spaced on the rim circle."""
         angle, radius = np.linspace(0, 2 * np.pi, count, endpoint=False), np.sqrt(self.height * (2 * self.radius - self.height))
         return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros_like(angle)], axis=1)
 
     def touching_height(self, distance: Callable, turn: np.ndarray, x: float, y: float) -> float:
-        """Height z, m, of the tool's origin over the rim plane at which the tool, turned by turn (3, 3), just touches the resting dome.
+        """Height z, m, of the tool's origin above the rim plane at which the tool, rotated by turn (3, 3), just touches the resting dome.
 
-        The dome is part of a ball, and a tool touches a ball when its distance from the ball's centre is the ball's radius.
-        distance: of places (k, 3) in the tool's frame, m, exact outside the tool.
+        The dome is part of a sphere; a tool touches it where its distance from the centre equals the radius. distance: signed distance,
+        m, of points (k, 3), m, in the tool frame, exact outside the tool.
         """
         low, high = self.centre[2] - self.radius, self.centre[2] + 3 * self.radius
         for _ in range(4):
@@ -95,7 +95,7 @@ class Membrane(Skin):
         return 0.5 * (low + high)
 
     def _set_up_springs(self):
-        """Spring constants from the shape functions of linear triangles on the rest shape, both diagonals of each cell averaged."""
+        """Cotangent spring constants of linear triangles on the rest shape, averaged over both diagonals of each cell."""
         index = np.arange(self.nodes**2).reshape(self.nodes, self.nodes)
         a, b, c, d = index[:-1, :-1].ravel(), index[:-1, 1:].ravel(), index[1:, 1:].ravel(), index[1:, :-1].ravel()
         triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, b, c), (a, c, d), (a, b, d), (b, c, d))])
@@ -106,7 +106,7 @@ class Membrane(Skin):
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             np.add.at(self.node_area, triangles[:, k], area / 6)
-            # cotangent at corner k is the spring between the other two; 0.5 for the two diagonals, 0.5 from the energy's form
+            # The cotangent at corner k is the spring of the opposite edge; factors 0.5 for the two diagonals and 0.5 from the energy.
             dot = np.einsum('ij,ij->i', corners[:, i] - corners[:, k], corners[:, j] - corners[:, k])
             weight = 0.25 * self.tension * dot / (2 * area)
             rows = np.concatenate([triangles[:, i], triangles[:, j], triangles[:, i], triangles[:, j]])
@@ -115,14 +115,14 @@ class Membrane(Skin):
         self.springs = total[self.inner]
         free = self.springs[:, self.inner]
         self._solve = splu(free.tocsc()).solve
-        # Single precision is enough here, since settle() has the last word, and takes half the memory.
+        # Single precision suffices, because _solve computes the final positions; it halves the memory.
         factor, _ = lapack.spotrf(np.asfortranarray(free.toarray().astype(np.float32)), lower=1, overwrite_a=1)
         lower, _ = lapack.spotri(factor, lower=1, overwrite_c=1)
         lower += np.tril(lower, -1).T
         self.compliance = lower
 
     def _balance(self):
-        """Take up what the discrete skin lacks of balance on the exact sphere, so that rest is rest to the last digit."""
+        """Compensate the discretisation error on the sphere, so that the rest shape is an exact equilibrium."""
         self.volume = self.volume_of(self.rest)
         self.pressure = 2 * self.tension / self.radius
         pull = self.springs @ self.rest.reshape(-1, 3)
@@ -131,10 +131,10 @@ class Membrane(Skin):
         self.slack = self._solve(bias - self.springs @ rim)
 
     def fluid(self, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
-        """What is enclosed, to first order about the shape (n, n, 3), m, while the fluid's volume shrinks in proportion to its pressure.
+        """First-order model of the enclosed fluid around the shape (n, n, 3), m; its volume decreases in proportion to its pressure.
 
-        Returns push (m, 3) m^2, force on the inner nodes for each Pa; lift (m, 3) m/Pa, how that moves them; rise m^3/Pa, by how much the
-        volume to fill grows with it; and the pressure, Pa, that there would be without other forces.
+        Returns push: (m, 3) m^2, force on the inner nodes per Pa; lift: (m, 3) m/Pa, their displacement per Pa; rise: m^3/Pa, growth of
+        the volume to fill; and the pressure, Pa, without other forces.
         """
         push = self.area_vectors(shape)[self.inner]
         lift = self.give(push)
@@ -143,9 +143,9 @@ class Membrane(Skin):
         return push, lift, rise, (room + self.shrink * self.pressure) / rise
 
     def give(self, forces: np.ndarray) -> np.ndarray:
-        """Displacements (m, 3), m, of the inner nodes under forces (m, 3) that are added, N."""
+        """Displacements (m, 3), m, of the inner nodes under additional forces (m, 3), N."""
         return self._solve(forces)
 
     def compliance_among(self, near: np.ndarray) -> np.ndarray:
-        """(k, k) m/N: how far each of the inner nodes near (k,) gives way to a force on each of them."""
+        """Compliance matrix (k, k), m/N, of the inner nodes with the indices near (k,)."""
         return self.compliance[np.ix_(near, near)].astype(float)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How the objects move: poses between key points, at heights below that at which an object just touches the untouched skin."""
+"""Motions of tools: poses interpolated between keys; depths are relative to first contact with the resting skin."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from .tools import Tool
 
 @dataclass(frozen=True)
 class Key:
-    """Where the tool stands at time t s: x, y m; press m below the height of first touch (negative: clear of the skin); yaw about z, roll
-    about x and pitch about y, rad (applied in the order roll, pitch, yaw)."""
+    """Pose of the tool at time t, s. x, y: m; press: m, below the height of first contact (negative: above the skin); yaw about z, roll
+    about x, pitch about y: rad, applied in the order roll, pitch, yaw."""
 
     t: float
     x: float = 0.0
@@ -26,7 +26,7 @@ class Key:
 
 
 def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
-    """(3, 3) rotation from the tool's frame to the sensor's: roll about x, then pitch about y, then yaw about z, rad."""
+    """Rotation matrix (3, 3) from the tool frame to the sensor frame: roll about x, then pitch about y, then yaw about z, rad."""
     (cy, sy), (cr, sr), (cp, sp) = ((np.cos(a), np.sin(a)) for a in (yaw, roll, pitch))
     turn_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1.0]])
     turn_y = np.array([[cp, 0, sp], [0, 1.0, 0], [-sp, 0, cp]])
@@ -36,22 +36,22 @@ def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pose:
-    """The tool's place: origin (3,), m, and turn (3, 3), x_sensor = origin + turn @ x_tool."""
+    """Pose of the tool. origin: (3,) m; turn: (3, 3) rotation; x_sensor = origin + turn @ x_tool."""
 
     origin: np.ndarray
     turn: np.ndarray
 
     def to_tool(self, xyz: np.ndarray) -> np.ndarray:
-        """Places (..., 3) of the sensor frame in the tool's frame, m."""
+        """Points (..., 3), m, from the sensor frame to the tool frame."""
         return (xyz - self.origin) @ self.turn
 
     def to_sensor(self, p: np.ndarray) -> np.ndarray:
-        """Places (..., 3) of the tool's frame in the sensor frame, m."""
+        """Points (..., 3), m, from the tool frame to the sensor frame."""
         return p @ self.turn.T + self.origin
 
 
 class Motion:
-    """A tool's path over a skin, through its keys: two or more, in the order of time; the tool is there from the first to the last."""
+    """Path of a tool over a skin. keys: two or more, in order of time; the tool is present from the first to the last."""
 
     def __init__(self, tool: Tool, keys: list[Key], skin: Skin):
         self.tool = tool
@@ -64,14 +64,14 @@ class Motion:
         self._rows = np.array(rows)
 
     def covers(self, t: float) -> bool:
-        """Whether the tool is in the scene at time t s."""
+        """Whether the tool is present at time t, s."""
         return bool(self.times[0] <= t <= self.times[-1])
 
     def pose(self, t: float) -> Pose:
-        """The tool's pose at time t s; it starts and stops smoothly at each key."""
+        """Pose of the tool at time t, s; it accelerates and decelerates at each key."""
         k = int(np.clip(np.searchsorted(self.times, t, side='right') - 1, 0, len(self.times) - 2))
         part = np.clip((t - self.times[k]) / (self.times[k + 1] - self.times[k]), 0, 1)
-        # a stage's trapezoid: 15 % of the time to speed up and to slow down
+        # Trapezoidal velocity profile of a stage: 15 % of the time each to accelerate and to decelerate; chosen.
         ramp = 0.15
         if part < ramp:
             share = part**2 / (2 * ramp)

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The objects that touch the pad, as signed distances: each a function of places in the tool's own frame.
+"""Tools that touch a skin, as signed distance functions of points (..., 3), m, in the tool frame. All sizes are chosen.
 
-A tool's frame has its origin in the middle of the face, on the ridge, or in the centre of a ball; z points away from the sensor.
+The origin of the tool frame is the centre of the face, the middle of the ridge or the centre of the ball; z points away from the sensor.
 """
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from ...errors import BadArgument
 
 
 def _extruded(outline: np.ndarray, z: np.ndarray, rounding: float) -> np.ndarray:
-    """Distance to a face of signed outline distance (n,), m, that reaches from z = 0 upwards, its rim rounded by rounding m."""
+    """Signed distance (n,), m, of a prism above z = 0. outline: (n,) m, signed distance to its outline; rounding: rim radius, m."""
     side, front = outline + rounding, rounding - z
     return np.minimum(np.maximum(side, front), 0) + np.hypot(np.maximum(side, 0), np.maximum(front, 0)) - rounding
 
 
 def block(p: np.ndarray, half_x: float = 0.0070, half_y: float = 0.0050, rounding: float = 0.0004) -> np.ndarray:
-    """A rectangular face of 2 half_x by 2 half_y m."""
+    """A rectangular face of 2 half_x by 2 half_y, m."""
     qx, qy = np.abs(p[..., 0]) - half_x, np.abs(p[..., 1]) - half_y
     outline = np.hypot(np.maximum(qx, 0), np.maximum(qy, 0)) + np.minimum(np.maximum(qx, qy), 0)
     return _extruded(outline, p[..., 2], rounding)
 
 
 def disc(p: np.ndarray, radius: float = 0.0060, rounding: float = 0.0004) -> np.ndarray:
-    """A round face of radius m."""
+    """A circular face of radius, m."""
     return _extruded(np.hypot(p[..., 0], p[..., 1]) - radius, p[..., 2], rounding)
 
 
 def ring(p: np.ndarray, inner: float = 0.0045, outer: float = 0.0075, rounding: float = 0.0005) -> np.ndarray:
-    """A ring-shaped face between the radii inner and outer, m."""
+    """An annular face between the radii inner and outer, m."""
     outline = np.abs(np.hypot(p[..., 0], p[..., 1]) - 0.5 * (inner + outer)) - 0.5 * (outer - inner)
     return _extruded(outline, p[..., 2], rounding)
 
 
 def sphere(p: np.ndarray, radius: float = 0.0080) -> np.ndarray:
-    """A ball of radius m about the origin."""
+    """A ball of radius, m, around the origin."""
     return np.sqrt(p[..., 0]**2 + p[..., 1]**2 + p[..., 2]**2) - radius
 
 
 def edge(p: np.ndarray, half_length: float = 0.0110, half_angle: float = 0.85, rounding: float = 0.0010) -> np.ndarray:
-    """A prism's edge along x, 2 half_length m long, its flanks half_angle rad off z, its ridge rounded by rounding m."""
-    # The ridge's axis lies at z = rounding; in the half plane |y| the flank starts where its normal leaves the ridge.
+    """Edge of a prism along x. half_length: m; half_angle: rad, between flank and z; rounding: radius of the ridge, m."""
+    # The axis of the rounded ridge is at z = rounding; the flank starts where it is tangent to the ridge.
     across, up = np.abs(p[..., 1]), p[..., 2] - rounding
     along_flank = across * np.sin(half_angle) + up * np.cos(half_angle)
     off_flank = across * np.cos(half_angle) - up * np.sin(half_angle)
@@ -59,8 +59,8 @@ def edge(p: np.ndarray, half_length: float = 0.0110, half_angle: float = 0.85, r
 class Tool:
     """One rigid object of one or more parts.
 
-    parts: functions (..., 3) m -> (...) m; places: (3,) of each part's frame in the tool's frame, m; tip_radius: m, of a tool whose parts
-    are balls, so that each has a tip; None for faces and ridges, whose contact position is their region's area centroid.
+    parts: signed distance functions (..., 3) m -> (...) m; places: (3,) m, origin of each part in the tool frame; tip_radius: m, radius of
+    parts that are balls; None for faces and ridges, whose contact position is the centroid of the region.
     """
 
     name: str
@@ -69,15 +69,15 @@ class Tool:
     tip_radius: float | None = None
 
     def part_distances(self, p: np.ndarray) -> np.ndarray:
-        """Signed distances (parts, ...), m, of places (..., 3) in the tool's frame."""
+        """Signed distances (parts, ...), m, of points (..., 3), m, in the tool frame."""
         return np.stack([part(p - np.asarray(place)) for part, place in zip(self.parts, self.places)])
 
     def distance(self, p: np.ndarray) -> np.ndarray:
-        """Signed distance (...), m, negative inside, of places (..., 3) in the tool's frame."""
+        """Signed distance (...), m, negative inside, of points (..., 3), m, in the tool frame."""
         return self.parts[0](p) if len(self.parts) == 1 else self.part_distances(p).min(axis=0)
 
     def distance_and_normal(self, p: np.ndarray, step: float = 2e-6) -> tuple[np.ndarray, np.ndarray]:
-        """Signed distance (n,), m, and its unit slope (n, 3) by central differences of step m."""
+        """Signed distance (n,), m, and its unit gradient (n, 3) at points (n, 3), m, by central differences of step, m."""
         shifts = np.concatenate([np.zeros((1, 3)), step * np.eye(3), -step * np.eye(3)])
         values = self.distance(p + shifts[:, None, :])
         slope = (values[1:4] - values[4:7]).T
@@ -85,13 +85,13 @@ class Tool:
 
 
 def _balls(name: str, radius: float, *places: tuple) -> Tool:
-    """One ball of radius m, or several whose centres stand at places (3,), m."""
+    """One ball of radius, m, or several with centres at places (3,), m."""
     places = places or ((0.0, 0.0, 0.0),)
     return Tool(name, (partial(sphere, radius=radius),) * len(places), places, radius)
 
 
 def _pair(name: str, radius: float, apart: float) -> Tool:
-    """Two balls of radius m, apart m from each other along x."""
+    """Two balls of radius, m, with centres apart, m, along x."""
     return _balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0))
 
 
@@ -109,7 +109,7 @@ TOOLS = {tool.name: tool for tool in (
 
 
 def tool_named(name: str) -> Tool:
-    """The tool of that name; raises BadArgument, which lists the known names, for another."""
+    """The tool of that name. Raises BadArgument, listing the names, for an unknown one."""
     if name not in TOOLS:
         raise BadArgument(f'simulation: tool {name!r} is unknown; choose one of {", ".join(sorted(TOOLS))}')
     return TOOLS[name]
