@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated air cushion and its scenes: a dome 30 cm wide and 12 cm high, a wide-angle camera in it, printed circles, little light."""
+"""The simulated air cushion and its scenes: a dome 30 cm wide and 12 cm high, a wide-angle camera inside, printed circles, low light."""
 from __future__ import annotations
 
 from functools import partial
@@ -15,13 +15,14 @@ from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_th
 from ..skin.dome import Membrane
 
 _RIM, _HEIGHT = 0.150, 0.120
+#: m: radius of the sphere of which the dome is a cap; derived.
 _BALL = (_RIM**2 + _HEIGHT**2) / (2 * _HEIGHT)
-#: Pa: over the air's own.
+#: Pa: gauge pressure inside (chosen), and atmospheric pressure.
 _BLOWN_UP, _AIR = 1400.0, 101325.0
 _TIP = 'ball_30mm'
 _ROWS = _COLUMNS = 17
 _PITCH, _RADIUS = 0.0140, 0.0046
-#: m along the skin from its top: circles are printed as far out as this.
+#: m: largest distance of a circle from the top, along the skin; chosen.
 _PRINTED = 0.118
 _IMAGING = Imaging(blur=1.0, read_noise=2.6, shot_noise=0.06, ink=(-5.4, -5.7, -5.6), housing=1.5, cosine=1.5, stop=0.0)
 _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.4, 2.5, 4.6)), (46.0, 38.0, 42.0), 0.150, 45.0,
@@ -29,7 +30,7 @@ _LAMPS = Lamps(tuple((0.022 * np.cos(a), 0.022 * np.sin(a), -0.036) for a in (0.
 
 
 def _on_dome(places: np.ndarray) -> np.ndarray:
-    """Places (K, 3), m, on the resting dome, of places (K, 2), m, along the skin from its top."""
+    """Points (K, 3), m, on the resting dome at offsets (K, 2), m, from its top along the skin."""
     way = np.linalg.norm(places, axis=1)
     sideways = np.sinc(way / _BALL / np.pi)[:, None] * places
     return np.column_stack([sideways, _HEIGHT - _BALL + _BALL * np.cos(way / _BALL)])
@@ -45,7 +46,7 @@ def _regular(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
 
 
 def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
-    """As many circles anywhere, none nearer to another than leaves a gap."""
+    """Circles at random positions, at least 2.5 radii apart."""
     places = np.zeros((0, 2))
     for place in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
         if np.linalg.norm(place) <= _PRINTED and (np.linalg.norm(places - place, axis=1) > 2.5 * _RADIUS).all():
@@ -54,7 +55,8 @@ def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
 
 
 def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
-    """A cushion. seed: of what was built a bit off, and of the noise; width: of the picture, px; pattern: its circles'."""
+    """A cushion. seed: of manufacturing tolerances and noise; width: of the image, px; pattern: function of (membrane, rng) that makes the
+    circles."""
     rng = np.random.default_rng([seed, 13])
     pressure = _BLOWN_UP * (1 + rng.normal(0, 0.03))
     volume = np.pi * _HEIGHT**2 * (3 * _BALL - _HEIGHT) / 3
@@ -66,13 +68,13 @@ def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
 
 
 def _places(count: int, reach: float, rng: np.random.Generator) -> list[tuple]:
-    """(x, y), m, evenly spread at random over a disc of radius reach, m."""
+    """Random positions (x, y), m, stratified over a disc of radius reach, m."""
     way, angle = reach * np.sqrt((np.arange(count) + rng.uniform(0, 1, count)) / count), rng.uniform(0, 2 * np.pi, count)
     return list(zip(way * np.cos(angle), way * np.sin(angle)))
 
 
 def _presses(tool: str, places: list, deepest: float, count: int, rng: np.random.Generator) -> list:
-    """Acts of a tool that goes down at each of the places, through count depths up to deepest, m."""
+    """Acts of a tool that is pressed in at each of the places (x, y), m, to count increasing depths up to deepest, m."""
     return [partial(press, tool, x, y, *np.sort((np.arange(count) + rng.uniform(0.2, 1.0, count)) * deepest / count).tolist(), move=0.4)
             for x, y in places]
 
@@ -87,7 +89,7 @@ def _demo() -> tuple[Act, ...]:
 
 
 def _calibration() -> tuple[Act, ...]:
-    """Presses of one indenter all over the dome and to all depths, and drags."""
+    """Presses of one indenter over the whole dome to all depths, and drags."""
     rng = np.random.default_rng(5)
     acts = _presses(_TIP, _places(45, 0.075, rng), 0.042, 3, rng)
     acts += [partial(drag, _TIP, x, y, 0.020, 0.030 * np.cos(a), 0.030 * np.sin(a), duration=3.0)
@@ -96,14 +98,14 @@ def _calibration() -> tuple[Act, ...]:
 
 
 def _test() -> tuple[Act, ...]:
-    """Presses elsewhere, of indenters from half to twice the calibrated size."""
+    """Presses at other positions, with indenters of half to twice the calibrated size."""
     rng = np.random.default_rng(6)
     tools = _TIP, 'ball_15mm', 'ball_22mm', 'ball_42mm', 'ball_60mm'
     return one_after_the_other([act for tool in tools for act in _presses(tool, _places(4, 0.068, rng), 0.040, 3, rng)], pause=0.3)
 
 
 def _two() -> tuple[Act, ...]:
-    """Two fists, from three to five pitches apart."""
+    """Two fists, 3 to 5 pitches apart."""
     return one_after_the_other([partial(press, f'fists_{mm}mm', x, y, 0.012, 0.024, move=0.5)
                                 for mm, x, y in ((70, 0.0, 0.0), (56, 0.010, -0.020), (42, -0.015, 0.015))], pause=0.5)
 

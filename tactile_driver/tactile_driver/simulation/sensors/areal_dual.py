@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated marker sheet of two cameras and its scenes: 133 x 91 mm, 14 x 11 green discs, about two columns in both views."""
+"""The simulated marker sheet with two cameras and its scenes: 133 x 91 mm, 14 x 11 green discs, about two columns in both views."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -23,13 +23,13 @@ _LAMPS = Lamps(tuple((x, y, -0.042) for x in (-0.088, 0.086) for y in (-0.036, 0
                (95.0, 110.0, 88.0, 120.0, 100.0, 92.0), 0.060, 85.0, SHEET_COLOUR)
 _IMAGING = Imaging(blur=0.9, read_noise=0.9, shot_noise=0.014, ink=INK, housing=2.0, cosine=2.0, stop=0.05)
 _DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
-_OFF_CENTRE = 0.0292
-#: the right camera's, over the left one's
+_OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera; chosen
+#: Exposure of the right camera relative to the left one; chosen.
 _EXPOSURE = 1.2
 
 
 def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera]:
-    """Left and right camera, each a bit askew."""
+    """Left and right camera, each slightly rotated."""
     native = _WIDTH, _HEIGHT
     left = built_camera(rng, 289.0, (241.0, 318.0), _DISTORTION, (0.006, -0.010, -0.022), (_OFF_CENTRE, 0.0006, 0.0465), native, _WIDTH)
     right = built_camera(rng, 289.0, (238.0, 321.0), _DISTORTION, (-0.005, 0.012, 0.026), (-_OFF_CENTRE, -0.0008, 0.0460), native, _WIDTH)
@@ -37,7 +37,7 @@ def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera
 
 
 def areal_dual(seed: int) -> Specimen:
-    """A sheet with two cameras. seed: of what was built a bit off, and of the noise."""
+    """A sheet with two cameras. seed: of manufacturing tolerances and noise."""
     rng = np.random.default_rng([seed, 12])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 70.0 * (1 + rng.normal(0, 0.03)), 1.25, 3.5e-4, 97)
     cameras = _cameras(rng)
@@ -49,7 +49,7 @@ def areal_dual(seed: int) -> Specimen:
 
 
 def _demo() -> tuple[Act, ...]:
-    """Presses in the left view, in both and in the right one; a drag from one to the other; two fingertips."""
+    """Presses in the left view, in both views and in the right view; a drag from left to right; two fingertips."""
     return one_after_the_other([
         partial(press, _TIP, -0.035, 0.015, 0.002, 0.005), partial(press, _TIP, 0.002, -0.010, 0.002, 0.005),
         partial(press, _TIP, 0.040, -0.018, 0.0015, 0.004), partial(drag, _TIP, -0.025, -0.012, 0.0035, 0.050, 0.020, duration=2.5),
@@ -57,14 +57,14 @@ def _demo() -> tuple[Act, ...]:
 
 
 def _calibration() -> tuple[Act, ...]:
-    """Presses over the whole sheet and to all depths, and drags in all directions."""
+    """Presses over the whole sheet to all depths, and drags in random directions."""
     rng = np.random.default_rng(3)
     return one_after_the_other(presses(_TIP, grid((0.057, 0.037), 9, 7), _HALF, _DEEPEST, 2, rng)
                                + drags(_TIP, 8, _HALF, (0.0015, 0.0045), 0.018, rng), pause=0.3)
 
 
 def _test() -> tuple[Act, ...]:
-    """Presses elsewhere, with the calibrated fingertip and others, and drags."""
+    """Presses at other positions, with the calibrated fingertip and others, and drags."""
     rng = np.random.default_rng(4)
     tools = _TIP, 'ball_7.5mm', 'ball_10mm'
     acts = [act for tool in tools for act in presses(tool, scattered((0.052, 0.033), 8, rng), _HALF, _DEEPEST, 2, rng)]
@@ -72,7 +72,7 @@ def _test() -> tuple[Act, ...]:
 
 
 def _two() -> tuple[Act, ...]:
-    """Two fingertips, from two and a half to five marker pitches apart."""
+    """Two fingertips, 2.5 to 5 marker pitches apart."""
     return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.002, 0.004)
                                 for mm, x, y in ((46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated marker sheet of one camera and its scenes: 60 x 45 mm, 13 x 9 green discs, LEDs at the side."""
+"""The simulated marker sheet with one camera and its scenes: 60 x 45 mm, 13 x 9 green discs, LEDs at the sides."""
 from __future__ import annotations
 
 from functools import partial
@@ -20,7 +20,7 @@ _LAMPS = Lamps(((-0.046, 0.010, -0.040), (0.048, -0.016, -0.044)), (330.0, 150.0
 
 
 def areal_single(seed: int, width: int = 640) -> Specimen:
-    """A sheet with one camera. seed: of what was built a bit off, and of the noise; width: of the picture, px."""
+    """A sheet with one camera. seed: of manufacturing tolerances and noise; width: of the image, px."""
     rng = np.random.default_rng([seed, 11])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0 * (1 + rng.normal(0, 0.03)), 1.3, 1.5e-4, 65)
     camera = built_camera(rng, 508.0, (318.0, 241.0), (-0.085, 0.013, 3e-4, -2e-4, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0585),
@@ -31,7 +31,7 @@ def areal_single(seed: int, width: int = 640) -> Specimen:
 
 
 def _demo() -> tuple[Act, ...]:
-    """Presses in the middle, at the sides and deep; a drag; two fingertips."""
+    """Presses at the centre and at the sides; a drag; two fingertips."""
     return one_after_the_other([
         partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.017, 0.008, 0.004, 0.009),
         partial(press, _TIP, 0.016, 0.010, 0.002, 0.006), partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008),
@@ -39,14 +39,14 @@ def _demo() -> tuple[Act, ...]:
 
 
 def _calibration() -> tuple[Act, ...]:
-    """Presses over the whole sheet and to all depths, and drags in all directions."""
+    """Presses over the whole sheet to all depths, and drags in random directions."""
     rng = np.random.default_rng(1)
     return one_after_the_other(presses(_TIP, grid((0.024, 0.0165), 7, 5), _HALF, _DEEPEST, 3, rng)
                                + drags(_TIP, 8, _HALF, (0.003, 0.009), 0.009, rng), pause=0.3)
 
 
 def _test() -> tuple[Act, ...]:
-    """Presses elsewhere, with the calibrated fingertip and others, and drags."""
+    """Presses at other positions, with the calibrated fingertip and others, and drags."""
     rng = np.random.default_rng(2)
     tools = _TIP, 'ball_5mm', 'ball_7.5mm'
     acts = [act for tool in tools for act in presses(tool, scattered((0.021, 0.0145), 6, rng), _HALF, _DEEPEST, 3, rng)]
@@ -54,7 +54,7 @@ def _test() -> tuple[Act, ...]:
 
 
 def _two() -> tuple[Act, ...]:
-    """Two fingertips, from two and a half to five marker pitches apart."""
+    """Two fingertips, 2.5 to 5 marker pitches apart."""
     return one_after_the_other([partial(press, f'fingertips_{mm}mm', x, y, 0.003, 0.006)
                                 for mm, x, y in ((23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the simulated marker sheets with one and two cameras share: green discs on a dark sheet, and how fingertips go over it."""
+"""Parts shared by the simulated marker sheets with one and two cameras: green discs on a dark sheet, and paths of fingertips."""
 from __future__ import annotations
 
 from functools import partial
@@ -12,14 +12,15 @@ from ..optics.pattern import DotPattern, uneven
 from ..scene.specimen import drag, press
 from ..skin.sheet import Sheet
 
-#: light from a marker, over that from the sheet about it, B, G, R.
+#: Light from a marker relative to the light from the surrounding sheet, B, G, R; chosen.
 _MARKER = (6.5, 16.0, 5.6)
 INK = tuple(1 - share for share in _MARKER)
+#: Reflectance of the sheet, B, G, R; chosen.
 SHEET_COLOUR = (0.062, 0.066, 0.060)
 
 
 def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, rng: np.random.Generator) -> DotPattern:
-    """A grid of discs about the sheet's middle, pitch (x, y), m, and radius, m; printed a bit off in place, size and direction."""
+    """A grid of discs centred on the sheet; pitch: (x, y), m; radius: m; with random errors of position, size and direction."""
     v, u = np.mgrid[:rows, :columns].reshape(2, -1)
     x, y = (u - (columns - 1) / 2) * pitch[0], (v - (rows - 1) / 2) * pitch[1]
     turn = rng.normal(0, 0.003)
@@ -30,16 +31,16 @@ def markers(sheet: Sheet, rows: int, columns: int, pitch: tuple, radius: float, 
 
 def built_camera(rng: np.random.Generator, focal: float, centre: tuple, distortion: tuple, turn: tuple, place: tuple, native: tuple,
                  width: int) -> SimulatedCamera:
-    """A camera as camera.mounted has it, off by what a maker's tolerances allow."""
+    """A camera as from camera.mounted, with random manufacturing tolerances (chosen)."""
     focal *= 1 + rng.normal(0, 0.004)
     return mounted((focal, focal * (1 + rng.normal(0, 0.001))), np.add(centre, rng.normal(0, 2.0, 2)), distortion,
                    np.add(turn, rng.normal(0, 0.003, 3)), np.add(place, rng.normal(0, 0.15e-3, 3)), native, width)
 
 
 def presses(tool: str, places: list, half: tuple, deepest: float, count: int, rng: np.random.Generator) -> list:
-    """Acts of a tool that goes down at each of the places (x, y), m, through count depths up to deepest, m.
+    """Acts of a tool that is pressed in at each of the places (x, y), m, to count increasing depths up to deepest, m.
 
-    half: (x, y), m, of the sheet; near its border the tool goes less deep, at most to 0.85 of the distance.
+    half: half size (x, y) of the sheet, m; near the border the depth is limited to 0.85 of the distance to it.
     """
     acts = []
     for x, y in places:
@@ -50,8 +51,8 @@ def presses(tool: str, places: list, half: tuple, deepest: float, count: int, rn
 
 
 def drags(tool: str, count: int, half: tuple, depths: tuple, way: float, rng: np.random.Generator) -> list:
-    """Acts of a tool that goes down through one of depths (least, largest), m, in the inner part of a sheet of half (x, y), m, and then
-    way m along it in some direction."""
+    """Acts of a tool that is pressed in at random near the centre of a sheet of half size half (x, y), m, to a random depth in depths
+    (least, largest), m, and then moves by way, m, in a random direction."""
     acts = []
     for _ in range(count):
         x, y = rng.uniform(-0.35, 0.35, 2) * half
@@ -61,10 +62,10 @@ def drags(tool: str, count: int, half: tuple, depths: tuple, way: float, rng: np
 
 
 def grid(half: tuple, columns: int, rows: int) -> list:
-    """Places (x, y), m, in rows and columns between -half and half (x, y), m."""
+    """Positions (x, y), m, on a regular grid between -half and half (x, y), m."""
     return [(x, y) for y in np.linspace(-half[1], half[1], rows) for x in np.linspace(-half[0], half[0], columns)]
 
 
 def scattered(half: tuple, count: int, rng: np.random.Generator) -> list:
-    """Places (x, y), m, at random between -half and half (x, y), m."""
+    """Random positions (x, y), m, between -half and half (x, y), m."""
     return list(rng.uniform(-1, 1, (count, 2)) * half)

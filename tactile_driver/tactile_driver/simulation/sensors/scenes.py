@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All scenes of all simulated camera sensors, by name."""
+"""The scenes of all simulated camera sensors, by name."""
 from __future__ import annotations
 
 import math
@@ -16,7 +16,7 @@ from ..skin.tools import tool_named
 from .touchpad import TOUCHPAD_SCENES
 from .worn_sheet import WORN_SHEET_SCENES
 
-#: The touchpad's have plain names; those of other sensors begin with the sensor's type.
+#: Scenes of the touchpad have plain names; names of other scenes begin with the sensor.
 SCENES: dict[str, Script] = {**TOUCHPAD_SCENES, **AREAL_SINGLE_SCENES, **AREAL_DUAL_SCENES, **AIR_CUSHION_SCENES,
                              **WORN_SHEET_SCENES}
 
@@ -30,16 +30,17 @@ def _script(name: str, rate: float) -> Script:
 
 
 def _play(script: Script, specimen: Specimen) -> tuple[list[Motion], float]:
-    """The motions over the specimen, and the scene's duration, s."""
+    """The motions of the tools over the specimen, and the duration of the scene, s."""
     motions = [Motion(tool_named(tool), keys, specimen.skin) for tool, keys in script.acts]
     return motions, max([script.duration] + [motion.times[-1] + 0.75 for motion in motions])
 
 
 def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int = 640, height: int = 480) -> Scene:
-    """The scene of that name, of a sensor with one camera, at rate frames/s and width x height px.
+    """The scene of that name, for a sensor with one camera, at rate frames/s, with images of width x height px.
 
-    seed: of the specimen's irregularities and the noise. Raises BadArgument for an unknown name (the message lists the known ones), a rate
-    that is not positive, a picture that is not 4 : 3 or under 160 px wide, or a sensor with two cameras.
+    seed: of the irregularities of the specimen and the noise. Raises BadArgument for an unknown name (the message lists the known ones), a
+    rate that is not positive and finite, an image size that is not 4 : 3 in multiples of 4 or under 160 px wide, and a sensor with two
+    cameras.
     """
     script = _script(name, rate)
     if width < 160 or width * 3 != height * 4 or width % 4 or height % 4:
@@ -51,7 +52,8 @@ def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int
 
 
 def open_dual_scene(name: str = 'areal_dual_demo', rate: float = 30.0, seed: int = 0) -> TwoCameraScene:
-    """The scene of that name, of a sensor with two cameras, at rate pairs/s in the cameras' own size; seed and errors as in open_scene."""
+    """The scene of that name, for a sensor with two cameras, at rate pairs/s in native size. seed: as in open_scene. Raises BadArgument for
+    an unknown name, a rate that is not positive and finite, and a sensor with one camera."""
     script = _script(name, rate)
     if name not in AREAL_DUAL_SCENES:
         two = ', '.join(sorted(AREAL_DUAL_SCENES))

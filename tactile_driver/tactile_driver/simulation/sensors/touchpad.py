@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated touchpad and its scenes: a dome over red water, 23 x 23 dark dots, a camera behind it."""
+"""The simulated touchpad and its scenes: a dome filled with red water, 23 x 23 dark dots, a camera behind it."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -17,18 +17,18 @@ from ..skin.dome import Membrane
 from ..skin.motion import Key
 
 ROWS = COLUMNS = 23
-_FOCAL = 688.0
-_DISTANCE = 0.0400
+_FOCAL = 688.0  # px, of the native image; chosen
+_DISTANCE = 0.0400  # m, from the camera to the rim plane; chosen
 
 
 def touchpad_camera(width: int = 640) -> SimulatedCamera:
-    """The touchpad's camera, 40 mm behind the rim, for 4 : 3 pictures of width px."""
+    """The camera of the touchpad, 40 mm behind the rim; width: of its 4 : 3 images, px."""
     return mounted((_FOCAL, _FOCAL), (321.3, 237.8), (-0.062, 0.018, 4e-4, -3e-4, 0.0), (0.003, -0.004, 0.002),
                    (-0.00012, 0.00008, _DISTANCE), (640, 480), width)
 
 
 def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
-    """The dots, painted by hand: a bit off in place and size. They stand at equal steps in the picture of the resting pad."""
+    """Dots with random errors of position and size, evenly spaced in the image of the resting pad."""
     pitch, jitter = 18.8, 0.055e-3
     v, u = np.mgrid[:ROWS, :COLUMNS].reshape(2, -1)
     slope = np.stack([(u - (COLUMNS - 1) / 2) * pitch / _FOCAL, (v - (ROWS - 1) / 2) * pitch / _FOCAL, np.ones(u.size)], axis=1)
@@ -39,7 +39,7 @@ def touchpad_dots(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
 
 
 def touchpad(seed: int, width: int, lighting: Lighting = Lighting(), imaging: Imaging = Imaging()) -> Specimen:
-    """A touchpad. seed: of the dots' irregularities and the noise; width: of the picture, px."""
+    """A touchpad. seed: of the irregularities of the dots and the noise; width: of the image, px."""
     membrane, camera = Membrane(), touchpad_camera(width)
     pattern = touchpad_dots(membrane, np.random.default_rng([seed, 0]))
     return Specimen('touchpad', membrane, pattern, (camera,), (Renderer(membrane, camera, lighting, imaging, seed),))
@@ -62,13 +62,13 @@ def _sphere_press(start: float) -> Act:
 
 
 def _sphere_tilt(start: float) -> Act:
-    """A ball that rolls across the pad, then turns on the spot."""
+    """A ball rolls across the pad, then rotates in place."""
     return act('sphere', start, {'t': 0.7, 'press': 0.0036}, {'t': 2.0, 'x': 0.003, 'pitch': 0.75}, {'t': 2.9, 'roll': 0.35},
                {'t': 3.4, 'press': 0.0}, x=-0.003)
 
 
 def _impact(start: float) -> Act:
-    """A ball that is in and out within a sixth of a second."""
+    """A ball hits the pad and leaves within 0.17 s."""
     return act('sphere', start, {'t': 0.07, 'press': 0.0045}, {'t': 0.17, 'press': 0.0}, y=0.002)
 
 
@@ -86,7 +86,7 @@ def _two_spheres(start: float) -> Act:
 
 
 def _sphere_grid() -> tuple[Act, ...]:
-    """Presses of a ball at known places and depths, each from rest."""
+    """Presses of a ball at known positions and depths, each from rest."""
     acts, t = [], UNTOUCHED
     for place, (x, y) in enumerate([(x, y) for y in (-0.006, 0.0, 0.006) for x in (-0.006, 0.0, 0.006)]):
         for depth in (0.0015, 0.0030, 0.0045) if place % 2 == 0 else (0.0020, 0.0040):

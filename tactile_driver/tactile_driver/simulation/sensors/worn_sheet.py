@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The simulated marker sheet of one camera after long use, with markers of any size, number and arrangement; and its scenes."""
+"""A worn marker sheet with one camera, with markers of any size, number and layout; and its scenes."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,20 +19,21 @@ from ..skin.sheet import Sheet
 
 _HALF = (0.030, 0.0225)
 _FOCAL, _DISTANCE = 508.0, 0.0585
-_BRIGHTEST = 200.0  # grey levels, of ink or skin, whichever is brighter, where the light is best
+_BRIGHTEST = 200.0  # grey levels of the brighter of ink and skin where the light is brightest; chosen
 _TIP = 'ball_6mm'
-#: of the markers' diameter: no two stand nearer. A sheet printed at random has gaps, so the others reach further together.
+#: Least distance of two markers, in marker diameters; chosen.
 _NEAREST = 1.25
+#: Random positions tried per marker; chosen.
 _TRIES = 300
 
 
 @dataclass(frozen=True)
 class Print:
-    """How the markers look.
+    """Appearance of the markers.
 
-    diameter: px, in the picture of 640 x 480; count: about how many; layout: a name in LAYOUTS; bright: markers on a dark sheet, else
-    dark ones on a bright one; contrast: brighter over darker; uneven: relative standard deviation of the sizes; light: brightest over
-    darkest part of the sheet; blur: px, standard deviation; wear: 0 to 1 (Wear.of).
+    diameter: px, in the image of 640 x 480; count: approximate number; layout: name in LAYOUTS; bright: bright markers on a dark sheet,
+    else dark markers on a bright sheet; contrast: brighter over darker; uneven: relative standard deviation of the sizes; light: ratio of
+    the brightest to the darkest part of the sheet; blur: px, standard deviation; wear: 0 to 1 (Wear.of).
     """
 
     diameter: float = 24.0
@@ -49,7 +50,7 @@ class Print:
 def worn_sheet(seed: int, width: int = 640, print_: Print = Print()) -> Specimen:
     """A sheet with one camera.
 
-    seed: of what was built a bit off, the wear, and the noise; width: of the picture, px. Raises BadArgument for an unknown layout.
+    seed: of manufacturing tolerances, wear and noise; width: of the image, px. Raises BadArgument for an unknown layout.
     """
     rng = np.random.default_rng([seed, 15])
     sheet = Sheet(2 * _HALF[0], 2 * _HALF[1], 48.0, 1.3, 1.5e-4, 65)
@@ -73,7 +74,7 @@ def _pattern(sheet: Sheet, print_: Print, rng: np.random.Generator) -> DotPatter
 
 
 def _grid(count: int, nearest: float, half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, int, int]:
-    """Places (K, 2), m, and rows and columns, with pitches alike in both directions, at least nearest, m, within half (x, y), m."""
+    """Positions (K, 2), m, rows and columns of a grid of equal pitches, at least nearest, m, within -half to half (x, y), m."""
     pitch = max(np.sqrt(4 * half[0] * half[1] / count), nearest)
     columns, rows = (max(int(1 + 2 * h / pitch), 2) for h in half)
     v, u = np.mgrid[:rows, :columns].reshape(2, -1)
@@ -82,7 +83,7 @@ def _grid(count: int, nearest: float, half: np.ndarray, rng: np.random.Generator
 
 
 def _hexagonal(count: int, nearest: float, half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, int, int]:
-    """As _grid, every second row half a pitch to the side; no grid's rows and columns."""
+    """As _grid, with every second row shifted by half a pitch; rows and columns are 0."""
     pitch = max(np.sqrt(4 * half[0] * half[1] / count * 2 / np.sqrt(3)), nearest)
     v, u = np.mgrid[-60:61, -60:61].reshape(2, -1)
     xy = np.stack([(u + (v % 2) / 2) * pitch, v * pitch * np.sqrt(3) / 2], axis=1)
@@ -91,7 +92,7 @@ def _hexagonal(count: int, nearest: float, half: np.ndarray, rng: np.random.Gene
 
 
 def _random(count: int, nearest: float, half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, int, int]:
-    """As _grid, anywhere; fewer than count where no more have room."""
+    """As _grid, at random positions; fewer than count if there is no room for more; rows and columns are 0."""
     xy = np.zeros((0, 2))
     for _ in range(_TRIES * count):
         place = rng.uniform(-half, half)
@@ -104,7 +105,7 @@ LAYOUTS = {'grid': _grid, 'hexagonal': _hexagonal, 'random': _random}
 
 
 def _demo() -> tuple[Act, ...]:
-    """Presses in the middle and at a side, and a drag."""
+    """Presses at the centre and at a side, and a drag."""
     return one_after_the_other([partial(press, _TIP, 0.004, -0.003, 0.003, 0.008), partial(press, _TIP, -0.016, 0.008, 0.004, 0.008),
                                 partial(drag, _TIP, -0.012, -0.006, 0.006, 0.022, 0.008)])
 
