@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a hand's file is worth to other tools: HAND.rviz for RViz, HAND_diagnostics.yaml for diagnostic_aggregator.
+"""Writes configurations for a hand: HAND.rviz for RViz and HAND_diagnostics.yaml for diagnostic_aggregator.
 
     ros2 run tactile_bringup hand_config HAND.yaml FOLDER
 """
@@ -24,14 +24,14 @@ from ..visualization.rviz.sensor_shape import SensorShape, shape_of
 
 
 def aggregator_configuration(hand: Hand) -> str:
-    """The parameter file's text: one analyzer for each sensor, which takes what the nodes in its namespace report."""
+    """Text of the aggregator's parameter file: one analyzer per sensor, which collects the diagnostics of the nodes in its namespace."""
     analyzers = {sensor.frame: {'type': 'diagnostic_aggregator/GenericAnalyzer', 'path': sensor.name, 'startswith': [f'/{sensor.name}/']}
                  for sensor in hand.sensors}
     return yaml.safe_dump({'analyzers': {'ros__parameters': {'path': hand.frame, **analyzers}}}, sort_keys=False)
 
 
 def rviz_configuration(hand: Hand) -> str:
-    """The file's text: the hand's frame, each sensor's markers, and the annotated pictures of those that have some."""
+    """Text of the RViz file: the hand's frame, the markers of each sensor, and the annotated images where there are any."""
     shapes = [_shape(sensor) for sensor in hand.sensors]
     points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
     pictures = [page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors
@@ -49,7 +49,7 @@ def _shape(sensor: HandSensor) -> SensorShape:
 
 
 def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]:
-    """From points (N, 3), m, in the sensor's frame to the hand's; a parent that is no sensor of the hand stands at the hand's frame."""
+    """Function from points (N, 3), m, in the sensor's frame to the hand's frame; an unknown parent counts as the hand's frame."""
     by_frame = {other.frame: other for other in hand.sensors}
 
     def placed(points: np.ndarray) -> np.ndarray:
@@ -60,7 +60,7 @@ def _place(hand: Hand, sensor: HandSensor) -> Callable[[np.ndarray], np.ndarray]
 
 @tells_errors('hand_config', OSError)
 def main(args: list[str] | None = None) -> int:
-    """Write both files; the exit code, 1 where the hand's file is wrong or the folder cannot be written to."""
+    """Write both files; exit code 1 for a wrong hand file or a folder that cannot be written."""
     parser = argparse.ArgumentParser(prog='hand_config', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('hand', type=Path, help='YAML file with the sensors of the hand')
     parser.add_argument('folder', type=Path, help='where to write')

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The YAML file that says which sensors a hand has, and where they are. No ROS here."""
+"""Reads the YAML file that lists the sensors of a hand and their mounting poses. Needs no ROS."""
 from __future__ import annotations
 
 import math
@@ -15,18 +15,21 @@ from tactile_driver.errors import BadArgument
 
 from ..sensor_types import SENSOR_TYPES
 
-#: what the launch file of a sensor calls by the same name; of these the first two are paths
+#: Launch arguments of a sensor with the same names; the first two are paths.
 _SETTINGS = ('calibration', 'params', 'device', 'right_device', 'rate', 'scene')
 _PATHS = _SETTINGS[:2]
 _KEYS = ('name', 'type', 'parent', 'xyz', 'rpy', 'quaternion', *_SETTINGS)
 _NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*')
-_UNIT = 1e-3  # how far a quaternion's length may be from 1
+_UNIT = 1e-3  # chosen: largest deviation of a quaternion's length from 1
 
 
 @dataclass(frozen=True)
 class HandSensor:
-    """One sensor: name, which is its namespace; type; parent frame; xyz, m, and quaternion (x, y, z, w) of the sensor frame in it;
-    settings: arguments of the sensor's launch file, as text."""
+    """One sensor.
+
+    name: also its namespace; parent: parent frame; xyz (m), quaternion (x, y, z, w): pose of the sensor frame in the parent frame;
+    settings: arguments of the sensor's launch file, as text.
+    """
 
     name: str
     type: str
@@ -37,20 +40,20 @@ class HandSensor:
 
     @property
     def frame(self) -> str:
-        """The sensor frame."""
+        """Name of the sensor frame."""
         return self.name.replace('/', '_')
 
 
 @dataclass(frozen=True)
 class Hand:
-    """frame: that all sensors hang on, directly or by another's; sensors: as the file lists them."""
+    """frame: root frame, parent of all sensors, directly or through another sensor; sensors: in the order of the file."""
 
     frame: str
     sensors: tuple[HandSensor, ...]
 
 
 def read_hand(path: str | Path) -> Hand:
-    """The hand that a file describes. Raises BadArgument, which says in one line what is wrong, and where."""
+    """Read a hand file. Raises BadArgument with one line that names the fault and its place."""
     path = Path(path).expanduser()
     try:
         page = yaml.safe_load(path.read_text())
@@ -63,7 +66,7 @@ def read_hand(path: str | Path) -> Hand:
 
 
 def names_in(path: Path | None) -> list[str]:
-    """The sensors that a hand's file names, none without one. Raises BadArgument."""
+    """Names of the sensors in a hand file; empty without a file. Raises BadArgument."""
     return [sensor.name for sensor in read_hand(path).sensors] if path else []
 
 
@@ -99,7 +102,7 @@ def _sensor(entry: object, hand_frame: str, folder: Path) -> HandSensor:
 
 
 def _settings(entry: Mapping, folder: Path) -> dict[str, str]:
-    """Arguments as text; paths are beside the hand's file unless they are absolute."""
+    """Launch arguments as text; relative paths start at the folder of the hand file."""
     found = {}
     for key in _SETTINGS:
         value = entry.get(key)
@@ -126,7 +129,7 @@ def _name(value: object, key: str) -> str:
 
 
 def _numbers(entry: Mapping, key: str, count: int) -> list[float]:
-    """So many finite numbers; zeros where the key is missing."""
+    """The count finite numbers of a key; zeros for a missing key. Raises BadArgument."""
     values = entry.get(key, [0.0] * count)
     good = isinstance(values, list) and len(values) == count and all(
         isinstance(v, (int, float)) and not isinstance(v, bool) and math.isfinite(v) for v in values)
@@ -136,7 +139,7 @@ def _numbers(entry: Mapping, key: str, count: int) -> list[float]:
 
 
 def _quaternion(entry: Mapping) -> tuple[float, ...]:
-    """Of quaternion (x, y, z, w), or of rpy: rad, about the parent's x, then y, then z axis."""
+    """Unit quaternion (x, y, z, w) from the key quaternion or from rpy, rad: rotations about the parent's fixed x, y, z axes."""
     if 'quaternion' not in entry:
         return tuple(Rotation.from_euler('xyz', _numbers(entry, 'rpy', 3)).as_quat().tolist())
     if 'rpy' in entry:
@@ -149,7 +152,7 @@ def _quaternion(entry: Mapping) -> tuple[float, ...]:
 
 
 def _check_frames(sensors: list[HandSensor], hand_frame: str) -> None:
-    """Each frame once, and no sensor that hangs on itself."""
+    """Raise BadArgument for a frame name used twice and for a cycle of parents."""
     parents: dict[str, str] = {}
     for sensor in sensors:
         if sensor.frame in parents or sensor.frame == hand_frame:

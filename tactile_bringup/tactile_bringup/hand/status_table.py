@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The diagnostics of a hand as a table for a terminal: state, rate, latency, dropped and lost frames, last faults. No ROS here."""
+"""Diagnostics of a hand as a table for a terminal: state, rate, latency, dropped and lost frames, last faults. Needs no ROS."""
 from __future__ import annotations
 
 import math
@@ -11,9 +11,9 @@ OK, WARN, ERROR, SILENT = range(4)
 _WORDS = ('ok', 'warning', 'ERROR', 'SILENT')
 _COLOURS = ('\033[32m', '\033[33m', '\033[31m', '\033[31m')
 _PLAIN = '\033[0m'
-_SILENCE_S = 3.5  # chosen: three missed reports (nodes report once a second) and some delay of a busy machine
+_SILENCE_S = 3.5  # chosen: three missed reports (nodes report once a second), plus the delay of a busy machine
 _HEADS = ('sensor', 'node', 'state', 'rate Hz', 'latency ms', 'age s', 'dropped', 'lost', '')
-#: Key in /diagnostics, format. The first ones are measured now, the last _COUNTERS are counted since the start.
+#: Key in /diagnostics and number format. All but the last _COUNTERS are current measurements; those count since the start.
 _NUMBERS = (('rate (Hz)', '.1f'), ('latency (ms)', '.1f'), ('age (s)', '.2f'), ('dropped', '.0f'), ('lost frames', '.0f'))
 _COUNTERS = 2
 

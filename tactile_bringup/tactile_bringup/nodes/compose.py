@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""sensor_nodes: several nodes of one sensor in one process, images and results going from one to the next by a call.
+"""sensor_nodes: runs several nodes of one sensor in one process; images and results pass from node to node by function calls.
 
     ros2 run tactile_bringup sensor_nodes camera_node dot_tracker_node --ros-args -r __ns:=/thumb --params-file pad.yaml
 """
@@ -21,19 +21,19 @@ from ..sensor_types import NODES
 
 
 def kind_of(name: str) -> type:
-    """The class of the node of this name; its module, with all that it needs, is imported where it is not yet."""
+    """Class of the node of this name; imports its module on demand."""
     package, kind = NODES[name]
     return getattr(import_module(f'{package}.{name}'), kind)
 
 
 def made(names: Sequence[str]) -> Iterator[Node]:
-    """Make the nodes, in this order: whoever takes messages by a call comes after who publishes them. Raises TactileError."""
+    """Make the nodes in this order, publishers before the nodes that receive their messages by calls. Raises TactileError."""
     for name in names:
         if name not in NODES:
             raise BadArgument(f'node {name!r} is unknown; known are {", ".join(NODES)}')
     if not names:
         raise BadArgument(f'no node is named; name one or more of {", ".join(NODES)}')
-    # Nodes of one sensor, which work one after the other in one thread, share a lock: with one each they could wait for each other.
+    # The nodes call each other in one thread and share a reentrant lock, because separate locks could deadlock.
     shared: dict[str, SharedPublisher] = {}
     lock = RLock()
     for name in names:
@@ -41,7 +41,7 @@ def made(names: Sequence[str]) -> Iterator[Node]:
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process sensor_nodes."""
+    """Run the process sensor_nodes."""
     names = remove_ros_args(args)[1:]
     sys.exit(run_nodes(lambda: made(names), args))
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Base of the nodes that draw for RViz: markers on demand, a static transform, diagnostics."""
+"""Base class of the nodes that draw for RViz: markers on demand, a static transform, diagnostics."""
 from __future__ import annotations
 
 import time
@@ -27,13 +27,13 @@ from visualization_msgs.msg import MarkerArray
 
 from ..visualization.markers.messages import STALE_S
 
-_LOOK_S = 0.25
+_LOOK_S = 0.25  # chosen: interval between two checks for markers out of date
 
 
 class DrawingNode(Node):
-    """Subclasses set self.markers, with the methods frame, which draws, and nothing, which clears, and subscribe in follow_demand.
+    """Subclasses set self.markers, with methods frame (draws) and nothing (clears), and implement follow_demand.
 
-    table: of the node's parameters; host: of the process. Raises BadArgument for a parameter that cannot be used.
+    table: the node's parameters; host: of the process. Raises BadArgument for an invalid parameter.
     """
 
     def __init__(self, name: str, table: Sequence[Parameter], host: Host | None = None):
@@ -47,7 +47,7 @@ class DrawingNode(Node):
         self.marker_output = self.demanded(MarkerArray, 'markers')
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', latched)
-        self._drawn_s: float | None = None  # when markers were published that are still shown
+        self._drawn_s: float | None = None  # time of the last published markers that are still shown
         steady_timer(self, _LOOK_S, self._clear_stale)
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
@@ -85,7 +85,7 @@ class DrawingNode(Node):
             self.log.refuse(str(error))
             self.say.error(topic, f'message of {topic} refused: {error}')
         except Exception as error:
-            if not self.context.ok():  # ROS ends
+            if not self.context.ok():  # ROS is shutting down
                 raise
             self.log.refuse(self.net.catch(error, topic))
         else:
@@ -96,15 +96,15 @@ class DrawingNode(Node):
         raise NotImplementedError
 
     def publish_place(self, name: str, translation: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> None:
-        """Frame <sensor>_<name> at translation, m, and quaternion x, y, z, w in the sensor frame, which so exists for RViz too.
+        """Publish frame <sensor>_<name> at translation, m, and quaternion (x, y, z, w) in the sensor frame on /tf_static.
 
-        tf2_ros' broadcaster needs a C++ extension; this does not.
+        The broadcaster of tf2_ros is not used because it needs a C++ extension.
         """
         transform = static_transform(self.settings['frame_id'], name, translation, rotation, self.get_clock().now().to_msg())
         self._transform_output.publish(TFMessage(transforms=[transform]))
 
     def destroy_node(self) -> None:
-        """Clear the markers first."""
+        """Clear the markers, then destroy the node."""
         if self.context.ok() and self.marker_output.get_subscription_count():
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
         super().destroy_node()

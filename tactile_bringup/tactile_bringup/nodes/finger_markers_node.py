@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""finger_markers_node: what a PSD finger feels, for RViz: markers, and the place of its pole on /tf_static."""
+"""finger_markers_node: RViz markers of a PSD finger, and the frame at its tip on /tf_static."""
 from __future__ import annotations
 
 import sys
@@ -15,11 +15,12 @@ from .drawing_node import DrawingNode
 from ..parameters.table import FINGER_MARKERS_PARAMETERS
 from ..visualization.markers.finger import FingerMarkers
 
+# Depth of the queue of contacts: chosen.
 _QUEUE = QoSProfile(depth=200)
 
 
 class FingerMarkersNode(DrawingNode):
-    """Draws, while somebody looks, as often as an eye can follow."""
+    """Draws at the parameter rate while markers has subscribers."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)
@@ -29,7 +30,7 @@ class FingerMarkersNode(DrawingNode):
         self.follow_demand()
 
     def follow_demand(self) -> None:
-        """Subscribe to contacts while somebody wants markers."""
+        """Subscribe to contacts while markers has subscribers."""
         wanted = self.marker_output.get_subscription_count() > 0
         if wanted and self._input is None:
             self._input = self.create_subscription(Contacts, 'contacts', self._take, _QUEUE)
@@ -49,7 +50,7 @@ class FingerMarkersNode(DrawingNode):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process finger_markers_node."""
+    """Run the process finger_markers_node."""
     sys.exit(run_node(FingerMarkersNode, args))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""grip_reflex: contacts, slip -> grip_command; a model of a controller on tactile results, see docs/controllers.md."""
+"""grip_reflex: converts contacts and slip to grip_command; an example of a controller on tactile results, see docs/controllers.md."""
 from __future__ import annotations
 
 import sys
@@ -15,7 +15,7 @@ from tactile_msgs.msg import Contacts, Slip
 
 from ..grip.reflex import Reflex
 
-#: name -> default, highest (lowest is 0), what it is
+#: Name -> default, upper limit (the lower limit is 0), description. All values are chosen.
 PARAMETERS = {
     'hold': (1.0, 50.0, 'N, grip force from the first touch on'),
     'most': (10.0, 100.0, 'N, largest grip force'),
@@ -25,7 +25,7 @@ JOINT = 'gripper'
 
 
 class GripReflexNode(Node):
-    """Answers each Slip with a command under the same stamp, so that the command tells which instant it answers."""
+    """Answers each Slip with a command of equal stamp, so that the command identifies the data it answers."""
 
     def __init__(self):
         super().__init__('grip_reflex')
@@ -52,7 +52,7 @@ class GripReflexNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process grip_reflex; exit code 1 and a line where a parameter is wrong."""
+    """Run the process grip_reflex; exit code 1 and an error line for an invalid parameter."""
     rclpy.init(args=args)
     node = None
     try:

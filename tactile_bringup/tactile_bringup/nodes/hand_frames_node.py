@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""hand_frames_node: where the sensors of a hand are mounted, on /tf_static."""
+"""hand_frames_node: publishes the mounting poses of a hand's sensors on /tf_static."""
 from __future__ import annotations
 
 import sys
@@ -24,7 +24,7 @@ from ..parameters.table import HAND_FRAMES_PARAMETERS
 
 
 def mounting_transforms(hand: Hand, stamp: Time) -> list[TransformStamped]:
-    """From its parent to each sensor frame."""
+    """Transforms from the parent frame of each sensor to its sensor frame."""
     found = []
     for sensor in hand.sensors:
         mounting = TransformStamped(child_frame_id=sensor.frame)
@@ -36,7 +36,7 @@ def mounting_transforms(hand: Hand, stamp: Time) -> list[TransformStamped]:
 
 
 class HandFramesNode(Node):
-    """Publishes once, latched. tf2_ros' static_transform_publisher would be a process for each sensor."""
+    """Publishes once, latched, in one process; static_transform_publisher of tf2_ros needs a process per sensor."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('hand_frames_node', **(host or Host()).options)
@@ -55,7 +55,7 @@ class HandFramesNode(Node):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process hand_frames_node."""
+    """Run the process hand_frames_node."""
     sys.exit(run_node(HandFramesNode, args))
 
 

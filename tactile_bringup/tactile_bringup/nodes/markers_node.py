@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""markers_node: what the sensor sees and feels, for RViz: markers, image_annotated and the camera's place on /tf_static."""
+"""markers_node: RViz markers and image_annotated of an optical sensor, and its camera's pose on /tf_static."""
 from __future__ import annotations
 
 import sys
@@ -30,14 +30,14 @@ from ..visualization.markers.messages import MarkerSet
 from ..visualization.stamp_sync import StampSync
 
 _INPUTS = {'dots': DotTracks, **RESULTS}
-_LOOK_S = 0.2
-_PATIENCE_S = 15.0  # for the tracker to subscribe to images: on a busy machine it takes long to start
+_LOOK_S = 0.2  # chosen: interval between two checks for publishers and subscribers
+_PATIENCE_S = 15.0  # chosen: longest wait for the tracker to subscribe to images, which takes long on a busy machine
 _QUEUE = QoSProfile(depth=10)
 _INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class MarkersNode(DrawingNode):
-    """Draws while somebody looks: markers for subscribers to markers, pictures for those to image_annotated."""
+    """Draws on demand: markers and image_annotated, each while it has subscribers."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('markers_node', MARKERS_PARAMETERS, host)
@@ -54,14 +54,14 @@ class MarkersNode(DrawingNode):
         self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)
 
     def _publish_camera_place(self) -> None:
-        """Where the camera is: the opposite of where the sensor is in its frame."""
+        """Publish the pose of the camera in the sensor frame, the inverse of the transform that the parameters hold."""
         rotation, translation = (np.array(self.settings[f'camera.{name}']) for name in ('rotation', 'translation'))
         if rotation.shape != (3,) or translation.shape != (3,):
             raise BadArgument('parameters camera.rotation and camera.translation must have three numbers each')
         self.publish_place('camera', *camera_pose(rotation, translation))
 
     def follow_demand(self) -> None:
-        """Subscribe to what is wanted now, and see which of it exists."""
+        """Subscribe to the inputs that are needed now, and update which of them have publishers."""
         pictures = self._picture_output.get_subscription_count() > 0
         wanted = set(_INPUTS) if pictures or self.marker_output.get_subscription_count() else set()
         for topic in wanted - self._inputs.keys():
@@ -69,7 +69,7 @@ class MarkersNode(DrawingNode):
         if wanted and not self._asked_s:
             self._asked_s = time.monotonic()
         self._expected = {topic for topic in wanted if self.count_publishers(topic)} | ({'image_raw'} if pictures else set())
-        # After the tracker: a recording begins with its first subscriber, and a picture without dots is of little use.
+        # Subscribe to images after the tracker: a played recording starts with its first subscriber, and its first frames need dots.
         tracked = self.count_subscribers('image_raw') or self.host.has_takers(self, 'image_raw')
         if pictures and (tracked or time.monotonic() - self._asked_s > _PATIENCE_S):
             wanted |= {'image_raw', 'camera_info'}
@@ -123,7 +123,7 @@ class MarkersNode(DrawingNode):
 
 
 def _stitching_in(calibration: str) -> Stitching | None:
-    """That of a calibration file; None where there is none: what is wrong with a file, the node says that estimates by it."""
+    """Stitching of a calibration file; None without one or for a bad file, which the estimating node reports."""
     try:
         return load_stitching(calibration) if calibration else None
     except BadArgument:
@@ -131,7 +131,7 @@ def _stitching_in(calibration: str) -> Stitching | None:
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process markers_node."""
+    """Run the process markers_node."""
     sys.exit(run_node(MarkersNode, args))
 
 

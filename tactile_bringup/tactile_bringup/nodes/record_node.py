@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""record_node: records all topics of a sensor in a bag (MCAP)."""
+"""record_node: records all topics of a sensor to a bag (MCAP)."""
 from __future__ import annotations
 
 import math
@@ -37,8 +37,8 @@ PICTURES = {'markers': MarkerArray, 'image_annotated': Image}
 
 _KEEP_ALL = QoSProfile(history=HistoryPolicy.KEEP_ALL)  # no message of a reliable publisher is lost while the disk keeps up
 _LATCHED = QoSProfile(history=HistoryPolicy.KEEP_ALL, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_CHECK_S = 0.05  # between two checks for subscribers of raw data
-_FLUSH_S = 1.0  # a killed process loses at most so much
+_CHECK_S = 0.05  # chosen: interval between two checks for subscribers of raw data
+_FLUSH_S = 1.0  # chosen: a killed process loses at most this time
 
 
 class RecordNode(Node):
@@ -95,7 +95,7 @@ class RecordNode(Node):
         AdaptiveSubscription(self, kind, topic, lambda data, _received_ns: self._write(name, type_name, data), qos, raw=True)
 
     def _add_topic(self, topic: str, type_name: str) -> None:
-        """Add a topic with the QoS of its publishers, which are known once the first message has come."""
+        """Add a topic with the QoS of its publishers, which are known once the first message has been received."""
         self._topics.add(topic)
         self._writer.add_topic(topic, type_name, [recorded_qos(each.qos_profile) for each in self.get_publishers_info_by_topic(topic)])
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""snapshot: writes a PNG with the present image and contacts of all sensors, and the markers that RViz shows of each.
+"""snapshot: writes a PNG with the current image and contacts of all sensors, and the RViz markers of each.
 
     ros2 run tactile_bringup snapshot OUT.png [--hand FILE]
 """
@@ -37,15 +37,15 @@ from ..visualization.markers.picture import marker_picture
 from ..visualization.tiles import SCENE, finger_picture, sheet, taxel_picture, tile
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_SETTLE_S = 2.5  # until the middleware has found all sensors
-_LOOK_S = 0.5
-_KEPT = 2000
-_FULL = {'mono8': 255.0, 'mono16': 65535.0}
+_SETTLE_S = 2.5  # chosen: time until the middleware has discovered all sensors
+_LOOK_S = 0.5  # chosen: interval between two searches for sensors
+_KEPT = 2000  # contacts messages per sensor, chosen
+_FULL = {'mono8': 255.0, 'mono16': 65535.0}  # largest value of each encoding
 
 
 @dataclass
 class Seen:
-    """One sensor: its type, and the last message of each topic that its tile shows."""
+    """Type of one sensor and the last message of each topic that its tile shows."""
 
     type: str = ''
     topics: dict[str, type] = field(default_factory=dict)
@@ -53,7 +53,7 @@ class Seen:
     contacts: dict[tuple[int, int], Contacts] = field(default_factory=dict)
 
     def take(self, topic: str, message) -> None:
-        """Keep a message, and contacts for a while: pictures take longer."""
+        """Keep a message; contacts are also kept by stamp, because images arrive later."""
         self.messages[topic] = message
         if topic == 'contacts':
             self.contacts[_stamp(message)] = message
@@ -62,7 +62,7 @@ class Seen:
 
     @property
     def touches(self) -> list | None:
-        """The contacts that belong to the picture, or else the last; None where there were none at all."""
+        """Contacts with the stamp of the image, otherwise the latest; None before any were received."""
         picture = next((message for topic, message in self.messages.items() if topic not in ('contacts', 'markers')), None)
         last = self.messages.get('contacts')
         found = last if picture is None else self.contacts.get(_stamp(picture), last)
@@ -70,7 +70,7 @@ class Seen:
 
     @property
     def complete(self) -> bool:
-        """Whether all messages of its tile have come."""
+        """Whether all messages of the tile have been received."""
         return bool(self.type) and self.topics.keys() <= self.messages.keys()
 
 
@@ -92,13 +92,13 @@ def _finger(messages: dict) -> np.ndarray:
     return finger_picture([np.array([c.normal.x, c.normal.y, c.normal.z]) for c in messages['contacts'].contacts])
 
 
-#: Sensor type -> topic of the picture, "" for none, and what draws it from messages by topic. Others have a picture with what they feel.
+#: Sensor type -> topic of its picture ("" without one) and function that draws it from messages by topic. Other types use _OTHER.
 DRAWINGS: dict[str, tuple[str, Callable[[dict], np.ndarray]]] = {'psd_finger': ('', _finger), 'taxel_array': ('image_raw', _taxels)}
 _OTHER = ('image_annotated', _annotated)
 
 
 class SnapshotNode(Node):
-    """Finds sensors by their descriptions and collects one message of each drawn topic. names: of expected sensors."""
+    """Finds sensors by their descriptions and keeps the last message of each topic drawn; names: of expected sensors."""
 
     def __init__(self, names: Collection[str]):
         super().__init__('snapshot')
@@ -146,7 +146,7 @@ def tile_of(name: str, seen: Seen) -> np.ndarray:
 
 
 def touch_line(forces: Collection[float]) -> str:
-    """The number of touches and the sum of their known forces, N."""
+    """Text with the number of contacts and the sum of their known forces, N."""
     if not forces:
         return 'nothing touches'
     known = [force for force in forces if np.isfinite(force)]

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""status: the diagnostics of all sensors in the terminal: state, rate, latency, dropped and lost frames, last faults.
+"""status: shows the diagnostics of all sensors in the terminal: state, rate, latency, dropped and lost frames, last faults.
 
     ros2 run tactile_bringup status [--hand FILE] [--once]
 """
@@ -23,12 +23,12 @@ from ..hand.description import names_in
 from ..hand.status_table import HandStatus
 
 _QUEUE = 100
-_PERIOD_S, _LOOK_S = 1.0, 2.5  # nodes report once a second
+_PERIOD_S, _LOOK_S = 1.0, 2.5  # chosen; nodes report once a second
 _CLEAR = '\033[2J\033[H'
 
 
 class StatusNode(Node):
-    """Adds every message of /diagnostics to status."""
+    """Passes every message of /diagnostics to status."""
 
     def __init__(self, status: HandStatus):
         super().__init__('status')
@@ -55,7 +55,7 @@ class StatusNode(Node):
 
 
 def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -> int:
-    """Print the table every second until interrupted; with once print it when all nodes have reported and return the exit code."""
+    """Print the table every second until interrupted; with once, print it when all nodes have reported and return the exit code."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     begin = shown = time.monotonic()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""taxel_markers_node: what a taxel array sees and feels, for RViz: markers, and the array's own frame on /tf_static."""
+"""taxel_markers_node: RViz markers of a taxel array, and the frame of its taxels on /tf_static."""
 from __future__ import annotations
 
 import sys
@@ -19,11 +19,11 @@ from ..parameters.table import TAXEL_MARKERS_PARAMETERS
 from ..visualization.markers.taxel import TaxelMarkers
 
 _INPUTS = {'image_raw': Image, **RESULTS}
-_KEPT = 20  # messages of each topic, among which those of one instant are sought
+_KEPT = 20  # messages per topic, chosen: among these the node looks for equal stamps
 
 
 class TaxelMarkersNode(DrawingNode):
-    """Draws, while somebody looks, as often as an eye can follow."""
+    """Draws at the parameter rate while markers has subscribers."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)
@@ -35,7 +35,7 @@ class TaxelMarkersNode(DrawingNode):
         self.follow_demand()
 
     def follow_demand(self) -> None:
-        """Subscribe to images and results while somebody wants markers."""
+        """Subscribe to images and results while markers has subscribers."""
         wanted = self.marker_output.get_subscription_count() > 0
         if wanted and not self._inputs:
             self._inputs = [self.create_subscription(kind, topic, lambda message, topic=topic: self._take(topic, message),
@@ -58,7 +58,7 @@ class TaxelMarkersNode(DrawingNode):
             del kept[next(iter(kept))]
 
     def _draw(self) -> None:
-        """The newest instant of which there are an image and results."""
+        """Draw the newest stamp that has an image and all results."""
         common = set(self._kept.get('image_raw', {})).intersection(*(self._kept.get(topic, {}) for topic in RESULTS))
         if not common:
             return
@@ -75,7 +75,7 @@ class TaxelMarkersNode(DrawingNode):
 
 
 def main(args: list[str] | None = None) -> None:
-    """The process taxel_markers_node."""
+    """Run the process taxel_markers_node."""
     sys.exit(run_node(TaxelMarkersNode, args))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes params/*.yaml from the nodes' parameter tables: python3 -m tactile_bringup.parameters.files FOLDER."""
+"""Generates params/*.yaml from the parameter tables of the nodes: python3 -m tactile_bringup.parameters.files FOLDER."""
 from __future__ import annotations
 
 import sys
@@ -60,7 +60,7 @@ _MARKERS_SIMULATED = """# Parameters of the simulated sensor (source:=sim) of ty
 # Made by: python3 -m tactile_bringup.parameters.files FOLDER
 """
 _CAMERAS = {'camera_node': CAMERA_PARAMETERS, 'dual_camera_node': DUAL_CAMERA_PARAMETERS}
-# What the launch files set for each sensor anew is left out.
+# Parameters that the launch files set for each sensor are left out.
 _BY_LAUNCH = {'source', 'frame_id', 'stitching_path'}
 
 
@@ -71,10 +71,10 @@ def _without(table: Sequence[Parameter], others: Sequence[Parameter] = ()) -> li
 
 def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], changed: Mapping[str, object],
           left_out: tuple[str, ...] = ()) -> str:
-    """A parameter file of sections (node, table).
+    """Text of a parameter file with sections (node, table).
 
-    about: comment on top; changed: name -> value other than the default; left_out: nodes, and what the names of parameters begin with, that
-    are of no use here.
+    about: comment at the top; changed: values that differ from the defaults, by name; left_out: names of nodes, and prefixes of parameter
+    names, that do not apply.
     """
     tables = [(node, [replace(p, default=changed.get(p.name, p.default)) for p in table if not p.name.startswith(left_out)])
               for node, table in sections if not node.endswith(left_out)]
@@ -82,7 +82,7 @@ def _text(about: str, sections: Sequence[tuple[str, Sequence[Parameter]]], chang
 
 
 def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str, ...] = ()) -> str:
-    """The text of a parameter file for a touchpad's nodes. See _text."""
+    """Text of a parameter file for the nodes of a touchpad; arguments as of _text."""
     left_out = ('dome.', *left_out)
     sections = [('/**', SENSOR_PARAMETERS), ('/**/camera_node', _without(CAMERA_PARAMETERS, SENSOR_PARAMETERS)),
                 ('/**/dot_tracker_node', _without(DOT_PARAMETERS, SENSOR_PARAMETERS + SHEET_PARAMETERS)),
@@ -92,7 +92,7 @@ def touchpad_file(about: str, changed: Mapping[str, object], left_out: tuple[str
 
 
 def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> str:
-    """The text of a parameter file for the nodes of a sheet or an air cushion."""
+    """Text of a parameter file for the nodes of a sheet or an air cushion."""
     sensor, kind = MARKER_SENSORS[sensor_type], MARKER_SENSOR_TYPES[sensor_type]
     size = min(sensor.pitch) / 4
     values = {'sensor_type': sensor_type, 'rows': sensor.rows, 'columns': sensor.columns, 'pitch': list(sensor.pitch),
@@ -110,7 +110,7 @@ def marker_file(about: str, sensor_type: str, changed: Mapping[str, object]) -> 
 
 
 def finger_file(about: str) -> str:
-    """The text of a parameter file for the nodes of a PSD finger."""
+    """Text of a parameter file for the nodes of a PSD finger."""
     sections = [('/**', PSD_SENSOR_PARAMETERS), ('/**/psd_node', _without(PSD_DRIVER_PARAMETERS, PSD_SENSOR_PARAMETERS)),
                 ('/**/psd_contact_node', _without(PSD_PARAMETERS, PSD_SENSOR_PARAMETERS)),
                 ('/**/finger_markers_node', _without(FINGER_MARKERS_PARAMETERS, PSD_SENSOR_PARAMETERS))]
@@ -118,7 +118,7 @@ def finger_file(about: str) -> str:
 
 
 def array_file(about: str, changed: Mapping[str, object]) -> str:
-    """The text of a parameter file for the nodes of a taxel array."""
+    """Text of a parameter file for the nodes of a taxel array."""
     sections = [('/**', TAXEL_SENSOR_PARAMETERS), ('/**/taxel_array_node', _without(TAXEL_DRIVER_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
                 ('/**/taxel_contact_node', _without(TAXEL_PARAMETERS, TAXEL_SENSOR_PARAMETERS)),
                 ('/**/taxel_markers_node', _without(TAXEL_MARKERS_PARAMETERS, TAXEL_SENSOR_PARAMETERS))]
@@ -126,16 +126,17 @@ def array_file(about: str, changed: Mapping[str, object]) -> str:
 
 
 def simulated_pad() -> dict[str, object]:
-    """Name -> value of what a user would measure on the simulated array's pad."""
+    """Pad properties that a user would measure on the simulated array, by parameter name."""
     pad = PadSpecimen()
     return {'pad.thickness': pad.thickness, 'pad.stiffness': round(pad.press * pad.thickness, 1),
             'pad.shear_modulus': round(pad.pull * pad.thickness, 1), 'pad.friction': pad.grip}
 
 
 def simulated_specimen() -> dict[str, object]:
-    """Name -> value of what a user would measure on the simulated pad: where its camera stands, its skin's tension and pressure.
+    """Properties that a user would measure on the simulated touchpad, by parameter name: camera pose, tension and pressure of the skin.
 
-    The skin is stretched so far that all of its stiffness is tension, which a neo-Hookean membrane has at the limit of its stiffness.
+    The simulated skin has a constant tension. The tension of a neo-Hookean membrane approaches its shear stiffness at large stretch, so
+    the shear stiffness is set just above that tension.
     """
     scene = open_scene('rest')
     camera, membrane = scene.camera, scene.membrane
@@ -152,9 +153,9 @@ _PRESSURE_ARRAY = {'rows': 14, 'columns': 6, 'pitch': 0.0034, 'bits': 12, 'refer
 
 
 def simulated_markers(sensor_type: str) -> dict[str, object]:
-    """Name -> value of what a user would measure on the simulated sheet or cushion, and of the tip that presses it; the scene."""
+    """Properties that a user would measure on the simulated sheet or cushion, by parameter name, with its scene and pressing tip."""
     scene = {'scene': f'{sensor_type}_demo', 'tip_radius': MARKER_SENSOR_TYPES[sensor_type].tip_radius}
-    if SENSOR_TYPES[sensor_type].stitched:  # where its cameras stand, the calibration tells
+    if SENSOR_TYPES[sensor_type].stitched:  # the calibration holds the camera poses
         return scene
     camera = open_scene(f'{sensor_type}_rest').camera
     return {**scene, 'camera.translation': [round(float(x), 7) for x in camera.translation],
@@ -162,7 +163,7 @@ def simulated_markers(sensor_type: str) -> dict[str, object]:
 
 
 def parameter_files() -> dict[str, str]:
-    """File name -> text."""
+    """Text of each file by name."""
     files = {}
     for sensor_type in MARKER_SENSORS:
         files[f'{sensor_type}.yaml'] = marker_file(_MARKERS.format(sensor_type), sensor_type, {})
@@ -188,7 +189,7 @@ def _touchpad_files() -> dict[str, str]:
 
 
 def main() -> int:
-    """Write the files into the folder named on the command line."""
+    """Write the files to the folder named on the command line."""
     for name, text in parameter_files().items():
         Path(sys.argv[1], name).write_text(text)
     return 0

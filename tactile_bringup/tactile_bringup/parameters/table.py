@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of the nodes of this package."""
+"""Parameters of the nodes of this package."""
 from __future__ import annotations
 
 from tactile_driver.parameters.table import Parameter
 
 
 def _arrows(length: float, force: float, torque: float, read_only: bool = False) -> tuple[Parameter, ...]:
-    """The parameters of a wrench's arrows, with their defaults."""
+    """Parameters of the arrows of a wrench, with their defaults."""
     return (Parameter('force_length', float, length, 'm', 'length of the arrows of full_force and full_torque; none is longer', 0.0, 10.0,
                       read_only=read_only),
             Parameter('full_force', float, force, 'N', 'force whose arrow has its full length: the largest of the calibrated range', 1e-6,

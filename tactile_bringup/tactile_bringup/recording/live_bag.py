@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A bag that stays readable when the disk is full or the process is killed while it is written."""
+"""A bag that stays readable when the disk fills up or the process is killed during recording."""
 from __future__ import annotations
 
 import os
@@ -10,15 +10,15 @@ from typing import BinaryIO
 
 from tactile_perception.bags.rosbag import BagWriter
 
-_AGAIN_S = 0.1  # chosen: between two attempts to write to a full disk
-_RESERVE = 4 << 20  # bytes, chosen: for the messages that wait for a full disk, and the index
+_AGAIN_S = 0.1  # chosen: interval between two attempts to write to a full disk
+_RESERVE = 4 << 20  # bytes, chosen: room for the messages that wait for a full disk, and for the index
 _RESERVE_NAME = 'reserve'
 
 
 class KeptFile:
-    """The file of a rosbags writer, with a buffer that settle writes completely or not at all.
+    """File of a rosbags writer, with a buffer that settle writes completely or not at all.
 
-    file: with its beginning already written; everything after that must be written by this object.
+    file: with its header already written; everything after that must go through this object.
     """
 
     def __init__(self, file: BinaryIO):
@@ -26,7 +26,7 @@ class KeptFile:
         self._file, self._written, self._kept = file, file.tell(), bytearray()
 
     def write(self, data: bytes) -> int:
-        """Buffer data; its number of bytes."""
+        """Add data to the buffer; the number of bytes."""
         self._kept += data
         return len(data)
 
@@ -40,7 +40,7 @@ class KeptFile:
         return bool(self._kept)
 
     def settle(self) -> None:
-        """Write the buffer. Raises OSError when that fails; the file is then unchanged and the buffer is kept."""
+        """Write the buffer. Raises OSError on failure; the file is then unchanged and the buffer is kept."""
         begin, view = self._written, memoryview(self._kept)
         try:
             while view:
@@ -55,7 +55,7 @@ class KeptFile:
         self._kept = bytearray()
 
     def close(self) -> None:
-        """Write the buffer and close the file; it is closed in any case."""
+        """Write the buffer and close the file, even if writing fails."""
         try:
             self.settle()
         finally:
@@ -63,8 +63,11 @@ class KeptFile:
 
 
 class LiveBag(BagWriter):
-    """A BagWriter whose file is valid after each flush: a full disk loses the messages of that time, a killed process those since the last
-    flush. A reserve on the disk makes sure that the index can be written at the end."""
+    """BagWriter whose file is valid after each flush.
+
+    A full disk loses the messages of that time; a killed process loses those since the last flush. Space reserved on the disk lets the
+    index be written at the end.
+    """
 
     def __enter__(self) -> LiveBag:
         super().__enter__()
@@ -81,7 +84,7 @@ class LiveBag(BagWriter):
         super().__exit__(*exc)
 
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
-        """Append one serialised message. Raises OSError, without appending it, while the buffer cannot be written."""
+        """Append one serialised message. Raises OSError and drops the message while the buffer cannot be written."""
         if self._full is not None:
             self._settle()
         super().write(topic, type_name, stamp_ns, data)
@@ -89,13 +92,12 @@ class LiveBag(BagWriter):
             self.flush(end_chunk=False)
 
     def flush(self, end_chunk: bool = True) -> None:
-        """Write what waits, as far as the disk takes it; end_chunk: also messages that rosbags gathers, up to 1 MB, before it hands them
-        on."""
+        """Write the buffer as far as the disk takes it; end_chunk: also the messages, up to 1 MB, that rosbags collects first."""
         if end_chunk and self._storage.chunk.msgs and self._full is None:
             self._storage.close_chunk()
         try:
             self._settle()
-        except OSError:  # the buffer is kept, and the next write raises
+        except OSError:  # the buffer is kept; the next write raises the error
             pass
 
     def _settle(self) -> None:

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes calibration/*_sim.yaml: calibrates the simulated specimens, as a user would calibrate his, by presses at known places or loads.
+"""Generates calibration/*_sim.yaml: calibrates the simulated specimens as users calibrate theirs, by presses at known positions or loads.
 
     python3 -m tactile_bringup.simulate.calibrations FOLDER [TYPE ...]
 
-Of a sheet's or dome's touch methods the files hold the one that did best; the errors of all are there.
+A file for a sheet or dome holds the best touch method only, and the errors of all.
 """
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from ..parameters.files import LICENCE
 from .psd import write_psd_scene
 from .taxel import write_taxel_scene
 
-# sensor type: what calibrates it; what writes a scene of it; which scene; Hz (of sheets and dome two to four frames a depth)
+# Sensor type -> calibration, scene writer, scene, rate in Hz (3 Hz gives sheets and dome two to four frames per depth).
 SPECIMENS = {**{name: (calibrate_markers, write_scene, f'{name}_calibration', 3.0) for name in MARKER_SENSORS},
              'psd_finger': (calibrate_psd, write_psd_scene, 'calibration', 1000.0),
              'taxel_array': (calibrate_taxels, write_taxel_scene, 'plate', 20.0)}
 
 
 def calibrate_specimen(sensor_type: str, output: Path) -> str:
-    """Write the calibration of the simulated specimen of a type to output, from its calibration scene; how it went.
+    """Simulate the calibration scene of a sensor type, calibrate, and write the calibration to output; the report.
 
-    Raises TactileError for a type that there is none of.
+    Raises TactileError for a type without a simulated specimen.
     """
     if sensor_type not in SPECIMENS:
         raise BadArgument(f'no simulated specimen of type {sensor_type!r}; there are {", ".join(SPECIMENS)}')
@@ -48,12 +48,12 @@ def calibrate_specimen(sensor_type: str, output: Path) -> str:
         told = calibrate([bag], Path(share('params', f'{sensor_type}_sim.yaml')), output)
     if sensor_type in MARKER_SENSORS:
         keep_best(output, sensor_type)
-    output.write_text(LICENCE + output.read_text())  # it ships
+    output.write_text(LICENCE + output.read_text())  # for a file that ships
     return told
 
 
 def keep_best(path: Path, sensor_type: str) -> None:
-    """Leave only the best of the methods in a calibration file."""
+    """Keep only the best touch method in a calibration file."""
     file = read_calibration(path, sensor_type)
     methods = file.fitted[METHODS]
     best = best_method(file.residuals, methods)
@@ -63,7 +63,7 @@ def keep_best(path: Path, sensor_type: str) -> None:
 
 @tells_errors('simulated_calibrations')
 def main(args: list[str] | None = None) -> int:
-    """The command; exit code 0, or 1 with one line that says what is wrong."""
+    """Run the command; exit code 1 and one error line on failure."""
     parser = argparse.ArgumentParser('simulated_calibrations', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('folder', type=Path)
     parser.add_argument('types', nargs='*', default=list(SPECIMENS), help=f'of {", ".join(SPECIMENS)}; all where none is given')

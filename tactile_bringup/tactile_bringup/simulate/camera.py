@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated scene as a bag, with ground truth, as its recording would be: what calibrate and process_bag read."""
+"""Writes a simulated scene with ground truth as a bag, in the form of a recording that calibrate and process_bag read."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -17,15 +17,15 @@ from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import camera_pose, description_messages, static_transform
 from tactile_perception.sensor_types import MARKER_SENSOR_TYPES
 
-_FIRST_NS = 10**9  # much of ROS takes a stamp of zero for unknown time
+_FIRST_NS = 10**9  # chosen: much of ROS takes a stamp of zero for an unknown time
 _SECOND_NS = 10**9
-_TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # how their scenes' names begin
+_TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # prefixes of the scenes' names
 
 
 def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
-    """Write a scene to a new bag, at rate Hz, under namespace (empty: the sensor's type); the number of frames written.
+    """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
 
-    frames: how many, 0 for the whole scene. Raises BadArgument for an unknown scene or a bag that exists.
+    frames: how many to write, 0 for the whole scene. Raises BadArgument for an unknown scene or an existing bag.
     """
     scene = _open(name, rate, seed)
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
@@ -52,7 +52,7 @@ def _open(name: str, rate: float, seed: int):
 
 
 def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """(stamp, ns, topic, message) of one frame; truth has the stamp of the only, or the left view."""
+    """Yield (stamp in ns, topic, message) of one frame; ground truth has the stamp of the only or the left view."""
     stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)

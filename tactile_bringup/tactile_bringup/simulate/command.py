@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""simulate: a scene of a simulated sensor as a recording with ground truth, without waiting for it in real time.
+"""simulate: writes a scene of a simulated sensor as a recording with ground truth, faster than real time where the machine allows.
 
-What the driver would publish, and ground_truth/*, for calibrate, process_bag and evaluate.
+The bag holds the topics of the driver and ground_truth/*, for calibrate, process_bag and evaluate.
 """
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .psd import SENSOR_TYPE as PSD_FINGER, write_psd_scene
 from .taxel import SENSOR_TYPE as TAXEL_ARRAY, write_taxel_scene
 
 CAMERA = 'camera'
-#: kind of sensor -> (writes a scene to a bag, Hz where none is given, names of the scenes)
+#: Kind of sensor -> function that writes a scene to a bag, default rate (Hz), names of the scenes.
 WRITERS = {CAMERA: (write_scene, 30.0, SCENES), PSD_FINGER: (write_psd_scene, 1000.0, PSD_SCENES),
            TAXEL_ARRAY: (write_taxel_scene, 100.0, TAXEL_SCENES)}
 
 
 @tells_errors('simulate')
 def main(args: list[str] | None = None) -> int:
-    """The command; exit code 0, or 1 with one line that says what is wrong."""
+    """Run the command; exit code 1 and one error line on failure."""
     scenes = '\n'.join(f'{kind}: {", ".join(sorted(names))}' for kind, (_, _, names) in WRITERS.items())
     parser = argparse.ArgumentParser('simulate', description=__doc__, epilog='scenes\n' + scenes,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)

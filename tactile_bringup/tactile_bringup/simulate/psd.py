@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of the simulated PSD finger as bags."""
+"""Writes scenes of the simulated PSD finger to bags."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -20,13 +20,13 @@ from tactile_perception.nodes.messages.description import description_messages, 
 
 SENSOR_TYPE = 'psd_finger'
 _SECOND_NS = 10**9
-_BATCH_S = 0.01
+_BATCH_S = 0.01  # chosen: duration of the samples in one message
 
 
 def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = SENSOR_TYPE) -> int:
     """Write a scene to a new bag as psd_node publishes it, at rate samples/s, with ground truth; the number of samples written.
 
-    Raises BadArgument for an unknown scene or a bag that exists.
+    Raises BadArgument for an unknown scene or an existing bag.
     """
     scene = open_psd_scene(name, rate, seed)
     about = {'source': 'sim', 'device': f'simulated {SENSOR_TYPE}', 'scene': name, 'seed': seed, 'rate': rate}
@@ -37,7 +37,7 @@ def write_psd_scene(path: Path, name: str, rate: float, seed: int = 0, namespace
 
 
 def _messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """(stamp, ns, topic, message): blocks of voltages, each with the truth of its first sample and where contacts begin or end."""
+    """Yield (stamp in ns, topic, message): blocks of voltages, each with ground truth at its first sample and at each contact change."""
     numbers, count = TouchNumbers(), max(round(_BATCH_S * rate), 1)
     scale = scene.electronics.full_scale / 2**scene.electronics.bits
     for first in range(0, scene.samples, count):
@@ -50,5 +50,5 @@ def _messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, obj
 
 
 def _stamp(number: int, rate: float) -> int:
-    """ns; a stamp of zero means «no time» to much of ROS."""
+    """Stamp, ns, of a sample; the first is 1 s, because much of ROS takes a stamp of zero for an unknown time."""
     return _SECOND_NS + round(number / rate * _SECOND_NS)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes of the simulated taxel array as bags."""
+"""Writes scenes of the simulated taxel array to bags."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ _SECOND_NS = 10**9
 def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = SENSOR_TYPE) -> int:
     """Write a scene to a new bag as taxel_array_node publishes it, at rate frames/s, with ground truth; the number of frames written.
 
-    Raises BadArgument for an unknown scene or a bag that exists.
+    Raises BadArgument for an unknown scene or an existing bag.
     """
     scene = open_taxel_scene(name, rate, seed)
     pad = scene.specimen
@@ -35,10 +35,10 @@ def write_taxel_scene(path: Path, name: str, rate: float, seed: int = 0, namespa
 
 
 def _messages(scene, rate: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """(stamp, ns, topic, message) of all frames."""
+    """Yield (stamp in ns, topic, message) of all frames."""
     numbers = TouchNumbers()
     for number in range(scene.frames):
-        stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # a stamp of zero means «no time» to much of ROS
+        stamp = _SECOND_NS + round(number / rate * _SECOND_NS)  # much of ROS takes a stamp of zero for an unknown time
         header, (values, truth) = header_of(stamp, frame_id), scene.render(number / rate)
         yield stamp, 'image_raw', image_to_message(Frame(values, stamp, 'mono8'), '', header)
         for name, message in truth_messages(truth, numbers.assign(truth.contacts), 1 / rate, header).items():

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The annotated image: dots by state, their displacements, contact regions, numbers. Arrays in, image out; no ROS here."""
+"""Draws results over an image: dots coloured by state, displacements, contact regions, numbers. Needs no ROS."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -11,12 +11,12 @@ import numpy as np
 from . import colours
 from .colours import bgr
 
-_SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
-_SHORTEST = 1.2  # px of the picture: shorter arrows would be noise
-_HEAD = 0.35
-_SIZE = 0.6  # of OpenCV's font: letters 13 px high
-_FEW = 200  # so many arrows have room for a dark border each
-_GAP = 2.0  # px between a dot and its ring
+_SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
+_SHORTEST = 1.2  # px of the picture, chosen: a shorter arrow cannot be told from noise
+_HEAD = 0.35  # length of the head over the arrow's, chosen
+_SIZE = 0.6  # font scale, chosen: letters are 13 px high
+_FEW = 200  # arrows, chosen: up to this number each gets a dark border
+_GAP = 2.0  # px between a dot and its ring, chosen
 _CORNERS = np.stack([np.cos(np.arange(10) * np.pi / 5), np.sin(np.arange(10) * np.pi / 5)], axis=1)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legible there
@@ -24,11 +24,16 @@ PANEL = 600  # px: width at which RViz shows the picture; what is drawn is legib
 
 @dataclass
 class Annotation:
-    """What is known of one image; places are px of that image.
+    """What is drawn on one image. Coordinates are px of that image.
 
-    rows, columns: of the grid, 0 for none; id: (N,); uv, duv: (N, 2) places and displacements from rest, NaN where not known; state:
-    (N,) 0 untouched, 1 sticking, 2 slipping, -1 not known; radius: of the dots, px; outlines, holes: lists of (n, 2); contacts: (C, 2);
-    text: lines to write.
+    rows, columns: size of the dot grid, 0 without a grid
+    id: (N,) dot ids
+    uv, duv: (N, 2) positions and displacements from rest, NaN where unknown
+    state: (N,) 0 untouched, 1 sticking, 2 slipping, -1 unknown
+    radius: of the dots, px
+    outlines, holes: lists of (n, 2)
+    contacts: (C, 2)
+    text: lines below the image
     """
 
     rows: int = 0
@@ -45,7 +50,7 @@ class Annotation:
 
 
 def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """The states (N,) of dots id (N,), from state (M,) of dots state_id (M,); -1 for a dot without one."""
+    """States (N,) of the dots id (N,), looked up in state (M,) of the dots state_id (M,); -1 for a dot that is not listed."""
     found = np.full(len(id), -1, np.int64)
     if len(state_id):
         order = np.argsort(state_id)
@@ -56,15 +61,15 @@ def states_of(id: np.ndarray, state_id: np.ndarray, state: np.ndarray) -> np.nda
 
 
 def enlargement(width: int, height: int) -> int:
-    """The whole number by which an image is enlarged to be at least PANEL px wide, but no higher than twice that."""
+    """Smallest integer factor that makes an image at least PANEL px wide, limited to a height of 2 * PANEL px."""
     return max(1, min(-(-PANEL // width), 2 * PANEL // height))
 
 
 def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
-    """A picture (kH + t, kW, 3) uint8 BGR of image (H, W) or (H, W, 3) uint8 with what is known of it.
+    """Draw an annotation over image (H, W) or (H, W, 3) uint8; a BGR picture (k H + t, k W, 3) uint8.
 
-    k: enlargement(W, H); t: 26 px for one line of text and 20 for each further one, below the image so that it hides no dot. Text and lines
-    are in proportion to pictures wider than 640 px, which are shown smaller, but a line is no higher than a quarter of the image.
+    k is enlargement(W, H). The text bar of t px stands below the image and hides no dot: 26 px for one line, 20 px for each further line.
+    Text and line widths grow with pictures wider than 640 px, because viewers shrink those. One line takes at most a quarter of the image.
     """
     height, width = image.shape[:2]
     scale = enlargement(width, height)
@@ -74,13 +79,13 @@ def annotate(image: np.ndarray, what: Annotation) -> np.ndarray:
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
 
     def placed(uv: np.ndarray) -> np.ndarray:
-        # The centre of pixel 0 lies at (scale - 1) / 2 of the enlarged picture.
+        # The centre of pixel 0 moves to (scale - 1) / 2 in the enlarged picture.
         return uv * scale + (scale - 1) / 2
 
     draw_region(picture, [placed(o) for o in what.outlines], [placed(h) for h in what.holes], thick)
     uv = placed(what.uv)
     draw_arrows(picture, uv - what.duv * scale, uv, thick)
-    draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # over the arrows: states are what counts
+    draw_dots(picture, uv, what.state, scale * what.radius + _GAP, thick)  # drawn over the arrows, so that the state stays visible
     draw_numbers(picture, what, uv, thick)
     draw_contacts(picture, placed(what.contacts), thick)
     return np.vstack([picture, text_bar(what.text, picture.shape[1], thick)]) if what.text else picture
@@ -91,7 +96,7 @@ def _fixed(points: np.ndarray) -> np.ndarray:
 
 
 def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.ndarray], thick: float = 1.0) -> None:
-    """Fill outlines (n, 2) px less holes with a veil and draw their borders; thick: see annotate, as below."""
+    """Shade outlines less holes, each (n, 2) px, and draw their borders. thick scales line widths, here and below."""
     if not outlines:
         return
     corners = np.concatenate(outlines)
@@ -108,7 +113,7 @@ def draw_region(picture: np.ndarray, outlines: list[np.ndarray], holes: list[np.
 
 
 def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: float, thick: float = 1.0) -> None:
-    """A ring of radius px round each dot at uv (N, 2) in the colour of its state (N,); a thicker one round those that are touched."""
+    """Draw a ring of radius px around each dot at uv (N, 2), coloured by state (N,); rings of touched dots are thicker."""
     rings = _fixed(uv[:, None] + radius * _CORNERS)
     for value, colour in enumerate(colours.STATE_COLOURS):
         chosen = rings[(state == value) | (state < 0)] if value == 0 else rings[state == value]
@@ -118,7 +123,7 @@ def draw_dots(picture: np.ndarray, uv: np.ndarray, state: np.ndarray, radius: fl
 
 
 def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: float = 1.0) -> None:
-    """Arrows from start to end (N, 2) px; none where a place is NaN or the arrow would be too short to see."""
+    """Draw arrows from start to end (N, 2) px; skip those with a NaN and those too short to see."""
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
     chosen = length > _SHORTEST  # false for NaN
@@ -134,7 +139,7 @@ def draw_arrows(picture: np.ndarray, start: np.ndarray, end: np.ndarray, thick: 
 
 
 def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: float = 1.0) -> None:
-    """Row.column beside every few dots of a grid, at most four a side."""
+    """Write row.column beside every few dots of a grid, at most four per side."""
     if not what.rows * what.columns:
         return
     row, column = np.divmod(what.id, what.columns)
@@ -148,7 +153,7 @@ def draw_numbers(picture: np.ndarray, what: Annotation, uv: np.ndarray, thick: f
 
 
 def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -> None:
-    """A cross in a circle at each contact (C, 2) px."""
+    """Draw a cross in a circle at each contact (C, 2) px; skip NaN."""
     for u, v in places[np.isfinite(places).all(axis=1)]:
         centre = round(u), round(v)
         cv2.circle(picture, centre, round(9 * thick), (0, 0, 0), round(4 * thick), cv2.LINE_AA)
@@ -157,7 +162,7 @@ def draw_contacts(picture: np.ndarray, places: np.ndarray, thick: float = 1.0) -
 
 
 def text_bar(lines: list[str], width: int, thick: float = 1.0) -> np.ndarray:
-    """Lines of text on a dark ground, (thick * (20 px a line + 6 px), width, 3) uint8; a line that is too long is written smaller."""
+    """Lines of text on a dark bar (thick * (20 px per line + 6 px), width, 3) uint8; a line that is too long gets smaller letters."""
     bar = np.full((round(thick * (20 * len(lines) + 6)), width, 3), 24, np.uint8)
     for k, line in enumerate(lines):
         size = _SIZE * thick * min(1.0, (width - 16 * thick) / max(1, cv2.getTextSize(line, _FONT, _SIZE * thick, 1)[0][0]))

@@ -1,17 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Triangles: of a region with holes, and of the skin between its dots. No ROS here."""
+"""Triangle meshes of a region with holes and of the skin between dots. Needs no ROS."""
 from __future__ import annotations
 
 import numpy as np
 
-_LONGEST = 3.0  # times the median edge: longer ones bridge a notch in the pattern's border
-_AMBIENT = 0.35  # of the light
-_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # where the light comes from: obliquely from above
+_LONGEST = 3.0  # times the median edge, chosen: longer edges bridge a notch in the border of the pattern
+_AMBIENT = 0.35  # share of ambient light, chosen
+_LIGHT = np.array([0.35, 0.25, 0.9]) / np.linalg.norm([0.35, 0.25, 0.9])  # direction to the light, chosen: oblique from above
 
 
 def inside(points: np.ndarray, rings: list[np.ndarray]) -> np.ndarray:
-    """(P,) whether points (P, 2) lie within an odd number of the closed rings, each (n, 2)."""
+    """Whether each of the points (P, 2) lies within an odd number of the closed rings, each (n, 2); (P,) bool."""
     odd = np.zeros(len(points), bool)
     x, y = points[:, 0, None], points[:, 1, None]
     for ring in rings:
@@ -24,7 +24,7 @@ def inside(points: np.ndarray, rings: list[np.ndarray]) -> np.ndarray:
 
 
 def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
-    """Corners (3 T, 3), m, of triangles that fill outlines and holes (n, 3); within: (M, 3) further places on the surface."""
+    """Corners (3 T, 3), m, of triangles that fill outlines less holes, each (n, 3); within: (M, 3) further points on the surface."""
     if not rings:
         return np.zeros((0, 3))
     flat = [ring[:, :2] for ring in rings]
@@ -36,7 +36,7 @@ def fill(rings: list[np.ndarray], within: np.ndarray) -> np.ndarray:
 
 
 def skin(places: np.ndarray) -> np.ndarray:
-    """(T, 3) indices of the triangles between places (N, 3), m, seen along z."""
+    """Vertex indices (T, 3) of the triangles between places (N, 3), m, without long edges; triangulated in x and y."""
     triangles = _triangles(places)
     if not len(triangles):
         return triangles
@@ -45,20 +45,20 @@ def skin(places: np.ndarray) -> np.ndarray:
 
 
 def _triangles(places: np.ndarray) -> np.ndarray:
-    """(T, 3) indices of the Delaunay triangles between places (N, 3), m, seen along z; none of places on one line."""
-    from scipy.spatial import Delaunay, QhullError  # only where somebody looks at markers
+    """Vertex indices (T, 3) of the Delaunay triangulation of places (N, 3), m, in x and y; (0, 3) for collinear places."""
+    from scipy.spatial import Delaunay, QhullError  # imported here: slow to load, and needed only for markers
     if len(places) < 3:
         return np.zeros((0, 3), np.int64)
     try:
         return Delaunay(places[:, :2]).simplices.astype(np.int64)
-    except QhullError:  # all on one line
+    except QhullError:  # collinear
         return np.zeros((0, 3), np.int64)
 
 
 def light(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T,) how bright dull triangles between places (N, 3), m, are, 0 to 1 (Lambert's cosine law)."""
+    """Brightness (T,), 0 to 1, of matt triangles between places (N, 3), m: ambient light and Lambert's cosine law."""
     a, b, c = places[triangles].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
-    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)  # outwards
+    normals *= np.where(normals[:, 2:] < 0, -1.0, 1.0)  # pointing outwards
     cosine = normals @ _LIGHT / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)
     return _AMBIENT + (1 - _AMBIENT) * np.clip(cosine, 0.0, 1.0)

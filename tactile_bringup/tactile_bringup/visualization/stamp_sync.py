@@ -1,18 +1,18 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Brings together the messages that carry one stamp, whichever of them exist. No ROS here."""
+"""Collects messages of equal stamp. Needs no ROS."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-_FAR_NS = 60_000_000_000  # ahead of others: a stamp that no frame has, whose set would wait for ever
+_FAR_NS = 60_000_000_000  # 60 s, chosen: a set this far ahead has a wrong stamp and would never be completed; it is dropped
 
 
 class StampSync:
-    """Collects messages by stamp and hands over each set when it is complete.
+    """Collects messages by stamp and passes on each set when it is complete.
 
-    done: called with topic -> message; expected: says which topics make a set complete at present; patience: how many younger stamps an
-    incomplete set waits for before it is handed over as it is. A set older than one that is complete is let go: it comes too late.
+    done: called with a dict of messages by topic; expected: returns the topics of a complete set; patience: number of waiting sets above
+    which the oldest is passed on incomplete. Sets older than the one passed on are dropped.
     """
 
     def __init__(self, done: Callable[[dict], None], expected: Callable[[], Collection[str]], patience: int = 8):
@@ -21,7 +21,7 @@ class StampSync:
         self._last: int | None = None
 
     def add(self, topic: str, stamp_ns: int, message: object) -> None:
-        """Take one message; stamps, ns, that go back by more than a second begin anew."""
+        """Add one message. A stamp, ns, that goes back by more than 1 s starts anew; other late messages are dropped."""
         if self._last is not None and stamp_ns <= self._last:
             if self._last - stamp_ns < 1_000_000_000:
                 return

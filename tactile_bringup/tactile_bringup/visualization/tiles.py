@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A picture of all sensors of a hand, a tile for each. No ROS here."""
+"""Picture of all sensors of a hand, one tile per sensor. Needs no ROS."""
 from __future__ import annotations
 
 import math
@@ -11,21 +11,21 @@ import numpy as np
 
 from . import colours
 
-_WIDTH, _HEIGHT, _BAR = 480, 360, 56
-#: blue, green, red: the ground, as RViz's
+_WIDTH, _HEIGHT, _BAR = 480, 360, 56  # px, chosen
+#: Background (blue, green, red), that of the RViz configurations.
 BACK = 38, 32, 32
 _BAR_COLOUR, _GREY = (60, 52, 48), (150, 150, 150)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-#: (width, height), px, of the picture of a scene beside the sensor's own
+#: Size (width, height), px, of the scene beside the sensor's own picture.
 SCENE = _WIDTH, _HEIGHT
 
 
 def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | None = None) -> np.ndarray:
-    """(H, 2 W, 3) uint8 BGR: the picture (h, w, 3) as large as fits under a title and a line of text; None: a word that nothing came.
+    """Tile (H, 2 W, 3) uint8 BGR: title, line of text, and the picture (h, w, 3) scaled to fit; None for a note that nothing came.
 
-    scene: (360, 480, 3) at its right, what RViz shows of the sensor; None: nothing.
+    scene: (360, 480, 3) at the right, as RViz shows the sensor; None for an empty half.
     """
     made = np.full((_BAR + _HEIGHT, 2 * _WIDTH, 3), BACK, np.uint8)
     if scene is not None:
@@ -45,7 +45,7 @@ def tile(title: str, line: str, picture: np.ndarray | None, scene: np.ndarray | 
 
 
 def sheet(tiles: Sequence[np.ndarray]) -> np.ndarray:
-    """Tiles of one size side by side and one below the other."""
+    """Arrange tiles of equal size in a nearly square sheet."""
     columns = math.ceil(math.sqrt(len(tiles)))
     missing = [np.full_like(tiles[0], BACK)] * (-len(tiles) % columns)
     filled = [*tiles, *missing]
@@ -53,13 +53,13 @@ def sheet(tiles: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def taxel_picture(values: np.ndarray, full: float) -> np.ndarray:
-    """(H, W, 3) BGR of taxels (H, W); full: the value where the scale of colours ends."""
+    """Picture (H, W, 3) BGR of taxel values (H, W); full: value at the end of the colour scale."""
     share = colours.of_depth(np.asarray(values, float).ravel() / full)
     return np.round(255 * share[:, ::-1]).astype(np.uint8).reshape(*values.shape, 3)
 
 
 def finger_picture(normals: Sequence[np.ndarray]) -> np.ndarray:
-    """(360, 360, 3) BGR: a hemisphere seen along -z, x to the right and y downwards as in an image, a dot where each normal (3,) points."""
+    """Picture (360, 360, 3) BGR of a hemisphere seen along -z, x right, y down, with a dot where each normal (3,) points."""
     made, middle, radius = np.full((360, 360, 3), BACK, np.uint8), (180, 180), 160
     cv2.circle(made, middle, radius, colours.bgr(colours.STATE_COLOURS[0]), 2, cv2.LINE_AA)
     for angle in (30, 60):

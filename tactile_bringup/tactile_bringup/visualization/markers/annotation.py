@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the messages of one stamp to what is drawn on its image."""
+"""Converts the messages of one stamp to the annotation of its image."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -20,8 +20,12 @@ SLIP_NAMES = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS
 
 
 class Projection:
-    """Sensor frame to image, by a camera_info and the camera's place; matrices: of camera_matrices, None where it is not calibrated;
-    stitching: of a picture made of two views, which has no camera of its own."""
+    """Projects points from the sensor frame to the image.
+
+    message: CameraInfo, which identifies the calibration; matrices: from camera_matrices, None for an uncalibrated camera
+    rotation, translation: from sensor to camera frame, as a rotation vector (rad) and a vector (m)
+    stitching: calibration of a picture stitched from two views, which has no camera model of its own
+    """
 
     def __init__(self, message: CameraInfo, matrices: tuple | None, rotation: Sequence[float], translation: Sequence[float],
                  stitching: Stitching | None = None):
@@ -33,11 +37,11 @@ class Projection:
 
     @staticmethod
     def key_of(message: CameraInfo) -> tuple:
-        """What tells one calibration from another."""
+        """Key that differs between calibrations."""
         return tuple(message.k), tuple(message.d)
 
     def places(self, xyz: np.ndarray) -> np.ndarray:
-        """Image places (N, 2), px, of one thing's xyz (N, 3), m; NaN where the camera is not calibrated or a place is not known."""
+        """Image positions (N, 2), px, of the points xyz (N, 3), m, of one object; NaN for an uncalibrated camera or an unknown point."""
         uv = np.full((len(xyz), 2), np.nan)
         known = np.isfinite(xyz).all(axis=1)
         if self._project is not None and known.any():
@@ -46,14 +50,17 @@ class Projection:
 
 
 def stitched_places(stitching: Stitching, xyz: np.ndarray) -> np.ndarray:
-    """(N, 2) px of a stitched picture: where xyz (N, 3), m, appear, all as the camera sees them on whose side their middle appears."""
+    """Positions (N, 2), px, of the points xyz (N, 3), m, in a stitched picture.
+
+    The view that shows the mean of the points places all of them.
+    """
     left, right = (stitching.origin + stitching.scale * (eye[:2] + (xyz[:, :2] - eye[:2]) * (eye[2] / (eye[2] - xyz[:, 2:])))
                    for eye in stitching.eyes)
     return right if stitching.side_of(left.mean(axis=0))[0] else left
 
 
 def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
-    """What messages by topic (dots, contact_region, contacts, slip; any may be missing) say of the image that they belong to."""
+    """Convert messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) to an annotation."""
     dots, region = found.get('dots') or DotTracks(), found.get('contact_region') or ContactRegion()
     id = np.asarray(dots.id, np.int64)
     what = Annotation(dots.rows, dots.columns, id, np.column_stack([dots.u, dots.v]).astype(float).reshape(-1, 2),
@@ -71,7 +78,7 @@ def annotation_of(found: Mapping, camera: Projection | None) -> Annotation:
 
 
 def text_of(found: Mapping) -> list[str]:
-    """Two lines of numbers."""
+    """Two lines of text: dots and largest displacement; contact."""
     dots, region = found.get('dots'), found.get('contact_region')
     if dots is None:
         return ['no dots', '']
@@ -81,7 +88,7 @@ def text_of(found: Mapping) -> list[str]:
 
 
 def contact_line(found: Mapping, region: ContactRegion) -> str:
-    """Area, depth, force, slip and the number of dots in each state, as far as they are known."""
+    """Area, depth, force, number of sticking and slipping dots, and slip state, as far as they are known."""
     if not region.outlines:
         return 'nothing touches'
     counts = np.bincount(np.asarray(region.dot_state, np.int64), minlength=3)
@@ -99,7 +106,7 @@ def contact_line(found: Mapping, region: ContactRegion) -> str:
 
 
 def force_word(force) -> str:
-    """The force's size; where only its part along z is known, that."""
+    """Magnitude of the force; its z component where only that is known; '' where neither is."""
     size = float(np.linalg.norm([force.x, force.y, force.z]))
     if np.isfinite(size):
         return f'{size:.1f} N'

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a finger's contacts to what RViz draws: the hemisphere, each touch with its normal and its uncertainty, and the way it came."""
+"""RViz markers of a finger: hemisphere, contacts with normals and covariances, trails."""
 from __future__ import annotations
 
 import math
@@ -16,11 +16,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 from .. import colours
 from .messages import MarkerSet, points_of
 
-_RINGS, _AROUND = 8, 32
+_RINGS, _AROUND = 8, 32  # mesh of the hemisphere: steps from pole to rim, and around; chosen
 
 
 def hemisphere(radius: float) -> np.ndarray:
-    """Corners (3 T, 3), m, of triangles of a hemisphere over z = 0."""
+    """Triangle corners (3 T, 3), m, of the hemisphere z >= 0."""
     theta, phi = np.meshgrid(np.linspace(0, math.pi / 2, _RINGS + 1), np.linspace(0, 2 * math.pi, _AROUND + 1), indexing='ij')
     grid = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
@@ -28,15 +28,15 @@ def hemisphere(radius: float) -> np.ndarray:
 
 
 class FingerMarkers(MarkerSet):
-    """sizes: radius, point_size, normal_length, m; trail, s."""
+    """Markers of a finger; sizes: radius, point_size, normal_length (m) and trail (s)."""
 
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': 0.5 * sizes['point_size'], 'normal_length': sizes['normal_length']})
         self._finger = sizes
-        self._way: deque[tuple[float, int, np.ndarray]] = deque()  # s, contact, place
+        self._way: deque[tuple[float, int, np.ndarray]] = deque()  # time (s), contact id, position (m)
 
     def note(self, message: Contacts) -> None:
-        """Contacts of one instant go onto their trail."""
+        """Add the contacts of one stamp to the trails; a stamp that goes back by more than 1 s clears them."""
         now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         if self._way and now < self._way[-1][0] - 1.0:
             self._way.clear()
@@ -48,7 +48,7 @@ class FingerMarkers(MarkerSet):
             self._way.popleft()
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
-        """The markers for {'contacts': message} under its header."""
+        """Markers for {'contacts': message} under its header."""
         self._header, self._made = header, []
         body = self._add('finger', Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0), ColorRGBA(r=0.7, g=0.75, b=0.8, a=0.35),
                          points_of(hemisphere(self._finger['radius'])))
@@ -63,7 +63,7 @@ class FingerMarkers(MarkerSet):
         return MarkerArray(markers=self._gone() + self._made)
 
     def _trails(self) -> None:
-        """A line strip for each contact that was there lately."""
+        """Draw a line strip for each contact seen within the trail time."""
         for number in sorted({contact for _, contact, _ in self._way}):
             places = np.array([place for _, contact, place in self._way if contact == number])
             if len(places) > 1:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From results to what RViz draws."""
+"""Converts results to RViz markers."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,12 +17,12 @@ from .. import colours, mesh
 from ..annotated_image import states_of
 from .skin import SkinMarkers
 
-#: s: markers stay so long after the last data
+#: s, chosen: RViz removes markers this long after the last data.
 STALE_S = 2.0
 _LIFETIME = Duration(seconds=STALE_S).to_msg()
-_WITHIN_95 = 2.796  # standard deviations: three dimensions
-_THINNEST = 1e-5  # m: RViz warns of a scale of zero
-_LIFTED = 2e-4  # m: outlines are drawn so far over the surface that it does not hide them
+_WITHIN_95 = 2.796  # derived: square root of the 95 % quantile of chi-square with 3 degrees of freedom (7.815)
+_THINNEST = 1e-5  # m, chosen: RViz warns about a scale of zero
+_LIFTED = 2e-4  # m, chosen: height of outlines over the surface, which would hide them
 
 
 def _colour(rgb: tuple[float, float, float], opacity: float = 1.0) -> ColorRGBA:
@@ -33,7 +33,7 @@ _STATES = [_colour(rgb) for rgb in colours.STATE_COLOURS]
 
 
 def points_of(places: np.ndarray) -> list[Point]:
-    """Places (N, 3), m, as Points."""
+    """Convert positions (N, 3), m, to Points."""
     return [Point(x=x, y=y, z=z) for x, y, z in places.tolist()]
 
 
@@ -42,12 +42,12 @@ def _array(points) -> np.ndarray:
 
 
 def rings_of(region: ContactRegion) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Outlines and holes, each (n, 3), m."""
+    """Outlines and holes of a region, each (n, 3), m."""
     return [_array(polygon.points) for polygon in region.outlines], [_array(polygon.points) for polygon in region.holes]
 
 
 def untouched_cap(sizes: Mapping) -> Cap | None:
-    """The untouched surface of a touchpad or an air cushion; None for a sheet."""
+    """Spherical cap of the untouched surface of a touchpad or an air cushion; None for a sheet."""
     if sizes['sensor_type'] == 'touchpad':
         return Cap(sizes['cap.curvature_radius'], sizes['cap.height'])
     rim, height = sizes['dome.rim_radius'], sizes['dome.height']
@@ -55,9 +55,9 @@ def untouched_cap(sizes: Mapping) -> Cap | None:
 
 
 class MarkerSet:
-    """Makes the markers of each frame, and takes away those of the frame before that are no more. RViz itself
-    takes away what nothing new has come of for STALE_S, as when a node was killed.
+    """Makes the markers of each frame and deletes those of the previous frame that are gone.
 
+    RViz itself removes markers that nothing has renewed for STALE_S, for example after a node was killed.
     sizes: dot_size (m), dot_colour, full_depth (m), normal_length (m), force_length (m), full_force (N), full_torque (N m), and the
     untouched surface: sensor_type, cap.curvature_radius, cap.height, dome.rim_radius, dome.height (m).
     """
@@ -69,7 +69,7 @@ class MarkerSet:
         self._header = Header()
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
-        """The markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        """Markers for messages by topic (dots, contact_region, contacts, slip, wrench; any may be missing) under their header."""
         self._header, self._made = header, []
         dots = found.get('dots')
         places = np.column_stack([dots.x, dots.y, dots.z]).astype(float) if dots is not None and len(dots.x) else np.zeros((0, 3))
@@ -87,7 +87,7 @@ class MarkerSet:
         return MarkerArray(markers=self._gone() + self._made)
 
     def nothing(self, header: Header) -> MarkerArray:
-        """Takes all markers away."""
+        """Marker array that deletes all markers."""
         self._shown = set()
         return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
@@ -116,14 +116,14 @@ class MarkerSet:
             skin.colors = self._skin.colours(places, share)
 
     def _dot_colours(self, id: np.ndarray, share: np.ndarray, region: ContactRegion) -> list[ColorRGBA]:
-        """Of dots id (N,) at a share (N,) of the full depth."""
+        """Colours of the dots id (N,) with relative depths share (N,), by state or by depth."""
         if self._sizes['dot_colour'] == 'depth':
             return [_colour(rgb) for rgb in colours.of_depth(share).tolist()]
         state = states_of(id, np.asarray(region.dot_id, np.int64), np.asarray(region.dot_state, np.int64))
         return [_STATES[max(s, 0)] for s in state.tolist()]
 
     def _depths(self, places: np.ndarray) -> np.ndarray:
-        """(N,) m, of places (N, 3), m, under the untouched surface, along its normal."""
+        """Depths (N,), m, of positions (N, 3), m, below the untouched surface: along z for a sheet, radial for a cap."""
         cap = untouched_cap(self._sizes)
         if cap is None:
             return -places[:, 2]
@@ -153,7 +153,7 @@ class MarkerSet:
             self._covariance(contact.id, place, np.asarray(contact.position_covariance).reshape(3, 3))
 
     def _covariance(self, number: int, place: np.ndarray, covariance: np.ndarray) -> None:
-        """The ellipsoid in which the touch is with 95 %."""
+        """Draw the ellipsoid that holds the contact position with 95 % probability."""
         if not (np.isfinite(covariance).all() and np.isfinite(place).all() and covariance.any()):
             return
         variances, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
@@ -161,13 +161,15 @@ class MarkerSet:
         across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
         marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
         marker.pose.position = points_of(place[None])[0]
-        from scipy.spatial.transform import Rotation  # only where somebody looks at markers
+        from scipy.spatial.transform import Rotation  # imported here: slow to load, and needed only for markers
         orientation = Rotation.from_matrix(axes).as_quat().tolist()
         marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
 
     def _wrench(self, wrench, region: ContactRegion) -> None:
-        """Force as it points, towards the region's centroid, over which its tip stands off by a normal's length so as not to hide the
-        touch; torque at the frame's origin. What is not known is not drawn."""
+        """Draw the force as an arrow towards the region's centroid, and the torque as one at the frame's origin.
+
+        The force's tip ends normal_length before the centroid, so that it does not hide the contact. Unknown vectors are not drawn.
+        """
         if not region.outlines:
             return
         force = self._arrow_of(_array([wrench.force])[0], self._sizes['full_force'])
@@ -178,7 +180,7 @@ class MarkerSet:
         self._arrow('torque', 0, np.stack([np.zeros(3), torque]), colours.TORQUE)
 
     def _arrow_of(self, vector: np.ndarray, full: float) -> np.ndarray:
-        """(3,) m, the arrow of a vector (3,): force_length for one of the size full and for larger ones."""
+        """Arrow (3,), m, of a vector (3,): proportional up to the magnitude full, force_length long from there on."""
         share = float(np.linalg.norm(vector)) / full
         return vector * (self._sizes['force_length'] / full / max(1.0, share))
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Markers drawn as a picture, much as RViz shows them, for where there is no RViz."""
+"""Renders markers as a picture, similar to RViz, for machines without RViz."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -14,13 +14,13 @@ from ..rviz.camera_view import OrbitView, view_of
 from ..tiles import BACK
 
 _SURFACES = (Marker.TRIANGLE_LIST, Marker.CUBE_LIST)
-_SHIFT = 4  # OpenCV's fixed point: places are drawn to 1/16 px
+_SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
 
 
 def marker_picture(markers: Iterable[Marker], size: tuple[int, int]) -> np.ndarray | None:
-    """(height, width, 3) uint8 BGR of markers that are added, seen as in the sensors' RViz configurations; None where there are none.
+    """Render the added markers as (height, width, 3) uint8 BGR, from the view of the sensors' RViz files; None without markers.
 
-    size: (width, height), px. Surfaces, from the furthest triangle to the nearest, are under spheres, lines and arrows.
+    size: (width, height), px. Surfaces are drawn first, from the farthest triangle to the nearest, then spheres, lines and arrows.
     """
     added = sorted((m for m in markers if m.action == Marker.ADD), key=lambda m: (m.type not in _SURFACES, m.ns))
     points = [_points(marker) for marker in added if marker.points]
@@ -44,7 +44,7 @@ def _bgr(colour) -> tuple[int, int, int]:
 
 
 def _colours(marker: Marker, count: int) -> list[tuple[int, int, int]]:
-    """One for each of count things."""
+    """Colours of count elements: one each, or the marker's own for all."""
     return [_bgr(colour) for colour in marker.colors] if len(marker.colors) == count else [_bgr(marker.color)] * count
 
 
@@ -54,25 +54,25 @@ def _placed(picture: np.ndarray, points: np.ndarray, view: OrbitView) -> tuple[n
 
 
 def _faces(picture: np.ndarray, corners: np.ndarray, colours: list, view: OrbitView) -> None:
-    """Faces with corners (N, n, 3), m, the furthest first."""
+    """Fill the faces with corners (N, n, 3), m, from the farthest to the nearest."""
     places, depth = _placed(picture, corners.reshape(-1, 3), view)
     places, depth = places.reshape(corners.shape[0], -1, 2), depth.reshape(corners.shape[0], -1).mean(axis=1)
     area = np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max(axis=1)
-    for k in (k for k in np.argsort(-depth) if area[k] > 0):  # as at a pole, where two corners are one
+    for k in (k for k in np.argsort(-depth) if area[k] > 0):  # degenerate at a pole, where two corners coincide
         cv2.fillConvexPoly(picture, places[k], colours[k], cv2.LINE_AA, _SHIFT)
 
 
 def _triangles(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
     corners = _points(marker).reshape(-1, 3, 3)
     colours = _colours(marker, len(corners))
-    if not marker.colors:  # RViz lights those of one colour itself
+    if not marker.colors:  # RViz itself lights triangles without colours of their own
         lit = mesh.light(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
         colours = [tuple(float(part * light) for part in colour) for colour, light in zip(colours, lit)]
     _faces(picture, corners, colours, view)
 
 
 def _cubes(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
-    """Their upper sides."""
+    """Draw the upper faces."""
     half = 0.5 * np.array([(-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]) * (marker.scale.x, marker.scale.y, marker.scale.z)
     _faces(picture, _points(marker)[:, None] + half, _colours(marker, len(marker.points)), view)
 
@@ -98,7 +98,7 @@ def _arrow(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
 
 
 def _nothing(picture: np.ndarray, marker: Marker, view: OrbitView) -> None:
-    """Text and single spheres are left out."""
+    """Draw nothing: text and single spheres are omitted."""
 
 
 _DRAWN = {Marker.TRIANGLE_LIST: _triangles, Marker.CUBE_LIST: _cubes, Marker.SPHERE_LIST: _spheres, Marker.LINE_LIST: _lines,

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a taxel array's results to what RViz draws: cells by value, outlines, axes, normals, flow, slip and wrench."""
+"""RViz markers of a taxel array: cells coloured by value, outlines, axes, normals, flow, slip and wrench."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ from .messages import MarkerSet, points_of, rings_of
 
 _SLIP_TEXT = {Slip.NONE: 'no slip', Slip.INCIPIENT: 'incipient slip', Slip.GROSS: 'gross slip'}
 _SLIP_COLOURS = {Slip.NONE: colours.STATE_COLOURS[1], Slip.INCIPIENT: colours.REGION, Slip.GROSS: colours.STATE_COLOURS[2]}
-_MOST_ARROWS = 200
-_TONES = 64  # steps of the cells' colours: finer than is seen
+_MOST_ARROWS = 200  # chosen
+_TONES = 64  # steps of the cells' colours, chosen: finer than the eye resolves
 _SHARED = ('normal_length', 'force_length', 'full_force', 'full_torque')
 
 
@@ -28,22 +28,24 @@ def _colour(rgb, opacity: float = 1.0) -> ColorRGBA:
 
 
 def _known(wrench: Wrench) -> Wrench:
-    """The part of a wrench that is known, which is what can be drawn."""
+    """The wrench with unknown (NaN) components set to zero, so that the known ones can be drawn."""
     parts = {name: {axis: float(np.nan_to_num(getattr(getattr(wrench, name), axis))) for axis in 'xyz'} for name in ('force', 'torque')}
     return Wrench(force=Vector3(**parts['force']), torque=Vector3(**parts['torque']))
 
 
 class TaxelMarkers(MarkerSet):
-    """sizes: pitch, cell_height, normal_length, force_length (m), full_value, full_force (N), full_torque (N m), flow_scale (s)."""
+    """Markers of an array; sizes: pitch, cell_height, normal_length, force_length (m), full_value, full_force (N), full_torque (N m),
+    flow_scale (s).
+    """
 
     def __init__(self, sizes: Mapping):
         super().__init__({'dot_size': sizes['pitch'], **{name: sizes[name] for name in _SHARED}})
         self._array = sizes
         self._tones = [_colour(rgb, 0.9) for rgb in colours.of_depth(np.linspace(0.0, 1.0, _TONES)).tolist()]
-        self._places: tuple[tuple[int, ...], list[Point]] = (), []  # of the cells of an array of some shape
+        self._places: tuple[tuple[int, ...], list[Point]] = (), []  # shape of the array, centres of its cells
 
     def frame(self, header: Header, found: Mapping) -> MarkerArray:
-        """The markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
+        """Markers for messages by topic (image_raw, contact_region, contacts, slip, wrench; any may be missing) under their header."""
         self._header, self._made = header, []
         region = found.get('contact_region') or ContactRegion()
         if found.get('image_raw') is not None:
@@ -60,7 +62,7 @@ class TaxelMarkers(MarkerSet):
         return MarkerArray(markers=self._gone() + self._made)
 
     def _cells(self, image: Image) -> None:
-        """A plate a taxel, just under the pad's surface, on which the outlines are, coloured by its value."""
+        """Draw each taxel as a plate coloured by its value, just below the pad's surface, where the outlines lie."""
         values = taxel_values(image).astype(float)
         pitch, thick = self._array['pitch'], 0.1 * self._array['cell_height']
         if self._places[0] != values.shape:
@@ -70,14 +72,14 @@ class TaxelMarkers(MarkerSet):
         marker.colors = [self._tones[k] for k in tone.tolist()]
 
     def _cell_places(self, shape: tuple[int, int], thick: float) -> list[Point]:
-        """The cells' centres, row by row."""
+        """Centres of the cells, row by row."""
         row, column = (index.ravel() for index in np.indices(shape))
         pitch = self._array['pitch']
         return points_of(np.column_stack([(column - 0.5 * (shape[1] - 1)) * pitch, (row - 0.5 * (shape[0] - 1)) * pitch,
                                           np.full(row.size, -0.5 * thick)]))
 
     def _lines(self, region: ContactRegion) -> None:
-        """Outlines, holes, and the axes of the region."""
+        """Draw outlines, holes and principal axes of the region."""
         width = 0.3 * self._array['pitch']
         for ns, rings, colour in zip(('outlines', 'holes'), rings_of(region), (colours.REGION, colours.HOLE)):
             if rings:
@@ -92,7 +94,7 @@ class TaxelMarkers(MarkerSet):
             self._add('axes', Marker.LINE_LIST, (width, 0.0, 0.0), _colour(colours.CONTACT), points_of(np.array(ends)))
 
     def _flow(self, slip: Slip, region: ContactRegion) -> None:
-        """An arrow where the object slips, and the slip's state in words."""
+        """Draw the slip velocity at each slipping point as a line, and the slip state as text."""
         size, scale = self._array['pitch'], self._array['flow_scale']
         at = np.column_stack([slip.x, slip.y, np.zeros(len(slip.x))]).astype(float)
         by = np.column_stack([slip.vx, slip.vy, np.zeros(len(slip.vx))]).astype(float)

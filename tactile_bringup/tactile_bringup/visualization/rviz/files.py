@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes rviz/*.rviz from the sensors' own sizes: python3 -m tactile_bringup.visualization.rviz.files FOLDER."""
+"""Generates rviz/*.rviz from the sensors' sizes: python3 -m tactile_bringup.visualization.rviz.files FOLDER."""
 from __future__ import annotations
 
 import re
@@ -14,14 +14,14 @@ from .sensor_shape import shape_of
 from ...sensor_types import SENSOR_TYPES
 
 _ABOUT = '# Made by: python3 -m tactile_bringup.visualization.rviz.files FOLDER\n'
-_FIRM = 0.06  # N on a dot or taxel, measured in the simulated scenes: 0.059 under the touchpad's rectangle, 0.047 under the array's bar
+_FIRM = 0.06  # N per dot or taxel; measured in simulated scenes: 0.059 under the touchpad's rectangle, 0.047 under the array's bar
 
 
 def rviz_file(sensor_type: str, parameters: str) -> str:
-    """The text of a sensor's configuration with topics under its type's name; parameters: text of its parameter file."""
+    """Text of a sensor's RViz configuration, with its type as namespace; parameters: text of its parameter file."""
     kind, shape = SENSOR_TYPES[sensor_type], shape_of(parameters)
     pictures = _pictures(sensor_type)
-    # The taxels' frame is 2 mm under the sensor frame: its label would cover that of the sensor frame.
+    # The taxel frame lies 2 mm below the sensor frame; its label would cover that of the sensor frame.
     hidden = [f'{sensor_type}_taxels'] if kind.own_frame == 'taxels' else []
     displays = [page.grid('Base plane', shape.width), page.frames(shape.width, hidden),
                 page.markers('Touch', f'/{sensor_type}/markers', kind.namespaces), *_points(sensor_type, shape.width), *pictures]
@@ -30,14 +30,14 @@ def rviz_file(sensor_type: str, parameters: str) -> str:
 
 
 def moved_file(text: str, sensor_type: str, namespace: str, frame: str) -> str:
-    """The text of a shipped configuration for a sensor in another namespace, and with another sensor frame."""
+    """Text of a shipped configuration changed to another namespace and sensor frame."""
     text = text.replace(f'/{sensor_type}/', f'/{namespace}/'.replace('//', '/'))
     own = SENSOR_TYPES[sensor_type].own_frame
     return re.sub(rf'\b{sensor_type}_{own}\b', f'{frame}_{own}', text).replace(f'Fixed Frame: {sensor_type}\n', f'Fixed Frame: {frame}\n')
 
 
 def _points(sensor_type: str, width: float) -> list[dict]:
-    """The cloud of a sensor of this width, m: coloured by force where each point has one, else by displacement."""
+    """Point cloud display of a sensor of this width, m; coloured by force where points have one, otherwise by displacement."""
     kind = SENSOR_TYPES[sensor_type]
     if 'points' not in kind.shown:
         return []
@@ -55,13 +55,13 @@ def _pictures(sensor_type: str) -> list[dict]:
 
 
 def rviz_files() -> dict[str, str]:
-    """File name -> text."""
+    """Text of each file by name."""
     parameters = parameter_files()
     return {f'{sensor_type}.rviz': rviz_file(sensor_type, parameters[f'{sensor_type}.yaml']) for sensor_type in SENSOR_TYPES}
 
 
 def main() -> int:
-    """Write the files into the folder named on the command line."""
+    """Write the files to the folder named on the command line."""
     for name, text in rviz_files().items():
         Path(sys.argv[1], name).write_text(text)
     return 0

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How large a sensor and what is drawn on it are, from its parameter file. No ROS here."""
+"""Size of a sensor and of the arrows on it, read from its parameter file. Needs no ROS."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -10,13 +10,14 @@ import numpy as np
 import yaml
 from tactile_perception.common.spherical_cap import Cap
 
-_TILTS = np.radians([0.0, 25.0, 50.0])  # of a dome's normals, where it is touched
+_TILTS = np.radians([0.0, 25.0, 50.0])  # rad from the pole, chosen: normals of a dome where arrows may stand
 
 
 @dataclass(frozen=True)
 class SensorShape:
-    """half: (2,) half width along x and y, m; height: over the frame's origin, m; reach: of the arrows over the surface, m;
-    radius: of curvature, m, 0 for a plane."""
+    """half: half widths (2,) along x and y, m; height: over the frame's origin, m; reach: length of the arrows over the surface, m;
+    radius: of curvature, m, 0 for a plane.
+    """
 
     half: tuple[float, float]
     height: float
@@ -25,19 +26,19 @@ class SensorShape:
 
     @property
     def width(self) -> float:
-        """The greater width, m."""
+        """The larger width, m."""
         return 2 * max(self.half)
 
     def corners(self) -> np.ndarray:
-        """(8, 3) m, of the box about the sensor."""
+        """Corners (8, 3), m, of the bounding box."""
         return np.array([(x * self.half[0], y * self.half[1], z) for x in (-1, 1) for y in (-1, 1) for z in (0.0, self.height)])
 
     def outermost(self) -> np.ndarray:
-        """(N, 3) m: what has to be in the picture, corners and ends of arrows."""
+        """Points (N, 3), m, that the picture must contain: corners and arrow ends."""
         return np.vstack([self.corners(), self.arrow_ends()])
 
     def arrow_ends(self) -> np.ndarray:
-        """(N, 3) m, where the longest arrows end that stand on the surface."""
+        """Ends (N, 3), m, of the longest arrows on the surface."""
         if not self.radius:
             return self.corners()[1::2] + [0.0, 0.0, self.reach]
         tilt, turn = (part.ravel() for part in np.meshgrid(_TILTS, np.arange(8) * np.pi / 4))
@@ -46,7 +47,7 @@ class SensorShape:
 
 
 def shape_of(text: str) -> SensorShape:
-    """The shape that the text of a parameter file tells."""
+    """Shape of the sensor that the text of a parameter file describes."""
     values = _values(yaml.safe_load(text))
     reach = values['normal_length'] + values.get('force_length', 0.0)
     if 'cap.height' in values:
@@ -67,7 +68,7 @@ def _dome(cap: Cap, reach: float) -> SensorShape:
 
 
 def _values(page: Mapping) -> dict:
-    """Name -> value of the sensor, which all nodes share, and of the node that draws."""
+    """Values by name: the parameters that all nodes share, and those of the markers node."""
     found: dict = {}
     for node, section in page.items():
         if node == '/**' or 'markers_node' in node:
