@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Poses of two cameras over one printed grid, from the markers that each sees: those that both see have to be at one place."""
+"""Estimates the poses of two cameras over one printed grid; a marker that both cameras see has one position."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -14,22 +14,24 @@ from tactile_driver.stitching.calibration import SideView
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 
-FEWEST = 12  # markers of one view
-MARKER_NOISE = 0.04  # px: how well a marker's place in an image is known, per axis
-FINEST_PRINT = 2e-6  # m: no print is more regular
-LARGEST_RESIDUAL = 0.1  # of the pitch, root mean square in one view: beyond it markers were mistaken for each other, or pitch is wrong
-SLENDER = 0.02  # least width of the markers of a view over their length
-FARTHEST = 1e5  # px: no image is that large
-HIDDEN = 1.0  # m: where markers are put that a camera with such distortion could not have seen
-ROUNDS = 2  # of fitting and of measuring how irregular the print is
+FEWEST = 12  # markers of one view, chosen
+MARKER_NOISE = 0.04  # px per axis, standard deviation of a detected marker's position
+FINEST_PRINT = 2e-6  # m: lower bound of the print's irregularity
+LARGEST_RESIDUAL = 0.1  # RMS over the pitch, chosen: a larger one means mismatched markers or a wrong pitch
+SLENDER = 0.02  # chosen: smallest ratio of width to length of the markers in a view
+FARTHEST = 1e5  # px, chosen: larger than any image
+HIDDEN = 1.0  # m, chosen: position for markers that the distortion model cannot invert
+ROUNDS = 2  # chosen: alternations between fitting and estimating the irregularity of the print
 
 Parameters = np.ndarray
 
 
 @dataclass(frozen=True)
 class SideMarkers:
-    """What one camera sees untouched. size: (width, height) px; id: (N,) numbers on the whole grid; uv: (N, 2) px; camera: K (3, 3) and
-    distortion (5,), None where not known."""
+    """Markers of an untouched view.
+
+    size: (width, height) px; id: (N,) ids on the whole grid; uv: (N, 2) px; camera: K (3, 3) and distortion (5,), None when unknown.
+    """
 
     size: tuple[int, int]
     id: np.ndarray
@@ -38,10 +40,10 @@ class SideMarkers:
 
 
 def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
-    """Both cameras, fitted together to the nominal places grid (K, 2), m.
+    """Fit both cameras jointly to the nominal marker positions grid (K, 2), m.
 
-    The printed markers are off their nominal places by an amount that the fit finds; the two views of one marker differ by the noise of
-    its image only, so that they tie the cameras together. Raises BadCalibration where a view has too few markers or fits no camera.
+    Markers deviate from their nominal positions by the irregularity of the print, which is estimated. The two views of one marker differ by
+    image noise only and so tie the cameras together. Raises BadCalibration for a view with too few markers and for one that fits no camera.
     """
     models = [_model(markers, grid) for markers in found]
     split = len(models[0][0])
@@ -63,7 +65,7 @@ def _sides(parameters: Parameters, split: int, makes: list) -> list[SideView]:
 
 
 def _misfit(sides: list[SideView], found: list[SideMarkers], grid: np.ndarray, print_sigma: float) -> np.ndarray:
-    """Residuals over their standard deviations: markers from the grid, and the two views of one marker from each other."""
+    """Normalised residuals: markers from the nominal grid, and the two views of each shared marker from each other."""
     places, seen = np.zeros((2, len(grid), 2)), np.zeros((2, len(grid)), bool)
     for k, (side, markers) in enumerate(zip(sides, found)):
         places[k, markers.id], seen[k, markers.id] = np.nan_to_num(side.place(markers.uv), nan=HIDDEN), True
@@ -80,7 +82,7 @@ def _metres_per_px(side: SideView) -> float:
 
 
 def _model(markers: SideMarkers, grid: np.ndarray) -> tuple[Parameters, Callable[[Parameters], SideView]]:
-    """First parameters of one camera, and what makes the camera of parameters."""
+    """Initial parameters of one camera, and the function from parameters to camera. Raises BadCalibration."""
     if len(markers.id) < FEWEST:
         raise BadCalibration(f'{len(markers.id)} markers in a view are too few to tell where the camera stands; {FEWEST} are needed')
     if not (np.abs(markers.uv) < FARTHEST).all():
@@ -92,12 +94,12 @@ def _model(markers: SideMarkers, grid: np.ndarray) -> tuple[Parameters, Callable
 
 
 def _posed_model(markers: SideMarkers, grid: np.ndarray):
-    """A camera with known intrinsics: rotation vector and translation, m."""
+    """Camera with known intrinsics; parameters: rotation vector, translation (m)."""
     matrix, distortion = markers.camera
     places = np.column_stack([grid[markers.id], np.zeros(len(markers.id))])
     try:
         found, rotation, translation = cv2.solvePnP(places, np.ascontiguousarray(markers.uv), matrix, distortion)
-    except cv2.error:  # markers at one place, or farther out than a number goes
+    except cv2.error:  # for example for coincident markers or numeric overflow
         found = False
     if not found:
         raise BadCalibration('no pose of the camera fits the markers; check camera_info, rows, columns and pitch')
@@ -109,7 +111,7 @@ def _posed_model(markers: SideMarkers, grid: np.ndarray):
 
 
 def _free_model(markers: SideMarkers, grid: np.ndarray):
-    """A camera without known intrinsics: a homography (its last number 1) and k1 about the image's centre; its place stays unknown."""
+    """Camera with unknown intrinsics, at an unknown position; parameters: homography (last element 1), k1 about the image centre."""
     width, height = markers.size
     matrix = np.array([[width, 0, (width - 1) / 2], [0, width, (height - 1) / 2], [0, 0, 1]], float)
     extent = np.diag([1 / np.ptp(grid), 1 / np.ptp(grid), 1.0])

@@ -18,8 +18,11 @@ _MOST = 20  # lines printed
 
 @dataclass(frozen=True)
 class Residuals:
-    """Errors of one quantity. name, unit: for display; value: (N,) in that unit, unknown is NaN; place: (N, 2) positions along axes (two
-    names with units); when: N names of presses by recording and time."""
+    """Errors of one quantity.
+
+    name, unit: for display; value: (N,) in that unit, NaN when unknown; place: (N, 2) positions along axes (two names with units); when: N
+    names of presses by recording and time.
+    """
 
     name: str
     unit: str
@@ -30,7 +33,7 @@ class Residuals:
 
 
 def outliers(found: Sequence[Residuals]) -> list[str]:
-    """One line for each press whose error is an outlier, largest first."""
+    """One line per press whose error is an outlier, largest first, at most _MOST per quantity."""
     lines = []
     for residuals in found:
         size = np.abs(np.asarray(residuals.value, float))
@@ -46,7 +49,7 @@ def outliers(found: Sequence[Residuals]) -> list[str]:
 
 
 def plot_path(calibration: Path) -> Path:
-    """The path of the plot of a calibration file: beside it."""
+    """Path of the plot beside a calibration file."""
     return calibration.with_name(calibration.stem + '_residuals.png')
 
 

@@ -1,7 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A press of a known sphere: what the stage knows, the dots that lie on the sphere, whose places it thereby tells, and the radius of the
-sphere where nobody has measured it."""
+"""Presses of a known sphere on a touchpad: dots that lie on the sphere, whose positions it defines, and the fit of an unknown radius."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -18,14 +17,14 @@ from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.optics.colour import log_ratios
 from ..touchpad.optics.identification import Colours, ring_covariances
 
-SMALLEST, LARGEST = 2e-3, 30e-3  # m
-TOLERANCE = 0.01  # of the radius
+SMALLEST, LARGEST = 2e-3, 30e-3  # m, chosen: bounds of the sphere's radius
+TOLERANCE = 0.01  # relative, chosen: accuracy of the radius
 
 
 def find_sphere_radius(misfit: Callable[[float], float]) -> float:
-    """Radius, m, at which misfit(radius), m, is least. Raises BadCalibration where it has no least value between 2 and 30 mm."""
+    """Radius, m, that minimises misfit(radius), m. Raises BadCalibration without a minimum between 2 and 30 mm."""
     def at(log_radius: float) -> float:
-        """The misfit at exp(log_radius), m; 1 where there is none."""
+        """Misfit, m, at exp(log_radius); 1 where the fit fails."""
         try:
             return misfit(float(np.exp(log_radius)))
         except BadCalibration:
@@ -40,17 +39,17 @@ def find_sphere_radius(misfit: Callable[[float], float]) -> float:
     return float(np.exp(found.x))
 
 
-PENETRATION = 0.5  # of the deepest: where the sphere stands so far inside the cap at rest, the membrane lies on it
-RING = 8           # points on a dot's sampling ring that must lie on the sphere as well
+PENETRATION = 0.5  # of the deepest penetration, chosen: where the sphere is this deep inside the cap at rest, the membrane lies on it
+RING = 8           # points on the sampling ring of a dot that must lie on the sphere, chosen
 
 
 @dataclass
 class Press:
-    """One still frame of the touchpad, with what the stage knows about the sphere.
+    """A static frame of the touchpad with the pose of the sphere that the stage reports.
 
-    image: (H, W, 3) uint8 BGR; tracks: its dots; tip: (3,) m, the sphere's foremost point in the sensor frame, NaN when it does not touch;
-    depth: m, 0 when it does not touch; normal: (3,) unit vector from the tip to the sphere's centre (the stage's axis, not the
-    membrane's normal); name: for messages.
+    image: (H, W, 3) uint8 BGR; tracks: its dots; tip: (3,) m, contact point of the sphere in the sensor frame, NaN without contact; depth:
+    m, 0 without contact; normal: (3,) unit vector from the tip to the sphere's centre (the stage's axis, not the membrane's normal); name:
+    for messages.
     """
 
     image: np.ndarray
@@ -67,14 +66,17 @@ class Press:
 
     @property
     def label(self) -> str:
-        """How messages name this press."""
+        """Name of the press in messages."""
         return self.name or 'press at ({:.1f}, {:.1f}) mm, {:.2f} mm deep'.format(*np.asarray(self.tip)[:2] * 1e3, self.depth * 1e3)
 
 
 @dataclass
 class OnSphere:
-    """Dots of one press that lie on the sphere: colours (at their rings' mean places), ring points that count (M,), where it was, and how
-    messages name it."""
+    """Dots of one press that lie on the sphere.
+
+    colours: at the mean positions of their sampling rings; count: (M,) ring pixels used; tip: (3,) m; depth: m; label: name of the press
+    in messages.
+    """
 
     colours: Colours
     count: np.ndarray
@@ -83,14 +85,14 @@ class OnSphere:
     label: str = ''
 
     def select(self, keep: np.ndarray) -> 'OnSphere':
-        """The same press with only the dots where keep (M,) bool."""
+        """The same press with only the dots where keep, (M,) bool, is True."""
         return OnSphere(self.colours.select(keep), self.count[keep], self.tip, self.depth, self.label)
 
 
 def dots_on_sphere(press: Press, radius: float, model: WaterModel, camera: CameraModel) -> OnSphere:
-    """Dots of a press that lie, with their sampling ring, where the sphere (radius, m) stands well inside of the cap at rest.
+    """Dots of a press whose sampling rings lie on the sphere (radius, m): where it is deep inside the cap at rest (PENETRATION).
 
-    Raises BadFrame where the image has no colour. No dot at all is an empty result.
+    The result may hold no dot. Raises BadFrame for an image without colour.
     """
     centre = np.asarray(press.tip) + radius * np.asarray(press.normal)
     angle = np.arange(RING) * (2 * np.pi / RING)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Finds how two views of an untouched marker sheet make one picture of it: pose of each camera, seam, exposure, from one pair."""
+"""Fits the stitching of two views of a marker sheet to one untouched pair: pose of each camera, seam, exposure."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -19,17 +19,20 @@ from ..errors import BadArgument, BadCalibration, BadFrame
 from ..markers.view.sensor import MarkerSensor
 
 SIDES = ('left', 'right')
-WHOLE_COLUMN = 0.8  # of the rows: a column with fewer markers is cut by the image's border
-FINENESS = 0.8  # of the views' own resolution: markers' places are 3 % noisier, and a third of the time is saved
-DULL, GLARING = 5, 250  # grey levels between which exposures are compared
+WHOLE_COLUMN = 0.8  # of the rows, chosen: a column with fewer markers is cut off by the border of the image
+FINENESS = 0.8  # of the views' resolution; measured: marker positions are 3 % noisier, run time is a third shorter
+DULL, GLARING = 5, 250  # grey levels, chosen: range in which exposures are compared
 Intrinsics = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class StitchingFit:
-    """residual: m, root mean square distance of the markers found in the stitched picture from the nominal grid (the print's own
-    irregularity is part of it); overlap: m, the same between the two views of one marker, NaN where no marker is seen by both; shared:
-    columns that both cameras see; markers: how many the picture shows."""
+    """Result of a fit.
+
+    residual: RMS distance, m, of the markers in the stitched picture from the nominal grid, which includes the print's irregularity
+    overlap: RMS distance, m, between the two views of a marker, NaN without a shared marker
+    shared: columns that both cameras see; markers: number in the stitched picture
+    """
 
     stitching: Stitching
     residual: float
@@ -38,7 +41,7 @@ class StitchingFit:
     markers: int
 
     def lines(self) -> list[str]:
-        """The fit in words, with residuals in px and mm."""
+        """Report of the fit, with residuals in px and mm."""
         found, scale = self.stitching, self.stitching.scale
         shared = f'{self.shared[0]} to {self.shared[-1]}' if self.shared else 'none'
         eyes = [f'{name} ({", ".join(f"{1e3 * x:.2f}" for x in eye)}) mm' if np.isfinite(eye).all() else f'{name} not known'
@@ -52,12 +55,12 @@ class StitchingFit:
 
 def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsics | None, Intrinsics | None], sensor: MarkerSensor,
                   polarity: str = 'bright', detection: str = 'blobs') -> StitchingFit:
-    """The stitching from one untouched pair.
+    """Fit the stitching to one untouched pair.
 
-    images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each, None where not known (then one
-    coefficient of radial distortion is found too, and where the camera stands stays unknown); sensor: a sheet with a grid; polarity,
-    detection: how markers are found. The left camera has to see column 0, the right one the last. Raises BadCalibration where the pair
-    cannot tell, BadFrame for an image that shows no markers, BadArgument for a sensor that is no sheet with a grid.
+    images: left and right, uint8 (H, W, 3) BGR or (H, W); cameras: K (3, 3) and distortion (5,) of each, None when unknown (one radial
+    distortion coefficient is then fitted, and the position of the camera stays unknown); sensor: a sheet with a grid; polarity,
+    detection: of the marker detector. The left camera has to see column 0, the right one the last column. Raises BadCalibration for a pair
+    that does not determine the stitching, BadFrame for an image without markers, BadArgument for a sensor that is not a sheet with a grid.
     """
     if not sensor.is_sheet or min(sensor.rows, sensor.columns) < 2:
         raise BadArgument(f'stitching needs a sheet with a printed grid, not {sensor}')
@@ -73,7 +76,7 @@ def fit_stitching(images: tuple[np.ndarray, np.ndarray], cameras: tuple[Intrinsi
 
 
 def _numbered(image: np.ndarray, camera: Intrinsics | None, sensor: MarkerSensor, side: int, detector: DotDetector) -> SideMarkers:
-    """The markers of one view under their numbers on the whole sheet."""
+    """Markers of one view with their ids on the whole sheet. Raises BadFrame, BadCalibration."""
     try:
         dots: Dots = detector.detect(image)
     except BadFrame as error:
@@ -95,8 +98,10 @@ def _whole_columns(markers: SideMarkers, sensor: MarkerSensor) -> set[int]:
 
 
 def _seam(whole: list[set[int]], sensor: MarkerSensor) -> float:
-    """m along x: midway between two columns of which the left camera sees the one and the right camera the other, near the middle of what
-    both see."""
+    """Seam, x in m: midway between two columns near the centre of the overlap; each camera sees one side in full.
+
+    Raises BadCalibration for a gap between the views.
+    """
     last, first = max(whole[0], default=-1), min(whole[1], default=sensor.columns)
     if first > last + 1:
         raise BadCalibration(f'the left camera sees the columns up to {last}, the right one those from {first}: there is a gap between '
@@ -105,14 +110,14 @@ def _seam(whole: list[set[int]], sensor: MarkerSensor) -> float:
 
 
 def _overlap(found: list[SideMarkers], sides: list[SideView]) -> float:
-    """m, root mean square distance between the two views of a marker."""
+    """RMS distance, m, between the two views of a marker; NaN without a shared marker."""
     _, left, right = np.intersect1d(found[0].id, found[1].id, return_indices=True)
     apart = sides[0].place(found[0].uv[left]) - sides[1].place(found[1].uv[right])
     return float(np.sqrt((apart**2).sum(1).mean())) if len(apart) else np.nan
 
 
 def _laid_out(sides: list[SideView], seam: float, sensor: MarkerSensor) -> Stitching:
-    """The picture: the whole sheet, nearly as fine as the views are at their middle."""
+    """Stitching that shows the whole sheet at FINENESS times the resolution of the views at their centres."""
     middle = [np.array([(side.size[0] - 1) / 2, (side.size[1] - 1) / 2]) for side in sides]
     steps = [np.diff(side.place(m + [[0, 0], [1, 0], [0, 1]]), axis=0) for side, m in zip(sides, middle)]
     scale = float(np.round(FINENESS * np.mean([1 / np.linalg.norm(step[0]) for step in steps]), -1))
@@ -122,7 +127,7 @@ def _laid_out(sides: list[SideView], seam: float, sensor: MarkerSensor) -> Stitc
 
 
 def _cut(sides: list[SideView]) -> tuple[float, float]:
-    """Columns, px, of the left and the right image that show the middle of what both see."""
+    """Columns, px, of the left and the right image that show the centre of the overlap."""
     (left_width, height), _ = (side.size for side in sides)
     ends = sides[0].place([[left_width - 1, height / 2]])[0], sides[1].place([[0, height / 2]])[0]
     middle = np.mean(ends, axis=0)
@@ -130,7 +135,7 @@ def _cut(sides: list[SideView]) -> tuple[float, float]:
 
 
 def _matched(images: tuple, stitching: Stitching) -> Stitching:
-    """The stitching with gains that match exposures where both see the sheet: the brighter view is darkened, so that nothing saturates."""
+    """The stitching with gains that match the exposures in the overlap: the brighter view is darkened, so that nothing saturates."""
     ratio = _brightness_ratio(images, stitching)
     gains = (1.0, ratio) if ratio < 1 else (1 / ratio, 1.0)
     sides = [SideView(s.size, s.matrix, s.distortion, s.homography, s.eye, float(gain))
@@ -139,7 +144,7 @@ def _matched(images: tuple, stitching: Stitching) -> Stitching:
 
 
 def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
-    """Brightness of the left view over the right one's, on what is bright in both; 1 where nothing is."""
+    """Brightness of the left view over that of the right one, over pixels bright in both; 1 without such pixels."""
     u, v = np.meshgrid(np.arange(0, stitching.size[0], 2), np.arange(0, stitching.size[1], 2))
     places = stitching.place(np.stack([u, v], axis=-1))
     levels = []
@@ -155,7 +160,7 @@ def _brightness_ratio(images: tuple, stitching: Stitching) -> float:
 
 
 def _residual(images: tuple, stitching: Stitching, sensor: MarkerSensor, detector: DotDetector) -> tuple[float, int]:
-    """m, root mean square distance of the markers in the stitched picture from the grid, and their number."""
+    """RMS distance, m, of the markers in the stitched picture from the grid, and their number. Raises BadCalibration without a grid."""
     dots = detector.detect(make_stitcher('plane', stitching).stitch(*images))
     numbers = number_grid(dots.uv, sensor.rows, sensor.columns, image_size=stitching.size)
     if not numbers.certain:

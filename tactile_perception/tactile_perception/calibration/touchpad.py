@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of the touchpad's surface model with presses of a known sphere at known places."""
+"""Calibration of the touchpad's optics by presses of a known sphere at known positions."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
@@ -17,24 +17,24 @@ from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.optics.colour import RING_PIXELS, RingColours
 from ..touchpad.optics.identification import Colours, OpticsPrior, as_ring_colours, fit, fit_rest, model_from, rest_colours
 
-MINIMUM_DEPTH = 3e-4  # m: a shallower press holds too few dots on the sphere
-MINIMUM_SPAN = 1e-3   # m, between the shallowest and the deepest press
-MINIMUM_SPREAD = 2e-3  # m, between the places pressed
-MINIMUM_DOTS = 20     # on the sphere, over all presses
-LARGEST_SCALE_SIGMA = 0.03  # relative error of a dent's depth that may be left
-SCALE_FLOOR = 0.005   # of it: what the path model itself leaves open
-UPRIGHT = 0.9998      # z of a normal that stands along the stage's axis, within a degree
-OUTLIER = 4.0         # standard deviations (robust): a dot that the first fit puts so far from the sphere does not lie on it
+MINIMUM_DEPTH = 3e-4  # m, chosen: too few dots of a shallower press lie on the sphere
+MINIMUM_SPAN = 1e-3   # m, chosen: between the shallowest and the deepest press
+MINIMUM_SPREAD = 2e-3  # m, chosen: between the positions pressed
+MINIMUM_DOTS = 20     # on the sphere, over all presses; chosen
+LARGEST_SCALE_SIGMA = 0.03  # chosen: largest relative standard deviation of the depth scale
+SCALE_FLOOR = 0.005   # chosen: relative error of the depth scale that the light path model itself leaves
+UPRIGHT = 0.9998      # chosen: z of a normal within about a degree of the stage's axis
+OUTLIER = 4.0         # robust standard deviations, chosen: a dot farther from the sphere after the first fit does not lie on it
 
 
 @dataclass
 class TouchpadCalibration:
-    """What a fit found, in SI units.
+    """Result of a fit, in SI units.
 
-    model: calibrated; sphere_radius: m, as given; presses, dots: used; residual_rms, residual_bias: m, of ranges of dots on the sphere;
-    held_out_rms: m, the same for places that the fit did not see (each left out in turn; NaN with two places); depth_range: m; place_range:
-    (2, 2) smallest and largest x, y, m; left_out: a line for each press not used; held_out: of each press, at a place that the fit did not
-    see.
+    model: calibrated; sphere_radius: m; presses, dots: numbers used; residual_rms, residual_bias: of the ranges of dots on the sphere, m;
+    held_out_rms: cross-validation RMS of the ranges, m, with each position left out in turn, NaN for fewer than three positions;
+    depth_range: m; place_range: (2, 2) smallest and largest x, y, m; left_out: one line per press not used; held_out: cross-validation
+    residuals of each press.
     """
 
     model: WaterModel
@@ -52,11 +52,11 @@ class TouchpadCalibration:
 
 def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap(),
                  prior: OpticsPrior = OpticsPrior()) -> TouchpadCalibration:
-    """The touchpad's water and light from untouched frames and presses of a sphere of sphere_radius (m) at known places and depths.
+    """Fit the absorption and light path to untouched frames and presses of a sphere of sphere_radius (m) at known positions and depths.
 
-    Needs at least one untouched frame, two places at least 2 mm apart, and depths that span 1 mm or more. Where normals stand askew they
-    may be the membrane's instead of the stage's: both readings are tried, the better kept, and left_out says so. Raises BadCalibration,
-    naming what to add, where the data cannot determine the model.
+    Needs at least one untouched frame, three presses at positions at least 2 mm apart, and depths that span at least 1 mm. Tilted normals
+    may be those of the membrane instead of the stage: both readings are fitted and the better one is kept, which left_out reports. Raises
+    BadCalibration, naming what to add, for data that do not determine the model.
     """
     if not (np.isfinite(sphere_radius) and sphere_radius > 0):
         raise BadCalibration(f'touchpad calibration: sphere radius must be a positive number of metres, got {sphere_radius}')
@@ -74,20 +74,20 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
 
 
 def sphere_misfit(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap = Cap()) -> float:
-    """Root mean square range error, m, that fit_touchpad leaves with a sphere of this radius (m), upright on its tip; raises as it does."""
+    """RMS range error, m, of a fit with a sphere of this radius (m) and vertical normals; raises as fit_touchpad does."""
     upright = [replace(press, normal=np.array([0.0, 0.0, 1.0])) for press in presses]
     model, _, groups, _ = _solve(upright, camera, sphere_radius, cap, OpticsPrior())
     return _rms(np.concatenate([range_errors(model, group) for group in groups]))
 
 
 def _fit_presses(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> TouchpadCalibration:
-    """The fit with the normals as they are."""
+    """Fit with the normals as given."""
     model, ground, groups, left_out = _solve(presses, camera, sphere_radius, cap, prior)
     return _report(model, ground, groups, camera, sphere_radius, prior, left_out)
 
 
 def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap: Cap, prior: OpticsPrior) -> tuple:
-    """The model, the ground's colours, the dots on the sphere of each press, and a line for each press or dot left out."""
+    """Model, colours at rest, dots on the sphere of each press, and one line per press or group of dots left out."""
     rest = [p for p in presses if not p.touching]
     used, left_out = _usable([p for p in presses if p.touching])
     _require_coverage(rest, used, left_out)
@@ -109,7 +109,7 @@ def _solve(presses: list[Press], camera: CameraModel, sphere_radius: float, cap:
 
 
 def _usable(presses: list[Press]) -> tuple[list[Press], list[str]]:
-    """Presses that can serve, and a line for each that cannot."""
+    """Presses that can be used, and one line per press that cannot."""
     used, left_out = [], []
     for press in presses:
         if press.depth < MINIMUM_DEPTH:
@@ -122,7 +122,7 @@ def _usable(presses: list[Press]) -> tuple[list[Press], list[str]]:
 
 
 def _require_coverage(rest: list[Press], used: list[Press], left_out: list[str]):
-    """Raises BadCalibration where rest frames, presses, places or depths are too few."""
+    """Raise BadCalibration for too few rest frames, presses, positions or depths."""
     tail = f' (left out: {"; ".join(left_out)})' if left_out else ''
     if not rest:
         raise BadCalibration('touchpad calibration: no untouched frame; add a second of recording before the first press')
@@ -140,7 +140,7 @@ def _require_coverage(rest: list[Press], used: list[Press], left_out: list[str])
 
 
 def _read(presses: list[Press], model: WaterModel, camera: CameraModel, radius: float) -> tuple[list[OnSphere], list[str]]:
-    """Dots on the sphere in each press; a line for each press without one or with an image that cannot be read."""
+    """Dots on the sphere of each press; one line per press without one or with an unusable image."""
     found, empty = [], []
     for press in presses:
         try:
@@ -156,21 +156,21 @@ def _read(presses: list[Press], model: WaterModel, camera: CameraModel, radius: 
 
 
 def _fit(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> WaterModel:
-    """The model that explains the ground at rest and the dots on the sphere."""
+    """Model fitted to the colours at rest and on the sphere."""
     q, covariance, _ = fit(ground.joined([group.colours for group in groups]), camera, prior)
     model = model_from(q, covariance, first.noise, first.ring, camera, first.cap)
     return replace(model, scale_sigma=float(np.hypot(model.scale_sigma, SCALE_FLOOR)), ring_share=first.ring_share)
 
 
 def range_errors(model: WaterModel, group: OnSphere) -> np.ndarray:
-    """Measured less true distances (M,), m, along the rays, of dots on the sphere (ring means, as they are measured)."""
+    """Range errors (M,), m: measured less true distances along the rays of dots on the sphere (ring means, as in use)."""
     length, _ = model.path_lengths(RingColours(group.colours.ratios, group.count, np.zeros(len(group.count))))
     true, slope = model.path.lengths(group.colours.places, group.colours.normals)
     return (length - true) / slope
 
 
 def _trim(groups: list[OnSphere], model: WaterModel) -> tuple[list[OnSphere], list[str]]:
-    """Groups without the dots that turn out not to lie on the sphere, and a line that says how many those were."""
+    """Groups without the dots that are not on the sphere, and a line with the number removed."""
     errors = [range_errors(model, group) for group in groups]
     size = np.abs(np.concatenate(errors) - np.median(np.concatenate(errors)))
     limit = OUTLIER * robust_sigma(size)
@@ -181,7 +181,7 @@ def _trim(groups: list[OnSphere], model: WaterModel) -> tuple[list[OnSphere], li
 
 
 def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera: CameraModel, prior: OpticsPrior) -> list[np.ndarray]:
-    """Range errors (M,), m, of each press, its place and those near it left out of the fit; none with fewer than three places."""
+    """Cross-validation range errors (M,), m, of each press in a fit without the presses near it; NaN for fewer than three positions."""
     places = np.array([np.round(group.tip[:2] / MINIMUM_SPREAD) for group in groups])
     keys = np.unique(places, axis=0)
     errors = [np.full(1, np.nan)] * len(groups)
@@ -194,7 +194,7 @@ def _held_out(ground: Colours, groups: list[OnSphere], first: WaterModel, camera
 
 
 def _residuals(groups: list[OnSphere], errors: list[np.ndarray]) -> list[Residuals]:
-    """Mean and scatter of each press's range errors, over the pad."""
+    """Mean and RMS of the range errors of each press over the pad."""
     tips, labels = 1e3 * np.array([group.tip[:2] for group in groups]), [group.label for group in groups]
     return [Residuals(name, 'mm', 1e3 * np.array([measure(error) for error in errors]), tips, ('x (mm)', 'y (mm)'), labels)
             for name, measure in (('range, mean of a press', np.mean), ('range, RMS of a press', _rms))]

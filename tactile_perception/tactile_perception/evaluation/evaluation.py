@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All errors of a recording, frame by frame."""
+"""Errors of a recording, accumulated frame by frame."""
 from __future__ import annotations
 
 from collections import defaultdict
@@ -15,14 +15,14 @@ from .touches import TouchCounts, pairs, touch_errors
 
 DOT_STATES = ('untouched', 'sticking', 'slipping')
 SLIP_STATES = ('none', 'incipient', 'gross')
-_WEAK = 0.05  # of the largest force and moment: under it relative errors say little
+_WEAK = 0.05  # chosen, of the largest force and moment: relative errors of smaller ones mean little
 
 
 class Evaluation:
-    """Frames are added one by one; summary() says what they were worth.
+    """Accumulates frames; summary() reports.
 
-    errors: by name of QUANTITIES; dots: (3, 4), true state by state told, the last column of dots that were not seen; slip: (3, 3);
-    context: (stamp s, touched, depth m) of the truth of each frame.
+    errors: by name of QUANTITIES; dots: (3, 4) counts, true state by estimated state, last column: dots not seen; slip: (3, 3) counts,
+    true by estimated; context: (stamp s, touched, depth m) of the truth of each frame.
     """
 
     def __init__(self):
@@ -33,7 +33,7 @@ class Evaluation:
         self._wrenches: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
 
     def add(self, stamp: float, told: Instant, true: Instant) -> None:
-        """One frame; stamp: s."""
+        """Add one frame: estimate (told) and truth; stamp: s."""
         place = true.place
         if true.contacts is not None:
             depths = [contact.depth for contact in true.contacts if np.isfinite(contact.depth)]
@@ -79,7 +79,7 @@ class Evaluation:
             self.errors['slip_velocity'].add(stamp, place, float(np.hypot(*(_velocity(told.slip, at) - there)[:2])))
 
     def _add_wrenches(self) -> dict[str, Errors]:
-        """Errors of force and moment, once the largest are known."""
+        """Errors of force and moment; relative ones need the largest of the recording."""
         found = {name: Errors() for name in ('force', 'force_relative', 'moment', 'moment_relative')}
         for name, part in (('force', slice(3)), ('moment', slice(3, 6))):
             rows = [(stamp, place, told[part], true[part]) for stamp, place, told, true in self._wrenches if np.isfinite(true[part]).all()]
@@ -92,12 +92,12 @@ class Evaluation:
         return {name: errors for name, errors in found.items() if errors.rows or errors.untold}
 
     def all_errors(self) -> dict[str, Errors]:
-        """Errors by name, in the order of QUANTITIES, of what was to be judged."""
+        """Errors by name, in the order of QUANTITIES, for the quantities that were compared."""
         known = {**self.errors, **self._add_wrenches()}
         return {name: known[name] for name in QUANTITIES if name in known}
 
     def summary(self) -> dict:
-        """All numbers by name, in the units of QUANTITIES; NaN where there was nothing to judge."""
+        """All results by name, in the units of QUANTITIES; NaN for a quantity that was not compared."""
         errors = {name: (QUANTITIES[name], e.table(), e.untold) for name, e in self.all_errors().items()}
         return {
             **self.touches.summary(),
@@ -112,13 +112,13 @@ class Evaluation:
 
 
 def _told_length(error: np.ndarray) -> float:
-    """Length along the axes that are told; NaN where none is."""
+    """Norm of the known components; NaN without one."""
     known = np.isfinite(error)
     return float(np.linalg.norm(error[known])) if known.any() else np.nan
 
 
 def _velocity(slip: SlipEstimate, at: np.ndarray) -> np.ndarray:
-    """(3,) m/s, of the object over the sensor at a place (3,) m; a turn that is not told, as that of a disc, counts as none."""
+    """Velocity (3,), m/s, of the object relative to the sensor at a point (3,), m; an unknown rotation counts as 0."""
     angular = np.nan_to_num(slip.angular)
     return slip.linear + (np.cross(angular, at) if angular.any() else np.zeros(3))
 

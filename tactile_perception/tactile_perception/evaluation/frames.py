@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of one instant, as it was told or as it is."""
+"""Estimates or ground truth of one stamp."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from ..common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstim
 
 @dataclass
 class Instant:
-    """contacts, region, slip as the messages have them; wrench: (6,) N and N m. None where nothing was said of it at all."""
+    """contacts, region, slip as in the messages; wrench: (6,) N and N m. None without a message."""
 
     contacts: list[ContactEstimate] | None = None
     region: ContactRegionEstimate | None = None
@@ -21,13 +21,13 @@ class Instant:
 
     @property
     def touched(self) -> bool | None:
-        """Whether anything touches; None where that is not said."""
+        """Whether anything touches; None when unknown."""
         if self.contacts is not None:
             return bool(self.contacts)
         return None if self.region is None else self.region.area > 0
 
     @property
     def place(self) -> np.ndarray:
-        """(2,) m, x and y of the first touch, else of the region's centroid; NaN where neither is known."""
+        """Position (2,), m, of the first contact, otherwise of the region's centroid; NaN when unknown."""
         places = [c.position[:2] for c in self.contacts or []] + ([self.region.centroid[:2]] if self.region is not None else [])
         return next((place for place in places if np.isfinite(place).all()), np.full(2, np.nan))

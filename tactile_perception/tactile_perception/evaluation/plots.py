@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of an evaluation, each with all that is needed to read it."""
+"""Plots of an evaluation."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -12,8 +12,8 @@ from .evaluation import DOT_STATES, SLIP_STATES, Evaluation
 from .quantities import QUANTITIES, Quantity, spread
 
 _TOUCHED, _POINT, _MIDDLE = '#e6e6e6', '#1f77b4', '#d62728'
-_WINDOW = 41  # errors, of the running median
-_GAP = 10  # times the usual step from error to error
+_WINDOW = 41  # errors in the running median, chosen
+_GAP = 10  # chosen: the line breaks at gaps longer than this multiple of the median interval
 _TITLES = {
     'errors_over_time': f'errors over time\npoints: each frame; red: median of the nearest {_WINDOW}; grey: something touches',
     'errors_over_surface': 'size of errors over the sensor\neach point: where a touch truly was, the worst on top; y down, as in the image',
@@ -24,7 +24,7 @@ _TITLES = {
 
 
 def draw(evaluation: Evaluation, times: dict, name: str, folder: Path) -> list[Path]:
-    """Write the pictures for which there is anything to show into the folder; their paths. times: of the report; name: of the recording."""
+    """Write the plots that have data to the folder; their paths. times: of the report; name: of the recording."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
@@ -43,14 +43,14 @@ def draw(evaluation: Evaluation, times: dict, name: str, folder: Path) -> list[P
 
 
 def _axis(name: str, quantity: Quantity) -> str:
-    """What is along an axis or a colour bar."""
+    """Label of an axis or a colour bar."""
     if not quantity.low:
         return 'overlap (1: the same)'
     return f'{name.replace("_", " ").removesuffix(" relative")}, {quantity.unit}'
 
 
 def over_time(pyplot, evaluation: Evaluation):
-    """A panel for each quantity: every error, and what is usual about that time; grey where something touches."""
+    """One panel per quantity: all errors and their running median over time; grey while something touches. None without errors."""
     errors = {name: e.table() for name, e in evaluation.all_errors().items() if e.rows}
     context = np.array(evaluation.context, float).reshape(-1, 3)
     depth = np.isfinite(context[:, 2]).any()
@@ -82,7 +82,7 @@ def _error_panel(panel, name: str, table: np.ndarray, begin: float) -> None:
         middle = np.median(np.lib.stride_tricks.sliding_window_view(values, _WINDOW), axis=1)
         at = table[_WINDOW // 2:-(_WINDOW // 2), 0] - begin
         steps = np.diff(at, prepend=at[0])
-        middle[steps > _GAP * np.median(np.diff(table[:, 0]))] = np.nan  # no line from touch to touch
+        middle[steps > _GAP * np.median(np.diff(table[:, 0]))] = np.nan  # no line across gaps between contacts
         panel.plot(at, middle, color=_MIDDLE, linewidth=1)
     panel.axhline(0 if quantity.low else 1, color='black', linewidth=0.6)
     low, high = np.percentile(values, [0.5, 99.5])
@@ -96,7 +96,7 @@ def _error_panel(panel, name: str, table: np.ndarray, begin: float) -> None:
 
 
 def _stretches(context: np.ndarray) -> list[tuple[float, float]]:
-    """(begin, end), s, of what touches without a break."""
+    """Intervals (begin, end), s, of uninterrupted contact."""
     if len(context) < 2:
         return []
     edges = np.flatnonzero(np.diff(np.r_[False, context[:, 1] > 0, False].astype(np.int8)))
@@ -105,7 +105,7 @@ def _stretches(context: np.ndarray) -> list[tuple[float, float]]:
 
 
 def over_surface(pyplot, evaluation: Evaluation):
-    """A map for each quantity: where the touch truly was, coloured by the error there."""
+    """One map per quantity: true contact positions, coloured by the error. None without positions."""
     errors = {name: table[np.isfinite(table[:, 1:3]).all(axis=1)] for name, table in
               ((name, e.table()) for name, e in evaluation.all_errors().items())}
     errors = {name: table for name, table in errors.items() if len(table)}
@@ -127,13 +127,13 @@ def over_surface(pyplot, evaluation: Evaluation):
         panel.set(title=quantity.text, xlabel='x, mm', ylabel='y, mm')
         panel.title.set_fontsize('medium')
         panel.set_aspect('equal', adjustable='datalim')
-        panel.invert_yaxis()  # y runs along growing image row
+        panel.invert_yaxis()  # y increases with the image row
         panel.grid(alpha=0.3)
     return figure
 
 
 def states(pyplot, evaluation: Evaluation):
-    """Which state was told for which there was, of dots and of the slip of the whole contact; per cent of each true state."""
+    """Confusion matrices of the dot states and of the slip state of the contact, in per cent of each true state. None without counts."""
     both = (('dots', evaluation.dots, DOT_STATES, (*DOT_STATES, 'not seen')),
             ('slip of the contact', evaluation.slip, SLIP_STATES, SLIP_STATES))
     tables = [table for table in both if table[1].any()]
@@ -152,7 +152,7 @@ def states(pyplot, evaluation: Evaluation):
 
 
 def covariance(pyplot, evaluation: Evaluation):
-    """How often squared errors over stated variances were how large, beside what honest covariances give."""
+    """Histogram of the normalised squared position errors, with the chi-square distribution of consistent covariances."""
     squares = evaluation.touches.squares
     if len(squares) < 2:
         return None
@@ -170,7 +170,7 @@ def covariance(pyplot, evaluation: Evaluation):
 
 
 def spent(pyplot, times: dict):
-    """Latencies and times by stage: median and 95 %."""
+    """Bars of latencies and run times by stage: median and 95th percentile. None without times."""
     groups = [(title, found) for title, found in (('latency, from the stamp to receipt', times['latency_ms']),
                                                   ('time of one thread a frame', times['stages_ms'])) if found]
     if not groups:

@@ -1,20 +1,21 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is judged, in which unit, and the numbers that sum errors up."""
+"""Quantities compared, their units, and the statistics of their errors."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-_BINS = 12  # stretches of time, over which errors are summed up
-_CELLS = 5  # of the touched surface, along its longer side
+_BINS = 12  # chosen: intervals of time in the statistics over time
+_CELLS = 5  # chosen: cells along the longer side of the touched surface
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """text: what it is; unit, factor: in which it is shown, and how many of it are one SI unit; low: whether low is good; signed: whether
-    errors keep their sign, which tells a bias."""
+    """text: description; unit: for display; factor: display units per SI unit; low: whether low values are good; signed: whether errors
+    keep their sign, so that a bias is reported.
+    """
 
     text: str
     unit: str
@@ -42,27 +43,27 @@ QUANTITIES = {
 
 @dataclass
 class Errors:
-    """Errors of one quantity so far, SI units. rows: (stamp s, x m, y m of what is touched, error); untold: times where it was to be told
-    and was not."""
+    """Errors of one quantity, SI units. rows: (stamp s, x m, y m of the contact, error); untold: number of frames without an estimate."""
 
     rows: list[tuple[float, float, float, float]] = field(default_factory=list)
     untold: int = 0
 
     def add(self, stamp: float, place: np.ndarray, error: float) -> None:
-        """One more; NaN: not told. place: (2,) m."""
+        """Add an error; NaN: no estimate. place: (2,) m."""
         if np.isnan(error):
             self.untold += 1
         else:
             self.rows.append((stamp, *place.tolist(), float(error)))
 
     def table(self) -> np.ndarray:
-        """(N, 4): the rows."""
+        """The rows as (N, 4)."""
         return np.array(self.rows, float).reshape(-1, 4)
 
 
 def spread(values: np.ndarray, quantity: Quantity) -> dict[str, float]:
-    """median, within_95 (95 % are no worse), worst of the sizes of errors (N,), and their number, in the quantity's unit; bias, the median
-    with its sign, where it has one. NaN of no error."""
+    """Statistics of errors (N,), in the quantity's unit: median, within_95 (95 % of the errors are no worse), worst and count of the
+    absolute errors; for a signed quantity also bias, the median of the signed errors. NaN without errors.
+    """
     found = {'median': np.nan, 'within_95': np.nan, 'worst': np.nan, 'count': len(values)}
     if len(values):
         sizes = quantity.factor * np.abs(values)
@@ -74,7 +75,7 @@ def spread(values: np.ndarray, quantity: Quantity) -> dict[str, float]:
 
 
 def over_time(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
-    """spread of each of a dozen stretches of time in which there were errors, with its begin and end, s. table: (N, 4)."""
+    """Statistics (spread) of each of _BINS intervals that has errors, with its begin and end, s. table: (N, 4)."""
     if not len(table):
         return []
     edges = np.linspace(table[:, 0].min(), table[:, 0].max(), _BINS + 1)
@@ -83,7 +84,7 @@ def over_time(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
 
 
 def over_surface(table: np.ndarray, quantity: Quantity) -> list[dict[str, float]]:
-    """spread of each square cell of the touched surface in which there were errors, with its middle, mm. table: (N, 4)."""
+    """Statistics (spread) of each square cell that has errors, with its centre, mm. table: (N, 4)."""
     known = table[np.isfinite(table[:, 1:3]).all(axis=1)]
     if not len(known):
         return []

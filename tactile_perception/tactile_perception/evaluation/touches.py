@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Touches told against touches there are: which is which, what was missed or made up, how far off each is."""
+"""Matches estimated and true touches: missed and false touches, and the errors of the matched ones."""
 from __future__ import annotations
 
 from collections import Counter
@@ -17,7 +17,7 @@ FLAGS = {'OUT_OF_RANGE': OUT_OF_RANGE, 'AT_EDGE': AT_EDGE, 'AMBIGUOUS': AMBIGUOU
 
 
 def pairs(told: list[ContactEstimate], true: list[ContactEstimate]) -> list[tuple[ContactEstimate, ContactEstimate]]:
-    """(told, true) of as many as there are of both, so that the sum of their distances along x and y is the least."""
+    """Pairs (estimated, true) with the smallest sum of distances in x and y; as many as the shorter list holds."""
     if not told or not true:
         return []
     off = np.array([[np.hypot(*(t.position - r.position)[:2]) for r in true] for t in told])
@@ -25,9 +25,9 @@ def pairs(told: list[ContactEstimate], true: list[ContactEstimate]) -> list[tupl
 
 
 def touch_errors(told: ContactEstimate, true: ContactEstimate) -> dict[str, float]:
-    """Errors by quantity, SI units; what is not known of the truth is left out, what was not told of it is NaN.
+    """Errors by quantity, SI units; quantities of unknown truth are left out; NaN for those without an estimate.
 
-    The place is judged across z, and in space for a touch whose depth is not told: then nothing else says how far out it is.
+    The position error is measured in x and y; in 3D for a touch of unknown depth, because nothing else reports its error along z.
     """
     off = told.position - true.position
     errors = {'place': np.hypot(*off[:2]) if np.isfinite(told.depth) or not np.isfinite(off[2]) else np.linalg.norm(off),
@@ -39,7 +39,7 @@ def touch_errors(told: ContactEstimate, true: ContactEstimate) -> dict[str, floa
 
 @dataclass
 class _Episode:
-    """One true touch from its begin to its end."""
+    """One true touch from begin to end."""
 
     frames: int = 0
     told: int = 0
@@ -50,10 +50,10 @@ class _Episode:
 
 @dataclass
 class TouchCounts:
-    """How many touches were told right, missed, made up; and what the stated covariances were worth.
+    """Counts of detected, missed and false touches, and the consistency of the covariances.
 
-    frames: counts of frames judged, touched, missed (nothing told), too_few, too_many, untouched, false (told where nothing touches). A
-    touch told is made up where in none of its frames it was the one nearest to a true one.
+    frames: counts of frames judged, touched, missed (no touch estimated), too_few, too_many, untouched, false (a touch estimated without
+    contact). An estimated touch is false if it was never matched to a true one.
     """
 
     frames: Counter = field(default_factory=Counter)
@@ -65,7 +65,7 @@ class TouchCounts:
     _matched: set[int] = field(default_factory=set)
 
     def add(self, stamp: float, told: list[ContactEstimate], true: list[ContactEstimate], matched: list) -> None:
-        """One frame; matched: its pairs."""
+        """Add one frame; matched: its pairs."""
         here = {'judged': True, 'touched': bool(true), 'untouched': not true, 'missed': bool(true) and not told,
                 'too_few': 0 < len(told) < len(true), 'too_many': 0 < len(true) < len(told), 'false': bool(told) and not true}
         self.frames.update(name for name, so in here.items() if so)
@@ -91,7 +91,7 @@ class TouchCounts:
             self.uncertain += 1
 
     def summary(self) -> dict:
-        """Numbers by name: of frames, of touches from begin to end, and of flags."""
+        """Counts of frames, of touches and of flags, by name."""
         episodes = list(self._episodes.values())
         late = [e.first_told - e.begin for e in episodes if e.told]
         names = ('judged', 'touched', 'missed', 'too_few', 'too_many', 'untouched', 'false')
@@ -103,8 +103,9 @@ class TouchCounts:
                 'flagged': {name: self.flagged[name] for name in FLAGS}}
 
     def honesty(self) -> dict:
-        """What squares of errors over stated variances were, a direction: mean (1 where honest), the range of 95 % of them, that range of
-        honest ones, and the part of frames within it. NaN where none was stated."""
+        """Normalised squared position errors per degree of freedom: mean (1 for consistent covariances), range of 95 % of them, that range
+        for consistent covariances, and the share of touches within it. Only counts without stated covariances.
+        """
         if not self.squares:
             return {'count': 0, 'not_stated': self.uncertain}
         values = np.array([square / directions for square, directions in self.squares])

@@ -1,7 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration files: YAML with version, date, sensor, the parameters that it belongs to, units, what was fitted, residuals at presses that
-were held out, the calibrated range, presses that stand out, and what was left out."""
+"""Calibration files: YAML with version, date, sensor, parameters of the sensor, units, fitted values, cross-validation residuals,
+calibrated range, outliers, and what was left out.
+"""
 from __future__ import annotations
 
 import datetime
@@ -24,16 +25,16 @@ from ...markers.view.sensor import MARKER_SENSORS
 FORMAT, VERSION = 'tactile calibration', 2
 SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'parameters': dict, 'units': dict, 'fitted': dict,
             'residuals': dict, 'calibrated_range': dict, 'outliers': list, 'left_out': list}
-_SINCE_2 = {'serial': '', 'software': '', 'parameters': {}, 'outliers': []}  # what files of version 1 do not say
+_SINCE_2 = {'serial': '', 'software': '', 'parameters': {}, 'outliers': []}  # sections that files of version 1 lack
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
-_DIGITS = 7  # significant, of each number written
-_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # in C it takes a tenth of the time
+_DIGITS = 7  # significant digits of each number written, chosen
+_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time
 
 
 _log = logging.getLogger(__name__)
 _warned: set[tuple[str, str]] = set()
 
-# What a calibration depends on: it is right only while these are what they were. A touchpad's material is not among them.
+# Parameters that a calibration depends on: it is valid only while these are unchanged. Those of a touchpad's material are not among them.
 _POSE = ('camera.rotation', 'camera.translation')
 _SHEET = ('rows', 'columns', 'pitch', 'sheet_size')
 _DOME = ('rows', 'columns', 'dome.rim_radius', 'dome.height', *_POSE)
@@ -50,10 +51,10 @@ def _software() -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes a list of numbers on as few lines as it takes."""
+    """Writes lists of numbers in flow style, several on a line."""
 
     def numbers_in_lines(self, values: list):
-        """The list, in brackets where it holds numbers."""
+        """Represent a list, in flow style when it holds numbers."""
         flow = bool(values) and all(isinstance(value, (int, float)) for value in values)
         return self.represent_sequence('tag:yaml.org,2002:seq', values, flow_style=flow)
 
@@ -63,12 +64,12 @@ _Dumper.add_representer(list, _Dumper.numbers_in_lines)
 
 @dataclass
 class CalibrationFile:
-    """What a calibration file holds.
+    """Content of a calibration file.
 
-    sensor: type as in the sensor's launch file (touchpad ...); units: name of a number -> unit; fitted: numbers, lists of
-    numbers or dictionaries of them; residuals: name -> number (NaN: not known); calibrated_range: name -> [lowest, highest];
-    left_out, outliers: a line each; date: UTC; serial: of the device, '' where not known; parameters: name -> value of those that it
-    belongs to, {} where not known; software: version that made it.
+    sensor: type as in the sensor's launch file (touchpad ...); date: UTC; serial: of the device, '' when unknown; software: version that
+    wrote the file; parameters: values by name of those that the calibration depends on, {} when unknown; units: by name; fitted: numbers,
+    lists of numbers or dictionaries of them; residuals: numbers by name, NaN when unknown; calibrated_range: [lowest, highest] by name;
+    outliers, left_out: one line each.
     """
 
     sensor: str
@@ -86,25 +87,25 @@ class CalibrationFile:
 
 @dataclass(frozen=True)
 class Specimen:
-    """Which sensor is calibrated. serial: of the device, '' where not known; values: its parameters."""
+    """The sensor that is calibrated; serial: of the device, '' when unknown; values: its parameters."""
 
     serial: str = ''
     values: Mapping = field(default_factory=dict)
 
     def parameters(self, sensor: str) -> dict:
-        """Name -> value of those that a calibration of that type of sensor belongs to."""
+        """Values by name of the parameters that a calibration of this sensor type depends on."""
         return {name: self.values[name] for name in BELONGS_TO.get(sensor, ()) if name in self.values}
 
 
 def parameter_hash(parameters: Mapping) -> str:
-    """16 hexadecimal digits that tell these parameters (name -> value) from others."""
+    """Hash of parameters (name -> value): 16 hexadecimal digits of SHA-256."""
     return hashlib.sha256(json.dumps(_rounded(dict(parameters)), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def write_calibration(path: str | Path, content: CalibrationFile) -> None:
-    """Write content to path, whole or not at all (a temporary file beside it, then renamed).
+    """Write content to path atomically: to a temporary file beside it, which is then renamed.
 
-    Raises BadCalibration where a fitted number is not finite, OSError where the file cannot be written.
+    Raises BadCalibration for a fitted number that is not finite, OSError when the file cannot be written.
     """
     path = Path(path)
     check_numbers(content.fitted, 'fitted', path)
@@ -116,7 +117,7 @@ def write_calibration(path: str | Path, content: CalibrationFile) -> None:
 
 
 def _rounded(value):
-    """value with the digits that are written; tuples as lists."""
+    """value with _DIGITS significant digits; tuples become lists."""
     if isinstance(value, dict):
         return {key: _rounded(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
@@ -125,11 +126,11 @@ def _rounded(value):
 
 
 def read_calibration(path: str | Path, sensor: str, values: Mapping | None = None) -> CalibrationFile:
-    """Content of the calibration file at path, for that sensor type; values: the parameters that are used now, where they are to be
-    compared with those that it belongs to, of which a warning is logged.
+    """Read the calibration file of a sensor type at path; values: the current parameters.
 
-    Raises BadCalibration, saying what is wrong and what to do, where the file is missing, truncated, no calibration, of a later version,
-    for another sensor type, or holds a fitted number that is not finite.
+    With values, a difference from the parameters in the file is logged as a warning. Raises BadCalibration, saying what is wrong and
+    what to do, for a file that is missing, truncated, no calibration, of a later version or of another sensor type, or that holds a
+    fitted number that is not finite.
     """
     path = Path(path)
     page = _parse(path)
@@ -148,7 +149,7 @@ def read_calibration(path: str | Path, sensor: str, values: Mapping | None = Non
 
 
 def _take_version(page: dict, path: Path) -> None:
-    """Bring a page of an earlier version to the present one. Raises BadCalibration for a later one, and for what is no calibration."""
+    """Convert a page of an earlier version to the current one. Raises BadCalibration for a later version and for another format."""
     told = re.fullmatch(FORMAT + r' (\d+)', str(page.get('format')))
     if told is None:
         raise BadCalibration(f'{path}: format is {page.get("format")!r}, not {FORMAT!r}: no calibration file of this software; {AGAIN}')
@@ -159,7 +160,7 @@ def _take_version(page: dict, path: Path) -> None:
 
 
 def _parameters(section: dict, path: Path) -> dict:
-    """Name -> value of the parameters that a file belongs to. Raises BadCalibration where they are not what they were."""
+    """Parameters in a file. Raises BadCalibration when they do not match their hash."""
     if not section:
         return {}
     values = section.get('values')
@@ -169,7 +170,7 @@ def _parameters(section: dict, path: Path) -> dict:
 
 
 def _compare(found: CalibrationFile, values: Mapping, path: Path) -> None:
-    """Log, once, which parameters are others than those that the file belongs to."""
+    """Log, once per change, which parameters differ from those in the file."""
     now = {name: values.get(name) for name in found.parameters}
     if parameter_hash(now) == parameter_hash(found.parameters) or (str(path), parameter_hash(now)) in _warned:
         return
@@ -180,7 +181,7 @@ def _compare(found: CalibrationFile, values: Mapping, path: Path) -> None:
 
 
 def _parse(path: Path) -> dict:
-    """The YAML mapping in the file, read without making any Python object."""
+    """The YAML mapping in the file, by the safe loader. Raises BadCalibration."""
     try:
         page = yaml.load(path.read_text(encoding='utf-8'), _LOADER)
     except FileNotFoundError:
@@ -195,7 +196,7 @@ def _parse(path: Path) -> dict:
 
 
 def check_numbers(value, name: str, path: str | Path) -> None:
-    """Raise BadCalibration naming the first number under value that is not finite, or is no number."""
+    """Raise BadCalibration that names the first element of value that is not a finite number."""
     if isinstance(value, dict):
         for key, part in value.items():
             check_numbers(part, f'{name}.{key}', path)

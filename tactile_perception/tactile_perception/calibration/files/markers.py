@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The calibration of a sheet or a dome: what each touch method was fitted to, how well it predicted held-out presses, and the wrench."""
+"""Calibration of a sheet or a dome as a file: fitted numbers of each touch method, its cross-validation errors, and the wrench."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -17,17 +17,20 @@ UNITS = {'lengths': 'm', 'areas': 'px^2 or their logarithms', 'force': 'N', 'mom
          'rest': 'px', 'residuals': 'm; normalised squared error and errors of the wrench 1'}
 WRENCH, STITCHING, METHODS, PATTERN, REST = 'wrench', 'stitching', 'methods', 'pattern', 'rest'
 _PLACE, _DEPTH = 'place_median', 'depth_median'
-_EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry a marker; NaN for one that was never seen
+_EACH_MARKER = ('rest', 'eye', 'reach')  # lists with one entry per marker; NaN for a marker that was never seen
 _ABSENT, _VALUES = 'never_seen', 'values'
-_AHEAD = {'model': 2.0}  # how many times larger a method's errors may be for it to be chosen all the same
+_AHEAD = {'model': 2.0}  # chosen: a method is preferred unless its errors are larger by more than this factor
 
 
 @dataclass(frozen=True)
 class TouchCalibration:
-    """methods: name -> fitted numbers; wrench, stitching: the same, None where there is none; best: name of the method that predicted
-    held-out presses best, '' where the file holds the stitching alone; file: the whole; pattern: (K, 2) px, untouched places of
-    markers that are printed in no grid, by which they are numbered, None for a grid; rest: (K, 2) px, untouched places of all markers, NaN
-    where never seen, None in a file that does not say."""
+    """Calibration read from a file.
+
+    methods: fitted numbers by method; wrench, stitching: fitted numbers, None without them; best: method with the smallest cross-validation
+    error, '' for a file with a stitching only; file: the whole content
+    pattern: (K, 2) px, untouched positions of markers that form no grid, by which they are identified; None for a grid
+    rest: (K, 2) px, untouched positions of all markers, NaN for one never seen; None for a file without them
+    """
 
     methods: dict
     wrench: dict | None
@@ -38,7 +41,7 @@ class TouchCalibration:
     rest: np.ndarray | None = None
 
     def fitted(self, method: str) -> dict:
-        """The numbers of a method. Raises BadCalibration where it was not fitted."""
+        """Fitted numbers of a method. Raises BadCalibration for a method that was not fitted."""
         if not self.methods:
             raise BadCalibration('the calibration holds the stitching alone; record presses at known places and calibrate again')
         if method not in self.methods:
@@ -48,11 +51,10 @@ class TouchCalibration:
 
 def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, Score], wrench_errors: dict, span: dict,
                 left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write what was fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and how the methods did on
-    presses held out.
+    """Write fitted ({'methods': ..., 'wrench': ..., 'stitching': ..., 'pattern': ..., 'rest': ...}) and the cross-validation scores.
 
-    wrench_errors: name -> median relative error of the wrench, NaN where not known; span: name -> [lowest, highest] of depth, x, y, m;
-    specimen: whose it is; outliers: a line each.
+    wrench_errors: median relative errors of the wrench by name, NaN when unknown; span: [lowest, highest] of depth, x, y, m, by name;
+    specimen: the sensor; outliers: one line each.
     Raises BadCalibration or OSError as write_calibration does.
     """
     residuals = {name: score.numbers() for name, score in scores.items()} | {WRENCH: wrench_errors}
@@ -61,8 +63,9 @@ def write_touch(path: str | Path, sensor: str, fitted: dict, scores: dict[str, S
 
 
 def read_touch(path: str | Path, sensor: str, values: Mapping | None = None) -> TouchCalibration:
-    """The calibration in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or holds
-    neither a method nor a stitching."""
+    """Read a calibration; values: as of read_calibration. Raises BadCalibration for a bad file (read_calibration) and for one with neither
+    a method nor a stitching.
+    """
     file = read_calibration(path, sensor, values)
     try:
         file.fitted = _unpacked(file.fitted)
@@ -87,7 +90,7 @@ def _places(fitted: dict, name: str, path: str | Path) -> np.ndarray | None:
 
 
 def _packed(numbers):
-    """numbers without the NaN of markers that were never seen: a file holds none."""
+    """numbers without the NaN rows of markers never seen, which a file cannot hold; their indices are listed instead."""
     if not isinstance(numbers, dict):
         return numbers
     packed = {name: _packed(value) for name, value in numbers.items()}
@@ -100,7 +103,7 @@ def _packed(numbers):
 
 
 def _unpacked(numbers):
-    """What was packed."""
+    """Inverse of _packed."""
     if not isinstance(numbers, dict):
         return numbers
     if set(numbers) != {_ABSENT, _VALUES}:
@@ -114,12 +117,13 @@ def _unpacked(numbers):
 
 
 def best_method(residuals: dict, methods) -> str:
-    """The method whose median errors of held-out presses' place and depth are least, each in proportion to the least of all methods, and
-    the more presses it misses or takes for several, the larger. A mean would be that of the presses too shallow to be located, which
-    another method does not find at all.
+    """Method with the smallest cross-validation error: the sum of its median errors of position and depth, each over the smallest of all
+    methods, after the penalty for missed and split presses (_typical).
 
-    A method that follows from mechanics is taken before one that has only learned the presses unless it is clearly worse: that it knows
-    tips of other sizes and several touches, no presses by one tip can show."""
+    Medians are used because presses too shallow to be located dominate the mean, and another method misses those altogether. A method
+    derived from mechanics is preferred to a regression unless it is clearly worse, because presses with one tip do not test other tip sizes
+    or several touches.
+    """
     known = {name: _typical(residuals[name]) for name in methods if isinstance(residuals.get(name), dict)}
     known = {name: errors for name, errors in known.items() if np.isfinite(errors).all()}
     if not known:
@@ -129,8 +133,9 @@ def best_method(residuals: dict, methods) -> str:
 
 
 def _typical(numbers: dict) -> np.ndarray:
-    """(2,) m: median errors of place and depth over the square of the share of presses that are told as one, since a press that is not told
-    is worse than one that is told badly; NaN where not known."""
+    """Median errors (2,), m, of position and depth over the square of the share of presses estimated as exactly one touch; NaN when
+    unknown. A missed press so counts for more than an inaccurate one.
+    """
     errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
     presses = numbers.get('presses', 0)
     told = presses - numbers.get('missed', 0) - numbers.get('split', 0)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The calibration of a PSD finger as a file, and back."""
+"""Calibration of a PSD finger as a file."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 's
 
 
 def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a fit of a specimen; left_out, outliers: a line each. Raises BadCalibration or OSError as write_calibration does."""
+    """Write a fit; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
     model = fit.model
     fitted = {'paper': {'offset': model.paper.offset.tolist(), 'beta': model.paper.beta}}
     if model.smooth is not None:
@@ -39,8 +39,9 @@ def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: S
 
 
 def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
-    """The model in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration) or numbers are
-    missing or of a wrong shape."""
+    """Read the model; values: as of read_calibration. Raises BadCalibration for a bad file (read_calibration) and for fitted numbers that
+    are missing or of a wrong shape.
+    """
     fitted = read_calibration(path, SENSOR, values).fitted
     try:
         paper = EquidistantMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The calibration of a taxel array as a file, and back."""
+"""Calibration of a taxel array as a file."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'z
 
 def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
                  specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
-    """Write a response of a specimen; left_out, outliers: a line each. Raises BadCalibration or OSError as write_calibration does."""
+    """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee)}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
@@ -29,8 +29,9 @@ def write_taxels(path: str | Path, response: Response, residuals: dict, span: di
 
 
 def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = None) -> Response:
-    """The response in a file; values: as of read_calibration. Raises BadCalibration where the file is bad (read_calibration), or for an
-    array of another size."""
+    """Read the response; values: as of read_calibration. Raises BadCalibration for a bad file (read_calibration) and for an array of
+    another size.
+    """
     fitted = read_calibration(path, SENSOR, values).fitted
     try:
         maps = {name: np.array(fitted[name], np.float32) for name in ('gain', 'zero') if name in fitted}

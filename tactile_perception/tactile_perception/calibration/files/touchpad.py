@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touchpad's calibration as a file, and back."""
+"""Calibration of a touchpad as a file."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -23,13 +23,12 @@ NUMBERS = ('window_z', 'lamp_z', 'lamp_radius', 'ambient', 'ring', 'ring_offset'
            'curvature_radius', 'height')
 ARRAYS = {'constants': (2,), 'absorptions': (2,), 'noise': (2, 2), 'camera_centre': (3,), 'image_size': (2,)}
 POSITIVE = ('ring', 'absorptions', 'curvature_radius', 'height', 'scale_sigma', 'image_size')
-POSE_TOLERANCE = 2e-4  # m: a camera that stands elsewhere than when calibrated
+POSE_TOLERANCE = 2e-4  # m, chosen: largest difference of the camera's position from that of the calibration
 
 
 def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_size: tuple[int, int],
                    specimen: Specimen = Specimen()) -> None:
-    """Write a calibration for images of image_size (width, height) px of a specimen. Raises BadCalibration or OSError as
-    write_calibration does."""
+    """Write a calibration for images of image_size (width, height) px. Raises BadCalibration or OSError as write_calibration does."""
     model = calibration.model
     light = model.path
     values = {'window_z': light.window_z, 'lamp_z': light.lamp_z, 'lamp_radius': light.lamp_radius, 'ambient': light.ambient,
@@ -50,8 +49,9 @@ def write_touchpad(path: str | Path, calibration: TouchpadCalibration, image_siz
 
 
 def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, int] | None = None) -> WaterModel:
-    """The model in a file. Raises BadCalibration where the file is bad (read_calibration), lacks a number, holds a zero where none can
-    be, or was made with another camera pose or image_size (width, height) px (not checked where None)."""
+    """Read the model. Raises BadCalibration for a bad file (read_calibration), a number that is missing or must be positive and is not, and
+    another camera position or image_size (width, height) px; None skips the check of the size.
+    """
     fitted = read_calibration(path, SENSOR).fitted
     values = _check(fitted, path)
     if image_size is not None and tuple(fitted['image_size']) != tuple(image_size):
@@ -70,7 +70,7 @@ def read_touchpad(path: str | Path, camera: CameraModel, image_size: tuple[int, 
 
 
 def _check(fitted: dict, path) -> dict[str, np.ndarray]:
-    """The arrays among the fitted numbers, once every number is there, of its shape, and positive where it must be."""
+    """Arrays among the fitted numbers, after checking that all numbers exist, have their shapes, and are positive where required."""
     missing = [name for name in (*NUMBERS, *ARRAYS) if name not in fitted]
     if missing:
         raise BadCalibration(f'{path}: no {", ".join(missing)} under fitted; calibrate again')
