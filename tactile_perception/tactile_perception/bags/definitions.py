@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Message definitions that a recording carries, beside those of this software."""
+"""Compares the message definitions in a recording with those of this software."""
 from __future__ import annotations
 
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
@@ -8,9 +8,9 @@ from rosbags.typesys.store import Typestore
 
 
 def known_as(store: Typestore, kind: str, text: str) -> str:
-    """Why messages of a type (std_msgs/msg/String) of a recording cannot be taken, '' where they can; text: its definition there, or ''.
+    """Reason why messages of a type (std_msgs/msg/String) in a recording cannot be decoded, '' if they can; text: its recorded definition.
 
-    A type that store does not know is added to it by that definition.
+    A type unknown to store is added to it by that definition.
     """
     try:
         recorded = get_typestore(Stores.EMPTY)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The descriptions of sensors, as their drivers publish them, in a recording."""
+"""Reads the sensor descriptions that drivers publish from a recording."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from .rosbag import BagReader
 
 
 def descriptions(bag: str | Path, namespace: str = '') -> Iterator[dict]:
-    """The descriptions in a bag, of the sensor in namespace or, with '', of any; of a replayed sensor the original one.
+    """Descriptions in a bag of the sensor in namespace ('': of any sensor); for a replayed sensor the original one.
 
-    A message that holds no YAML mapping is skipped. Raises BadRecording.
+    Messages without a YAML mapping are skipped. Raises BadRecording.
     """
     codec, end = MessageCodec(), '/description'
     with BagReader(bag) as reader:

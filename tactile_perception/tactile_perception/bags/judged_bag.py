@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recording tells of each instant beside what is true: estimates as recorded, or computed anew and timed."""
+"""Pairs estimates with the ground truth of a recording; estimates are the recorded ones, or computed from raw data and timed."""
 from __future__ import annotations
 
 import resource
@@ -23,18 +23,21 @@ from .stamped import IMAGE, VOLTAGES, find_prefix
 from .stitched_bag import bag_opener
 
 TRUE = 'ground_truth/'
-#: topic: the field of Instant, and what makes it of a message
+#: topic -> field of Instant, and the conversion of its message
 _FIELDS = {'contacts': ('contacts', contacts_from_message), 'contact_region': ('region', region_from_message),
            'slip': ('slip', slip_from_message), 'wrench': ('wrench', wrench_from_message)}
 _RAW = {'image_raw': IMAGE, 'left/image_raw': IMAGE, 'voltages': VOLTAGES}
-_MOST_WAITING = 1000  # instants that are kept until what belongs to them has come
-_SAME_CLOCK_S = 60.0  # later than that after its stamp no live result comes: the stamps are of another clock
+_MOST_WAITING = 1000  # chosen: stamps that wait for their remaining messages
+_SAME_CLOCK_S = 60.0  # chosen: a longer latency means that the stamps come from another clock
 
 
 @dataclass
 class Times:
-    """latencies: s from the stamp to receipt, by topic, of a bag that was recorded live; stages: s of one thread a frame, by stage, where
-    estimates were computed anew; refused: frames by reason; memory: MB, the most of the process, where estimates were computed anew."""
+    """Times of one run.
+
+    latencies: s from stamp to receipt, by topic, of a bag recorded live; stages: s of thread time per frame, by stage, for computed
+    estimates; refused: number of frames by reason; memory: MB, peak of the process, for computed estimates, otherwise NaN.
+    """
 
     latencies: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
     stages: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
@@ -42,7 +45,7 @@ class Times:
     memory: float = np.nan
 
     def summary(self) -> dict:
-        """ms: median, within_95 and worst of each latency and stage, MB, refused frames; without what is not known."""
+        """median, within_95 and worst of each latency and stage, ms; memory, MB; refused frames. Unknown latencies are left out."""
         late = {topic: values for topic, values in self.latencies.items() if 0 < np.median(values) < _SAME_CLOCK_S}
         return {'latency_ms': {topic: _spread(values) for topic, values in late.items()},
                 'stages_ms': {stage: _spread(values) for stage, values in self.stages.items()},
@@ -62,11 +65,11 @@ class _Waiting:
 
 
 class JudgedBag:
-    """A recording with ground_truth/*. params: where given, the estimates are computed anew, by a sensor that the parameter file describes,
-    with calibration, or that which the file names.
+    """A recording with ground_truth/*.
 
-    told, true: topics that there are; times: filled while instants() goes on; unmatched: stamps that had an estimate or truth alone.
-    Raises BadRecording for a bag without truth, without estimates, or of several sensors of which none is named; TactileError as
+    params: parameter file of the sensor; with it, estimates are computed from raw data, with calibration or the file that params names.
+    told, true: topics of estimates and of ground truth; times: filled by instants(); unmatched: counts of stamps with only one of the two.
+    Raises BadRecording for a bag without ground truth, without estimates, or with several sensors and no namespace; TactileError as
     process_bag does.
     """
 
@@ -89,7 +92,7 @@ class JudgedBag:
                                '(and --calibration FILE), and they are computed here')
 
     def instants(self) -> Iterator[tuple[float, Instant, Instant]]:
-        """(stamp s, told, true) of each instant of which both are known, in the order in which they began."""
+        """Yield (stamp s, estimate, truth) of each stamp that has both, in the order of their first messages."""
         waiting: dict[int, _Waiting] = defaultdict(_Waiting)
         for name, message in self._anew() if self._replay else self._recorded():
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
@@ -114,7 +117,7 @@ class JudgedBag:
             self.unmatched['without an estimate' if true else 'without truth'] += 1
 
     def _recorded(self) -> Iterator[tuple[str, object]]:
-        """(topic, message) of estimates and truth as they are in the bag."""
+        """Yield (topic, message) of the recorded estimates and truth."""
         codec = MessageCodec()
         topics = {self.prefix + name for name in (*self.told, *(TRUE + name for name in self.true))}
         with BagReader(self._bag) as reader:
@@ -128,7 +131,7 @@ class JudgedBag:
                 yield name, message
 
     def _anew(self) -> Iterator[tuple[str, object]]:
-        """(topic, message) of truth, and of estimates that are computed here."""
+        """Yield (topic, message) of the truth, and of estimates computed from raw data."""
         codec, replay = MessageCodec(), self._replay
         topics = {self.prefix + name for name in (replay.raw, 'camera_info', *(TRUE + name for name in self.true))}
         with self._open(self._bag) as reader:
@@ -147,7 +150,7 @@ class JudgedBag:
         self.times.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
     def _decoded(self, codec: MessageCodec, raw: RawMessage):
-        """The message; None, and counted, where it is damaged."""
+        """The decoded message; None for a damaged one, which is counted."""
         try:
             return codec.decode(raw.data, raw.type_name)
         except BadFrame as error:
@@ -155,7 +158,7 @@ class JudgedBag:
             return None
 
     def _timed(self, replay: Replay, message, begin: float) -> Iterator[tuple[str, object]]:
-        """The estimates of one raw message; begin: of its decoding, s of the thread."""
+        """Estimates from one raw message; begin: thread time at which its decoding began, s."""
         marks, found = {'decoding': time.thread_time() - begin}, []
         last = time.thread_time()
         try:
@@ -174,8 +177,7 @@ class JudgedBag:
 
 
 def _find_sensor(topics: dict[str, str], namespace: str) -> str:
-    """'/ns/' of the sensor with ground truth in a bag with these topics. Raises BadRecording where there is none, or more than one and none
-    is named."""
+    """'/ns/' of the sensor with ground truth among topics. Raises BadRecording without one, and for several without a namespace."""
     found = sorted({topic.partition(TRUE)[0] for topic in topics if '/' + TRUE in topic})
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted in found:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages that are made here as a new bag."""
+"""Writes messages to a new bag."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -11,8 +11,10 @@ from .rosbag import BagWriter
 
 
 def write_messages(path: str | Path, namespace: str, messages: Iterable[tuple[int, str, object]]) -> None:
-    """Write (stamp, ns, topic, message), with topics that do not begin with / under /namespace, to a new bag. Raises BadArgument for one
-    that exists."""
+    """Write (stamp in ns, topic, message) to a new bag; topics without a leading / go under /namespace.
+
+    Raises BadArgument for an existing bag.
+    """
     codec, prefix = MessageCodec(), f'/{namespace.strip("/")}/'
     with BagWriter(path, codec.store) as writer:
         for stamp_ns, topic, message in messages:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A sensor's nodes without a middleware: messages in, (topic, message) out."""
+"""Runs the processing of a sensor's nodes without ROS middleware: messages in, (topic, message) out."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
@@ -29,22 +29,22 @@ SENSOR_TYPE = (Parameter('sensor_type', str, 'touchpad', '', 'kind of sensor'),)
 
 
 class ReplayStage(Protocol):
-    """One node without a middleware. raw, raw_type: topic and type of what it takes."""
+    """Processing of one node; raw, raw_type: topic and type of its input."""
 
     raw: str
     raw_type: str
 
     def on_camera_info(self, message) -> None:
-        """Take the camera. Raises TactileError where it cannot be used."""
+        """Use a camera's calibration. Raises TactileError for an unusable one."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one message. Raises TactileError where the node would refuse it."""
+        """Yield (topic, message) of all estimates from one message. Raises TactileError where the node would refuse it."""
 
 
 class Replay:
-    """The nodes of any sensor, each of which takes what the one before makes.
+    """Chain of the nodes of a sensor; each takes what the one before publishes.
 
-    stages: at least one; stitching: of two cameras, None of one; raw, raw_type: topic and type of what the sensor's driver publishes.
+    stages: at least one; stitching: of two cameras, None for one; raw, raw_type: topic and type of the driver's output.
     """
 
     def __init__(self, stages: Sequence[ReplayStage], stitching: Stitching | None = None):
@@ -52,12 +52,12 @@ class Replay:
         self.raw, self.raw_type = stages[0].raw, stages[0].raw_type
 
     def on_camera_info(self, message) -> None:
-        """As the nodes do."""
+        """Pass a camera's calibration to all stages."""
         for stage in self.stages:
             stage.on_camera_info(message)
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one raw message. Raises TactileError where a node would refuse it."""
+        """Yield all estimates from one raw message. Raises TactileError where a node would refuse it."""
         yield from self._from_stage(0, message)
 
     def _from_stage(self, number: int, message) -> Iterator[tuple[str, object]]:
@@ -68,7 +68,7 @@ class Replay:
 
 
 class PsdReplay:
-    """The node of a PSD finger; values: of PSD_PARAMETERS."""
+    """Processing of a PSD finger's node; values: of PSD_PARAMETERS."""
 
     raw, raw_type = 'voltages', VOLTAGES
 
@@ -76,16 +76,16 @@ class PsdReplay:
         self._messages = PsdMessages(values)
 
     def on_camera_info(self, message) -> None:
-        """There is no camera."""
+        """Ignored: the sensor has no camera."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """The contacts of one block."""
+        """Yield the contacts of one block."""
         for contacts in self._messages.on_voltages(message):
             yield 'contacts', contacts
 
 
 class TaxelReplay:
-    """The node of a taxel array; values: of TAXEL_PARAMETERS."""
+    """Processing of a taxel array's node; values: of TAXEL_PARAMETERS."""
 
     raw, raw_type = 'image_raw', IMAGE
 
@@ -93,19 +93,19 @@ class TaxelReplay:
         self._messages = TaxelMessages(values)
 
     def on_camera_info(self, message) -> None:
-        """There is no camera."""
+        """Ignored: the sensor has no camera."""
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one image."""
+        """Yield all estimates from one image."""
         yield from self._messages.on_image(message).items()
 
     def on_transforms(self, message) -> None:
-        """Where frames are, by which the grasped object is told. Raises BadFrame where the node would pass one over."""
+        """Use frame transforms, which locate the grasped object. Raises BadFrame for a transform that the node would skip."""
         self._messages.on_transforms(message)
 
 
 class DotReplay:
-    """The node that tracks dots."""
+    """Processing of the dot tracker's node."""
 
     raw, raw_type = 'image_raw', IMAGE
 
@@ -117,12 +117,12 @@ class DotReplay:
         self._dots.on_camera_info(message)
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """The dots of one image."""
+        """Yield the dots of one image."""
         yield 'dots', self._dots.on_image(message)
 
 
 class ContactReplay:
-    """The node that follows the tracker."""
+    """Processing of the contact node, which follows the dot tracker."""
 
     raw, raw_type = 'dots', DOTS
 
@@ -134,14 +134,14 @@ class ContactReplay:
         self._contact.on_camera_info(message)
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
-        """Every estimate for one frame's dots."""
+        """Yield all estimates from the dots of one frame."""
         yield from self._contact.on_dots(message).items()
 
 
 def make_replay(params: Path, calibration: Path | None = None) -> Replay:
-    """The nodes that a parameter file describes; calibration: in place of the file that it names. Raises TactileError.
+    """The nodes that a parameter file describes; calibration: replaces the file that it names. Raises TactileError.
 
-    Nothing follows the tracker where dots have no places in 3D, or a sheet or dome is not calibrated.
+    The contact node is left out for dots without 3D positions, and for a sheet or a dome without a calibration.
     """
     own = {'calibration': str(calibration)} if calibration else {}
     sensor_type = read_parameters(params, 'dot_tracker_node', SENSOR_TYPE)['sensor_type']

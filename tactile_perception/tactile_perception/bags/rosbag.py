@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings as rosbag2: raw messages in and, by tactile_driver's reader, out."""
+"""Reads and writes rosbag2 recordings as raw messages; the reader is that of tactile_driver."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ __all__ = ['BagReader', 'BagWriter', 'RawMessage']
 
 
 class BagWriter:
-    """Writes a new rosbag2 folder (MCAP); use it in a with statement. The folder must not exist: nothing recorded is overwritten.
+    """Writes a new rosbag2 folder (MCAP); a context manager. Raises BadArgument for an existing folder: nothing recorded is overwritten.
 
-    compressed: by zstd, chunk by chunk, as MCAP has it: every reader of MCAP takes it off by itself.
+    compressed: chunks compressed by zstd, a feature of MCAP that every reader supports.
     """
 
     def __init__(self, path: str | Path, store, compressed: bool = False):
@@ -39,11 +39,11 @@ class BagWriter:
         self._writer.close()
 
     def add_topic(self, topic: str, type_name: str, offered: Sequence[Qos] = ()) -> None:
-        """Name the QoS that publishers of a topic offer, before its first message; else it is the usual one."""
+        """Add a topic with the QoS that its publishers offer, before its first message; default: usual_qos."""
         self._connections[topic] = self._writer.add_topic(topic, type_name, offered)
 
     def write(self, topic: str, type_name: str, stamp_ns: int, data: bytes) -> None:
-        """Appends one serialised message; type_name such as 'sensor_msgs/msg/Image'."""
+        """Append one serialised message; type_name such as 'sensor_msgs/msg/Image'."""
         if topic not in self._connections:
             self.add_topic(topic, type_name)
         self._writer.write(self._connections[topic], stamp_ns, data)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages of a recording that belong together by their stamps: images and what is known of them."""
+"""Groups messages of a recording by stamp, and finds the sensor's namespace."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -17,11 +17,11 @@ IMAGE, VOLTAGES, DOTS = 'sensor_msgs/msg/Image', 'tactile_msgs/msg/PsdVoltages',
 
 def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info: Callable, images: str = 'image_raw',
              open_bag: Callable[[Path], BagReader] = BagReader) -> Iterator[tuple[str, dict]]:
-    """(where and when, {topic: message}) for each stamp that has all topics wanted, in the order in which they are complete.
+    """Yield ('bag at stamp', {topic: message}) for each stamp that has all wanted topics, in the order of completion.
 
-    ground_truth/wrench is given too where its stamp has come before; on_camera_info(message) is called for camera_info; images: the topic
-    whose prefix is the sensor's namespace; open_bag: reads the bag. Raises BadCalibration for a bag without ground truth, BadRecording for
-    one without images.
+    ground_truth/wrench is required too when the bag has it. on_camera_info(message) is called for each camera_info; images: image topic, by
+    which the sensor is found; open_bag: opens the bag. Raises BadCalibration for a bag without ground truth, BadRecording for one without
+    images.
     """
     codec = MessageCodec()
     with open_bag(bag) as reader:
@@ -44,8 +44,10 @@ def pairs_of(bag: Path, namespace: str, wanted: tuple[str, ...], on_camera_info:
 
 
 def find_prefix(topics: dict[str, str], namespace: str, images: str = 'image_raw', raw_type: str = IMAGE) -> str:
-    """'/ns/' of the sensor in a bag with these topics (topic -> type), whose raw data are on images, of raw_type. Raises BadRecording where
-    there is none, or more than one and none is named."""
+    """'/ns/' of the sensor among topics (topic -> type) whose raw data are on images with type raw_type.
+
+    Raises BadRecording without one, and for several without a namespace.
+    """
     found = sorted(t.removesuffix(images) for t, kind in topics.items() if t.endswith('/' + images) and kind == raw_type)
     wanted = f'/{namespace.strip("/")}/'.replace('//', '/')
     if namespace and wanted not in found:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording of two cameras' views, read as if dual_camera_node had stitched them when they were recorded."""
+"""Reads a recording of two cameras' views as if dual_camera_node had stitched them during recording."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -26,10 +26,10 @@ _IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
 
 
 class StitchedBag(BagReader):
-    """A bag in which left/ and right/image_raw of a sensor appear as its image_raw and camera_info.
+    """A bag in which left/image_raw and right/image_raw of a sensor appear as its image_raw and camera_info.
 
-    stitching, method: how the picture is made; max_skew: s, by which the stamps of a pair may differ. Pictures have the left view's stamp;
-    those recorded beside the views are left out. A view that cannot be used has no pair, and is left out. Raises as BagReader does.
+    stitching, method: of the stitched picture; max_skew: largest difference of the stamps of a pair, s. A picture has the stamp of the left
+    view. Recorded pictures of the same sensor, unusable views and views without a pair are left out. Raises as BagReader does.
     """
 
     def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
@@ -40,7 +40,7 @@ class StitchedBag(BagReader):
 
     @property
     def topics(self) -> dict[str, str]:
-        """Topic -> message type name."""
+        """Message type by topic."""
         recorded = super().topics
         for prefix in self._prefixes(recorded):
             recorded = {name: kind for name, kind in recorded.items() if name not in [prefix + view for view in VIEWS]}
@@ -48,12 +48,12 @@ class StitchedBag(BagReader):
         return recorded
 
     def count(self, topics: set[str]) -> int:
-        """How many messages of these topics there are to be; some fewer where a view has no pair."""
+        """Number of messages on these topics; an upper bound, because a view may lack a pair."""
         made = {prefix + 'image_raw': prefix + VIEWS[0] for prefix in self._prefixes(super().topics)}
         return super().count({made.get(topic, topic) for topic in topics})
 
     def messages(self, topics: set[str] | None = None) -> Iterator[RawMessage]:
-        """The messages of the given topics (all when None), pictures as soon as both views are there."""
+        """Yield the messages of the given topics (None: all); a picture comes once both views have been read."""
         prefixes = [prefix for prefix in self._prefixes(super().topics) if topics is None or prefix + 'image_raw' in topics]
         sides = {prefix + view: (prefix, side) for prefix in prefixes for side, view in enumerate(VIEWS)}
         made = {prefix + name for prefix in prefixes for name in ('image_raw', 'camera_info')}
@@ -80,12 +80,12 @@ class StitchedBag(BagReader):
 
     @staticmethod
     def _prefixes(topics: dict[str, str]) -> list[str]:
-        """'/ns/' of each sensor with both views."""
+        """'/ns/' of each sensor that has both views."""
         lefts = [name.removesuffix(VIEWS[0]) for name in topics if name.endswith('/' + VIEWS[0])]
         return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _IMAGE for view in VIEWS))
 
     def _pictures(self, prefix: str, take: Callable[[], PairFrame | None]) -> Iterator[RawMessage]:
-        """camera_info and the picture of each pair that is complete."""
+        """Yield camera_info and the stitched picture of each complete pair."""
         while (pair := take()) is not None:
             header = header_of(pair.stamp_ns, self._frame_ids[prefix])
             encoding = 'mono8' if pair.left.encoding == pair.right.encoding == 'mono8' else 'bgr8'
@@ -103,13 +103,13 @@ class StitchedBag(BagReader):
 
 
 def view_frame(message) -> Frame:
-    """The Frame of an Image. Raises BadFrame."""
+    """Convert an Image to a Frame. Raises BadFrame."""
     image = convert.image_to_array(message)
     return Frame(image, message.header.stamp.sec * 10**9 + message.header.stamp.nanosec, 'mono8' if image.ndim == 2 else 'bgr8')
 
 
 def bag_opener(params: Path, stitching: Stitching | None) -> Callable[[Path], BagReader]:
-    """What opens a bag; its two views are stitched where a stitching is given. params: as dual_camera_node takes them."""
+    """Function that opens a bag, with stitched views if a stitching is given. params: parameter file with those of dual_camera_node."""
     if stitching is None:
         return BagReader
     values = read_parameters(params, 'dual_camera_node', DUAL_CAMERA_PARAMETERS)
@@ -117,8 +117,10 @@ def bag_opener(params: Path, stitching: Stitching | None) -> Callable[[Path], Ba
 
 
 def stitching_in(calibration: str | Path, sensor: str) -> Stitching | None:
-    """The stitching in a calibration file of a sensor type, None where it has none or no file is named. Raises BadCalibration, or
-    BadArgument for numbers that are none."""
+    """Stitching in a calibration file of a sensor type; None without one or without a file.
+
+    Raises BadCalibration for a bad file, BadArgument for an invalid stitching.
+    """
     if not str(calibration):
         return None
     numbers = read_calibration(calibration, sensor).fitted.get('stitching')

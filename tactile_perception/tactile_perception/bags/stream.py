@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recording as a stream of items, and what the stages of a sensor make of it."""
+"""Streams a recording with the results that the stages of a sensor compute from it."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -19,16 +19,18 @@ from .rosbag import BagReader, RawMessage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
 
-TRANSFORMS = ('/tf', '/tf_static')  # by which a grasped object is told
-#: what is written again, under the sensor's namespace but for /tf_static
+TRANSFORMS = ('/tf', '/tf_static')  # these locate a grasped object
+#: Topics copied to the output, in the sensor's namespace except /tf_static.
 KEPT = ('/tf_static', 'description', 'camera_info', 'ground_truth/contacts', 'ground_truth/contact_region', 'ground_truth/slip',
         'ground_truth/wrench')
 
 
 class Head(NamedTuple):
-    """What comes first in a stream. prefix: '/ns/' of the sensor; frames: raw messages that the bag says to have; definitions: message
-    type name -> text, of what is kept, as far as the bag tells; camera: the first camera_info, None where there is none: the first images
-    of a recording may be before it."""
+    """First item of a stream.
+
+    prefix: '/ns/' of the sensor; frames: number of raw messages in the bag; definitions: text by message type of the copied topics, as far
+    as the bag has them; camera: first camera_info, which may follow the first images; None without one.
+    """
 
     prefix: str
     frames: int
@@ -45,7 +47,7 @@ class Skipped(NamedTuple):
 
 
 class FrameDone(NamedTuple):
-    """All that comes of one raw message, if anything, is before this."""
+    """Marks the end of the results of one raw message."""
 
 
 Item = Head | RawMessage | Skipped | FrameDone | LeftOut
@@ -53,8 +55,7 @@ Item = Head | RawMessage | Skipped | FrameDone | LeftOut
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be processed. source: bag; params, calibration: files as make_replay takes them; namespace: of the sensor, '' of the only
-    one."""
+    """A recording to process. source: bag; params, calibration: files as for make_replay; namespace: of the sensor, '' for the only one."""
 
     source: Path
     params: Path
@@ -62,17 +63,16 @@ class Task:
     namespace: str = ''
 
     def replay(self) -> Replay:
-        """The sensor's stages. Raises TactileError."""
+        """The stages of the sensor. Raises TactileError."""
         return make_replay(self.params, self.calibration)
 
     def open(self, replay: Replay) -> BagReader:
-        """The bag, with its views stitched where a stitching is known. Raises TactileError."""
+        """Open the bag, with stitched views if the stitching is known. Raises TactileError."""
         return bag_opener(self.params, replay.stitching)(self.source)
 
 
 def stream(task: Task) -> Iterator[Item]:
-    """The task's bag, with what the stages make of it: a Head, then the other items, last what of the bag could not be read. Raises
-    TactileError for a bag that cannot be used."""
+    """Yield a Head, then messages and results, and at last what of the bag could not be read. Raises TactileError for an unusable bag."""
     replay, codec = task.replay(), MessageCodec()
     with task.open(replay) as reader:
         prefix = find_prefix(reader.topics, task.namespace, replay.raw, replay.raw_type)
@@ -93,7 +93,7 @@ def stream(task: Task) -> Iterator[Item]:
 
 
 def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
-    """The items after their head, with what a stage makes of its raw messages; the first stage's own are left out."""
+    """Yield the items and, after each raw message of the stage, its results; the raw messages of the first stage are dropped."""
     raw, camera = prefix + stage.raw, prefix + 'camera_info'
     for item in items:
         if isinstance(item, RawMessage) and item.topic in TRANSFORMS:
@@ -108,7 +108,7 @@ def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: st
 
 
 def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> Iterator[Item]:
-    """What becomes of transforms: the stage takes them."""
+    """Pass transforms to the stage; yield Skipped for unusable ones."""
     try:
         stage.on_transforms(codec.decode(item.data, item.type_name))
     except BadFrame as error:
@@ -116,7 +116,7 @@ def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> I
 
 
 def _begun(stage: ReplayStage, head: Head, codec: MessageCodec) -> ReplayStage:
-    """The stage, with the recording's camera; one that cannot be used is told where it comes."""
+    """The stage with the recording's camera; an unusable camera_info is reported when the stream reaches it."""
     if head.camera is not None:
         with suppress(BadFrame):
             stage.on_camera_info(codec.decode(head.camera.data, head.camera.type_name))
@@ -124,8 +124,10 @@ def _begun(stage: ReplayStage, head: Head, codec: MessageCodec) -> ReplayStage:
 
 
 def _taken(item: RawMessage, stage: ReplayStage, is_camera: bool, first: bool, prefix: str, codec: MessageCodec) -> Iterator[Item]:
-    """What becomes of one message of a stage. A camera_info that cannot be used goes no further; one that does not fit the calibration
-    raises BadCalibration, since nothing could be told by it."""
+    """Yield the items that result from one message of a stage.
+
+    An unusable camera_info is skipped. One that contradicts the calibration raises BadCalibration, because no result would be valid.
+    """
     topic = item.topic.removeprefix(prefix)
     if is_camera:
         try:

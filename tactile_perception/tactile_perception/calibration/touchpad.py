@@ -54,7 +54,7 @@ def fit_touchpad(presses: list[Press], camera: CameraModel, sphere_radius: float
                  prior: OpticsPrior = OpticsPrior()) -> TouchpadCalibration:
     """Fit the absorption and light path to untouched frames and presses of a sphere of sphere_radius (m) at known positions and depths.
 
-    Needs at least one untouched frame, three presses at positions at least 2 mm apart, and depths that span at least 1 mm. Tilted normals
+    Needs at least one untouched frame, three presses, positions that span at least 2 mm, depths that span at least 1 mm. Tilted normals
     may be those of the membrane instead of the stage: both readings are fitted and the better one is kept, which left_out reports. Raises
     BadCalibration, naming what to add, for data that do not determine the model.
     """

@@ -78,7 +78,7 @@ def relative_errors(told: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float, int]:
     """Normalised estimation error squared, and its degrees of freedom: its mean over many frames is one per degree of freedom for
-    consistent covariances (NEES; Bar-Shalom et al., Estimation with applications, 2001, section 5.4).
+    consistent covariances (Bar-Shalom et al., Estimation with applications, 2001, section 5.4).
 
     error: (3,); covariance: (3, 3). Directions of zero variance, such as across the surface of a sphere, are left out. (NaN, 0) for an
     unknown error or covariance, and for a matrix that is not a covariance.
@@ -94,5 +94,5 @@ def normalised_square(error: np.ndarray, covariance: np.ndarray) -> tuple[float,
 
 
 def honest_range(directions: int) -> tuple[float, float]:
-    """95 % interval of the NEES of a consistent estimator, per degree of freedom."""
+    """95 % interval of normalised_square for a consistent estimator, per degree of freedom."""
     return tuple((chi2.ppf([0.025, 0.975], directions) / directions).tolist())

@@ -28,7 +28,7 @@ what is listed as left out; {SIGNALLED} + number of the signal that interrupted 
 
 @dataclass
 class Summary:
-    """frames: raw messages read; written: results by topic; left_out: with reasons; seconds: duration; ended: whether interrupted."""
+    """frames: raw messages read; written: results by topic; left_out: with reasons; seconds: duration; ended: True if interrupted."""
 
     frames: int = 0
     written: Counter = field(default_factory=Counter)
@@ -38,10 +38,9 @@ class Summary:
 
 
 def process_bag(task: Task, target: Path, stopped: Callable[[], bool] = lambda: False) -> Summary:
-    """Write the results for the task's bag to target, a new bag, with the stamps of the recording. An interrupted bag is readable too.
+    """Write the results for the task's bag to target, a new bag, with the stamps of the recording. An interrupted bag is readable.
 
-    stopped: called after each frame, True ends the work. Raises TactileError for a bag that cannot be used, OSError when target cannot
-    be written.
+    stopped: called after each frame; True ends the work. Raises TactileError for an unusable bag, OSError when target cannot be written.
     """
     if target.exists():
         raise BadArgument(f'bag {target}: exists already; choose another name or remove it')
@@ -73,11 +72,11 @@ class _Output:
     def __init__(self, target: Path, head: Head, summary: Summary):
         self._prefix, self._summary = head.prefix, summary
         store, self._unknown = MessageCodec().store, {}
-        for kind, text in head.definitions.items():  # the recording's where a type is unknown here
+        for kind, text in head.definitions.items():  # register types that are unknown here
             reason = known_as(store, kind, text)
             if reason:
                 self._unknown[kind] = reason
-        self._writer = BagWriter(target, store, compressed=True)  # a taxel array's points are 60 times as large as its images
+        self._writer = BagWriter(target, store, compressed=True)  # measured: points of a taxel array are 60 times as large as its images
 
     def __enter__(self) -> _Output:
         self._writer.__enter__()
@@ -105,7 +104,7 @@ def report(summary: Summary, target: Path) -> str:
 
 
 class _Signals:
-    """Stores the first SIGINT or SIGTERM in number, so that the work ends after the current frame; the second one ends it at once."""
+    """Stores the first SIGINT or SIGTERM in number, so that the work ends after the current frame; a second one ends it immediately."""
 
     def __init__(self):
         self.number = 0

@@ -12,13 +12,13 @@ from ...errors import BadCalibration
 from ...markers.touches.cross_validation import HeldOut
 from ...markers.touches.presses import Presses
 
-_FEWEST_PLACES = 3  # one of three is held out to try what was fitted to the others
-_DEPTH_SPAN = 0.2  # of the largest depth, from the shallowest to the deepest press
+_FEWEST_PLACES = 3  # chosen: cross-validation holds out one of three positions
+_DEPTH_SPAN = 0.2  # chosen: smallest range of depths over the largest depth
 _AXES = ('x (mm)', 'y (mm)')
 
 
 def require_coverage(presses: Presses) -> None:
-    """Raise BadCalibration, saying what to add, where the presses are at too few places, of one depth, or none is known untouched."""
+    """Raise BadCalibration, saying what to add, for too few positions, a single depth, or no untouched frame."""
     touching = presses.touching
     places, depth = int(presses.places().max() + 1), presses.depth[touching]
     if places < _FEWEST_PLACES:
@@ -32,8 +32,10 @@ def require_coverage(presses: Presses) -> None:
 
 
 def marker_residuals(held: HeldOut, names: Mapping[int, str]) -> list[Residuals]:
-    """Errors of place and depth, mm, of presses held out, over the surface; NaN where a press was not told. names: id of a field -> by
-    recording and time."""
+    """Cross-validation errors of position and depth, mm, over the surface; NaN for a press without an estimate.
+
+    names: recording and time of a press, by the id of its field.
+    """
     touching = np.flatnonzero(held.presses.touching)
     off, deep = np.full(len(touching), np.nan), np.full(len(touching), np.nan)
     for row, k in enumerate(touching):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of a sheet or a dome: touch methods and the wrench from recordings of a tip pressed at known places."""
+"""Calibrates a sheet or a dome: fits touch methods and the wrench to recordings of a tip pressed at known positions."""
 from __future__ import annotations
 
 import sys
@@ -35,15 +35,15 @@ from ...pipeline.dot_stage import find_pattern, make_tracker
 from .stitching import find_stitching, tell_truth, write_stitching
 from ...touchpad.sensor import Touchpad, camera_pose
 
-_TOUCHES = 1e-4  # m: depth from which a frame counts as a press
+_TOUCHES = 1e-4  # m, chosen: smallest depth of a press
 
 
 class PressReader:
-    """Presses from bags: the markers of each image with the contact and the wrench that ground truth has for its stamp.
+    """Reads presses from bags: the markers of each image with the true contact and wrench of its stamp.
 
-    stitching: how pictures are made of two views: that of the calibration file that the parameters name until another is set; None: of one.
-    pattern: (K, 2) px, untouched places of markers that are in no grid, from the first image; None of a grid. names: id of a press's field
-    -> recording and time. values: the parameters.
+    stitching: of two views, from the calibration file that the parameters name unless replaced; None for one camera
+    pattern: (K, 2) px, untouched positions, in the first image, of markers that form no grid; None for a grid
+    names: recording and time by the id of a press's field; values: the parameters
     """
 
     def __init__(self, params: Path, namespace: str):
@@ -57,7 +57,7 @@ class PressReader:
         self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
 
     def read(self, bag: Path) -> None:
-        """Take every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
+        """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker, rest = None, None
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
@@ -72,7 +72,7 @@ class PressReader:
                 self.left_out.append(f'{name}: {error}')
 
     def _begin(self, image: np.ndarray, make_view) -> tuple[DotTracker, RestMarkers]:
-        """What numbers the markers of a recording and follows their untouched state. Raises BadFrame for a first image without markers."""
+        """Tracker and untouched markers of a recording. Raises BadFrame for a first image without markers."""
         count = self.sensor.rows * self.sensor.columns
         if not count and self.pattern is None:
             self.pattern = find_pattern(image, self._dot_values)
@@ -80,7 +80,7 @@ class PressReader:
         return tracker, RestMarkers(count or len(self.pattern), make_view)
 
     def presses(self) -> Presses:
-        """All that were read. Raises BadCalibration where there is none."""
+        """All presses read. Raises BadCalibration without any."""
         if not any(depth > 0 for _, _, depth, _ in self._rows):
             raise BadCalibration(f'no usable press in the recordings; left out: {"; ".join(self.left_out[:3]) or "nothing"}')
         fields, position, depth, wrench = zip(*self._rows)
@@ -101,7 +101,7 @@ class PressReader:
 
 
 def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
-    """Tip (3,) m, depth m and wrench (6,) of one frame. Raises BadFrame where several tips touch, or hardly one does."""
+    """Tip (3,) m, depth m and wrench (6,) of one frame. Raises BadFrame for several contacts and for one that is too shallow."""
     contacts = found[TRUTH].contacts
     if len(contacts) > 1:
         raise BadFrame(f'{len(contacts)} contacts; one tip at a time is needed')
@@ -118,7 +118,7 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
 
 
 def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
-    """Numbers of each method that fits the presses, and what it tells of those held out. Raises BadCalibration where none does."""
+    """Fit each method to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when none fits."""
     fitted, told = {}, {}
     for name, method in methods_for(reader.sensor).items():
         print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
@@ -135,9 +135,9 @@ def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, 
 
 
 def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:
-    """Numbers of the wrench map; None where no wrench was recorded, or it does not do (which is noted in the reader's left_out).
+    """Fit the wrench map; None when no wrench was recorded or the fit fails, which left_out of the reader reports.
 
-    best: of the methods, whose touches take the place of the truth while the tip drags, as in use; '' for none.
+    best: method whose estimates replace the true positions while the tip drags, as in use; '' for none.
     """
     known = presses.touching & np.isfinite(presses.wrench).all(1)
     if not known.any():
@@ -155,7 +155,7 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str =
 
 
 def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses:
-    """The same, but for some (M,) bool, that stand where the method tells one touch."""
+    """The presses with position and depth replaced where some, (M,) bool, is True and the method estimates exactly one touch."""
     position, depth = presses.position.copy(), presses.depth.copy()
     for k in np.flatnonzero(some):
         touches = method.estimate(presses.fields[k])
@@ -165,7 +165,7 @@ def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses
 
 
 def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
-    """The sheet's mechanics, where the method 'model' found its material and tip; that it finds no balance is noted."""
+    """Simulated mechanics of the sheet, with the material and tip fitted by method 'model'; None without them or without equilibrium."""
     if model is None:
         return None
     reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
@@ -211,7 +211,7 @@ def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: s
 
 
 def untouched_places(presses: Presses) -> np.ndarray:
-    """(K, 2) px, median untouched place of each marker over the frames, NaN for one that was never seen."""
+    """Median untouched positions (K, 2), px, of the markers over all frames; NaN for one that was never seen."""
     places = np.array([field.uv - field.duv for field in presses.fields])
     seen = np.isfinite(places).all(axis=2).any(axis=0)
     rest = np.full(places.shape[1:], np.nan)

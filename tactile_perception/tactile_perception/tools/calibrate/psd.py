@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of a PSD finger: its model from recordings of presses at known places (ground_truth/contacts)."""
+"""Calibrates a PSD finger: fits its model to recordings of presses at known positions (ground_truth/contacts)."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -22,12 +22,12 @@ from ...psd.geometry import log_map
 from ...psd.model_fit import FingerFit, fit_finger
 from ...psd.presses import Recording, find_presses
 
-_LONGEST_S = 0.25  # for which the last word of the ground truth holds
-_EARLY_S = 1e-6  # a sample that comes by so little before what is said of it
+_LONGEST_S = 0.25  # chosen: the latest ground truth holds at most this long
+_EARLY_S = 1e-6  # chosen: tolerance of the comparison of stamps
 
 
 def read_recording(bag: Path, namespace: str) -> Recording:
-    """Samples of one bag, each with the contact that ground truth last told. Raises TactileError for a bag without voltages or truth."""
+    """Samples of one bag, each with the latest ground truth. Raises TactileError for a bag without voltages or truth."""
     codec, blocks, truths = MessageCodec(), [], []
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace, 'voltages', VOLTAGES)
@@ -43,7 +43,7 @@ def read_recording(bag: Path, namespace: str) -> Recording:
 
 
 def _samples(blocks: list, bag: Path) -> tuple[np.ndarray, np.ndarray, float]:
-    """Voltages (N, 4), their times (N,), s, and the usual period, s."""
+    """Voltages (N, 4), their times (N,), s, and the median sample period, s."""
     usable = [(stamp, m) for stamp, m in blocks if len(m.voltages) and len(m.voltages) % 4 == 0]
     periods = np.array([m.sample_period for _, m in usable])
     if not len(usable) or not (periods > 0).any():
@@ -56,7 +56,7 @@ def _samples(blocks: list, bag: Path) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: list, name: str) -> Recording:
-    """The samples for which it is known whether and where something touches; several touches at once are left without a place."""
+    """The samples with known contact state; samples with several contacts have no position."""
     rows = np.array([_told(message.contacts) for _, message in truths])
     stamps = np.array([stamp for stamp, _ in truths])
     last = np.searchsorted(stamps, times + _EARLY_S, side='right') - 1
@@ -66,7 +66,7 @@ def _with_truth(volts: np.ndarray, times: np.ndarray, period: float, truths: lis
 
 
 def _told(contacts: list) -> tuple[float, ...]:
-    """How many touches, the normal, force and depth of the only one; NaN where there is none or more."""
+    """Number of contacts, and normal, force and depth of a single one; NaN for none or several."""
     if len(contacts) != 1:
         return len(contacts), *[np.nan] * 5
     places = (np.array([part.x, part.y, part.z]) for part in (contacts[0].position, contacts[0].normal))

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stitching of two cameras from an untouched pair of a recording."""
+"""Calibrates the stitching of two cameras from an untouched pair in a recording."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -23,14 +23,14 @@ from ...nodes.messages.serialization import MessageCodec
 from ...parameters.file import read_parameters
 from ...parameters.touchpad import DOT_PARAMETERS
 
-_TRIES = 5  # untouched pairs that are tried where one shows no markers
+_TRIES = 5  # chosen: untouched pairs tried before the fit is given up
 Matrices = tuple[np.ndarray, np.ndarray] | None
 
 
 def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespace: str) -> StitchingFit | None:
-    """The stitching from the first untouched pair of the bags that can be used; None where no bag has both views.
+    """Fit the stitching to the first usable untouched pair of the bags; None when no bag has both views.
 
-    Untouched is what ground_truth/contacts says, or all of a bag without it. Raises BadCalibration, saying why, where no pair can be used.
+    A pair is untouched when ground_truth/contacts is empty or not recorded. Raises BadCalibration, with the reasons, without a usable pair.
     """
     if not sensor.is_sheet:
         return None
@@ -51,7 +51,7 @@ def find_stitching(bags: list[Path], params: Path, sensor: MarkerSensor, namespa
 
 
 def _untouched(bag: Path, namespace: str, skew: float) -> Iterator[tuple[PairFrame, tuple[Matrices, Matrices]]]:
-    """Pairs at stamps at which nothing touches, and the cameras that took them."""
+    """Yield untouched pairs, and the matrices of their cameras."""
     codec, pairer, cameras = MessageCodec(), Pairer(int(skew * 1e9)), {}
     with BagReader(bag) as reader:
         try:
@@ -78,7 +78,7 @@ def _taken(pairer: Pairer, free: set | None, cameras: dict, last: bool = False):
 
 
 def _free_stamps(reader: BagReader, prefix: str, codec: MessageCodec) -> set[int] | None:
-    """Stamps, ns, at which nothing touches; None where the recording does not tell."""
+    """Stamps, ns, without contact; None for a recording without ground truth."""
     if prefix + TRUTH not in reader.topics:
         return None
     found = (codec.decode(raw.data, raw.type_name) for raw in reader.messages({prefix + TRUTH}))
@@ -86,7 +86,7 @@ def _free_stamps(reader: BagReader, prefix: str, codec: MessageCodec) -> set[int
 
 
 def tell_truth(bags: list[Path], namespace: str) -> bool:
-    """Whether one of the bags knows where a tool was."""
+    """Whether one of the bags has ground truth of contacts."""
     for bag in bags:
         with BagReader(bag) as reader:
             if find_prefix(reader.topics, namespace, VIEWS[0]) + TRUTH in reader.topics:
@@ -95,7 +95,7 @@ def tell_truth(bags: list[Path], namespace: str) -> bool:
 
 
 def write_stitching(output: Path, sensor_type: str, found: StitchingFit, specimen: Specimen) -> str:
-    """Write a calibration of a specimen that holds the stitching alone, as dual_camera_node takes it, and tell how good it is."""
+    """Write a calibration that holds only the stitching, for dual_camera_node; a report of the fit."""
     residuals = {'markers_off_grid': found.residual, 'views_apart': found.overlap}
     units = {'lengths': 'm', 'scale': 'px/m', 'size, origin, seam, cut, matrix': 'px', 'residuals': 'm'}
     write_calibration(output, CalibrationFile(sensor_type, units, {'stitching': found.stitching.to_dict()}, residuals, {},

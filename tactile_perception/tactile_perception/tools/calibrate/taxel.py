@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of a taxel array: from values to pressure, by recordings of known normal loads (ground_truth/wrench)."""
+"""Calibrates a taxel array: fits pressure against value to recordings of known normal loads (ground_truth/wrench)."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -24,15 +24,18 @@ from ...taxel.array import TaxelArray
 from ...taxel.repair import dead_mask, fill
 from ...taxel.response import Response, fit_gains, fit_response
 
-_SAME = 0.02  # by which loads differ that count as one
-_PARTS = 3  # of the loads: each is predicted from the others
-_ZERO = 1e-3  # N
+_SAME = 0.02  # chosen: relative difference below which loads count as equal
+_PARTS = 3  # chosen: folds of the cross-validation
+_ZERO = 1e-3  # N, chosen: smaller forces count as untouched
 
 
 @dataclass
 class Loads:
-    """Mean pictures under one load each. changes: (N, rows, columns), from the untouched one; forces: (N,) N; zero: (rows, columns) or
-    None; left_out: a line for what could not be used; when: N names by recording and time."""
+    """Mean frame under each load.
+
+    changes: (N, rows, columns), less the untouched frame; forces: (N,) N; zero: untouched frame (rows, columns) or None; left_out: one line
+    per unusable frame; when: recording and time of each load.
+    """
 
     changes: np.ndarray
     forces: np.ndarray
@@ -66,7 +69,7 @@ def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace:
 
 
 def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
-    """(stamp s, values, normal force N) of each frame, NaN where it is not known."""
+    """Yield (stamp s, values, normal force N) of each frame; NaN for an unknown force."""
     codec, waiting = MessageCodec(), None
     with BagReader(bag) as reader:
         prefix = find_prefix(reader.topics, namespace)
@@ -89,7 +92,7 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
 
 
 def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> np.ndarray:
-    """(N,) relative errors of the forces of loads, each predicted from the other parts; NaN where those do not determine it."""
+    """Cross-validation errors (N,) of the forces, relative; NaN where the other folds do not determine the response."""
     errors = np.full(len(loads.forces), np.nan)
     for part in range(_PARTS):
         out = np.arange(len(errors)) % _PARTS == part
@@ -125,8 +128,10 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
-    """The error of each load's force, predicted from others, over the force; and over the pad, where loads are at several places. errors:
-    (N,) relative."""
+    """Cross-validation error of each load's force over the force, and over the pad if the loads are at several positions.
+
+    errors: (N,) relative.
+    """
     percent = 100 * errors
     found = [Residuals('force', '%', percent, np.stack([loads.forces, percent], axis=1), ('force (N)', 'error (% of it)'), loads.when)]
     weight = np.maximum(loads.changes, 0).reshape(len(loads.forces), -1)
@@ -138,7 +143,7 @@ def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> l
 
 
 def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
-    """By how much each taxel differs from the others, to be drawn beside the errors."""
+    """Deviation of each taxel's gain from 1, for the plot."""
     if response.gain is None:
         return []
     x, y = (1e3 * grid.ravel() for grid in np.meshgrid(array.x, array.y))

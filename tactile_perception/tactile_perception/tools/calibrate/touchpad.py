@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration of a touchpad: its surface model from recordings of a sphere pressed at known places (ground_truth/contacts)."""
+"""Calibrates a touchpad: fits its optics to recordings of a sphere pressed at known positions (ground_truth/contacts)."""
 from __future__ import annotations
 
 import sys
@@ -22,13 +22,13 @@ from ...parameters.touchpad import DOT_PARAMETERS
 from ...pipeline.dot_stage import make_tracker
 from ...touchpad.sensor import Touchpad
 
-_MOST_PRESSES, _MOST_REST = 80, 10  # frames that are fitted: more of them cost time and tell no more
-_RADIUS_PRESSES = 12  # of them, while the sphere's radius is looked for
-_TOUCHES = 3e-4  # m: depth from which a frame counts as a press
+_MOST_PRESSES, _MOST_REST = 80, 10  # frames fitted, chosen
+_RADIUS_PRESSES = 12  # presses fitted while searching for the sphere's radius, chosen
+_TOUCHES = 3e-4  # m, chosen: smallest depth of a press
 
 
 class PressReader:
-    """Presses from bags: each image with the contact that ground truth has for its stamp."""
+    """Reads presses from bags: each image with the true contact of its stamp."""
 
     def __init__(self, values: dict, namespace: str):
         self.sensor = Touchpad.from_parameters(values)
@@ -71,7 +71,7 @@ def _press(name: str, image: np.ndarray, tracks, contacts: list) -> Press:
 
 
 def chosen(presses: list[Press], most: int = _MOST_PRESSES) -> list[Press]:
-    """An even choice of untouched frames and of presses; frames of the first touch, where little is known, are left out."""
+    """Evenly spaced choice of untouched frames and of presses; touching frames shallower than _TOUCHES are left out."""
     rest = [p for p in presses if not p.touching]
     touching = [p for p in presses if p.touching and p.depth >= _TOUCHES]
     return _evenly(rest, _MOST_REST) + _evenly(touching, most)

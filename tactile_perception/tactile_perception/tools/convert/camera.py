@@ -23,8 +23,9 @@ _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
 
 @dataclass(frozen=True)
 class RecordedView:
-    """The images of one camera. name: '' of a single camera, 'left' or 'right'; camera: its entry in sensor.json; stamps: (T,) s; images:
-    T files."""
+    """Images of one camera. name: '' for a single camera, 'left' or 'right'; camera: its entry in sensor.json; stamps: (T,) s; images:
+    T files.
+    """
 
     name: str
     camera: dict
@@ -33,7 +34,7 @@ class RecordedView:
 
 
 class Recording:
-    """One folder, read lazily. Raises BadRecording where a file is missing or broken.
+    """A recording, read on demand. Raises BadRecording for a missing or damaged file.
 
     path: the folder; sensor: content of sensor.json; stamps: (T,) s; views: one, or left and right.
     """
@@ -80,10 +81,10 @@ class Recording:
         return image
 
     def truth(self, index: int) -> TruthFrame:
-        """The ground truth of frame index, its dots in the first view; unknown is NaN."""
+        """Ground truth of frame index, with dots in the first view; unknown values are NaN."""
         truth = {name: values[index] for name, values in self._truth.items() if len(values) == len(self.stamps)}
         outlines, holes = self._loops(index)
-        touched = truth['contact_area'] > 0  # although a tip between two dots touches none of them
+        touched = truth['contact_area'] > 0  # true also for a tip between two dots that touches neither
         fraction = float((truth['dot_state'][truth['dot_contact']] == SLIPPING).mean()) if truth['dot_contact'].any() else np.nan
         return TruthFrame(
             dot_id=self._ids,
@@ -120,8 +121,10 @@ class Recording:
         return float(self.sensor['frame_interval_s'])
 
     def _twist(self, truth: dict) -> np.ndarray:
-        """(6,) m/s, rad/s: twist of the object relative to the dots at the sensor's origin, the least-squares fit to the slip of the
-        touched dots; NaN when none is touched."""
+        """Twist (6,), m/s and rad/s, of the object relative to the dots, at the sensor's origin.
+
+        It is the least-squares fit to the slip of the touched dots; NaN without touched dots.
+        """
         touched = truth['dot_contact']
         if not touched.any():
             return np.full(6, np.nan)
@@ -135,7 +138,7 @@ class Recording:
         return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
 
     def _touches(self, truth: dict) -> list[Touch]:
-        """One touch per tool. A static recording has presses of a round tool at known positions: those of its tip."""
+        """One touch per tool; in a static recording, where a round tool is pressed at known positions, the position is that of its tip."""
         parts = np.flatnonzero(truth['part_area'] > 0)
         if len(parts) > 1:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]

@@ -68,9 +68,9 @@ def _pose(camera: dict) -> tuple[np.ndarray, tuple[float, float, float, float]]:
 
 
 def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """(stamp, ns, topic, message) in order; the ground truth of a frame follows its image, as from a simulated sensor."""
+    """Yield (stamp in ns, topic, message) in order; the ground truth of a frame follows its image, as from a simulated sensor."""
     numbers = TouchNumbers()
-    # Much of ROS takes a stamp of zero for unknown time.
+    # Much of ROS takes a stamp of zero for an unknown time.
     shift = 1.0 if recording.stamps[0] < 1.0 else 0.0
     for index, stamp in enumerate(recording.stamps):
         stamp_ns = round((stamp + shift) * 1e9)
@@ -83,7 +83,7 @@ def _messages(recording: Recording, frame_id: str) -> Iterator[tuple[int, str, o
 
 
 def _views(recording: Recording, index: int, shift: float, frame_id: str) -> Iterator[tuple[int, str, object]]:
-    """camera_info and image of each view of a frame, under the view's own stamp."""
+    """Yield camera_info and image of each view of a frame, with the stamp of the view."""
     for number, view in enumerate(recording.views):
         stamp_ns, prefix = round((view.stamps[index] + shift) * 1e9), view.name and view.name + '/'
         header = header_of(stamp_ns, frame_id)

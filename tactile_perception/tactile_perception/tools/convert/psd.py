@@ -17,15 +17,15 @@ from tactile_driver.simulation.truth import Touch
 
 from ...errors import BadRecording
 
-_BLOCK_S = 0.005  # of one message, as psd_node's default
+_BLOCK_S = 0.005  # duration of one message, the default of psd_node
 _CONTACT = 2  # value of phase in truth.npz
-_FIRST_S = 1.0  # much of ROS takes a stamp of zero for unknown time
+_FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
 
 
 class PsdRecording:
-    """One folder. Raises BadRecording where a file is missing or broken.
+    """A recording folder. Raises BadRecording for a missing or damaged file.
 
-    path: the folder. A press that a stage has labelled has the position of its label as ground truth, others the true one.
+    path: the folder. The ground truth position of a press is the label of the stage where there is one, otherwise the true position.
     """
 
     def __init__(self, folder: str | Path):
@@ -42,8 +42,9 @@ class PsdRecording:
         return len(self.volts)
 
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
-        """(stamp, ns, topic, message) in order: blocks of voltages, each followed by the ground truth of its first sample and of those
-        at which contacts begin or end."""
+        """Yield (stamp in ns, topic, message) in order: blocks of voltages, each followed by the ground truth at its first sample and at
+        samples where contacts begin or end.
+        """
         numbers, count = TouchNumbers(), max(round(_BLOCK_S / self.period), 1)
         normals, touching = self._normals(), self._truth['n_contacts'] * (self._truth['phase'] == _CONTACT)
         for begin in range(0, len(self), count):
@@ -65,7 +66,7 @@ class PsdRecording:
         return [touch] * int(self._truth['n_contacts'][k])
 
     def _normals(self) -> np.ndarray:
-        """(N, 3) unit normals, those of the label during each labelled press."""
+        """Unit normals (N, 3); those of the label during each labelled press."""
         normals = np.array(self._truth['normal'], float)
         labels = self._input.get('label_theta')
         if labels is None:
@@ -83,5 +84,5 @@ class PsdRecording:
         return {'sensor_type': self.meta['sensor'], 'radius': float(self.meta['R_s_m'])}
 
     def frames(self) -> dict[str, float]:
-        """Name -> z in the sensor frame, m, of the sensor's own frames."""
+        """z in the sensor frame, m, of the sensor's own frames, by name."""
         return {'tip': float(self.meta['R_s_m'])}

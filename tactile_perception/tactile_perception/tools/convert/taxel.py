@@ -19,20 +19,20 @@ from tactile_driver.simulation.truth import Touch, TruthFrame
 
 from ...errors import BadRecording
 
-_FIRST_S = 1.0  # much of ROS takes a stamp of zero for unknown time
+_FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
 _GRAVITY = 9.81  # m/s^2
-# The .npz of imprints: name of an array = letter of the weight + number; 3.4 mm pitch.
+# The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
 _PITCH_M = 3.4e-3
-_FINE = 16  # subdivisions of a taxel on which true outlines are traced; chosen
-_PAUSE_S = 1.0  # between imprints
-_LOADED = 0.8  # chosen: of the 90th percentile of an imprint's sums, from which the whole weight is on the array
+_FINE = 16  # chosen: subdivisions of a taxel for the outlines of the ground truth
+_PAUSE_S = 1.0  # chosen: time between imprints
+_LOADED = 0.8  # chosen: fraction of the 90th percentile of an imprint's sums above which the whole weight is on the array
 _SETTLED = 0.5  # chosen: fraction of the loaded time after which the load is taken as settled
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One frame: values (rows, columns), stamp, s, and ground truth, None when unknown."""
+    """One frame: values (rows, columns), stamp (s), and ground truth, None when unknown."""
 
     values: np.ndarray
     stamp: float
@@ -55,7 +55,7 @@ class TaxelRecording:
         return len(self._rows)
 
     def messages(self, frame_id: str) -> Iterator[tuple[int, str, object]]:
-        """(stamp, ns, topic, message) in order, each frame followed by its ground truth."""
+        """Yield (stamp in ns, topic, message) in order; each frame is followed by its ground truth."""
         numbers, last = TouchNumbers(), None
         shift = _FIRST_S if self._rows[0].stamp < _FIRST_S else 0.0
         for row in self._rows:
@@ -83,7 +83,7 @@ class TaxelRecording:
         return found | {name: self.meta[key] for name, key in names.items() if key in self.meta}
 
     def frames(self) -> dict[str, float]:
-        """Name -> z in the sensor frame, m, of the sensor's own frames."""
+        """z in the sensor frame, m, of the sensor's own frames, by name."""
         return {'taxels': -float(self.meta['pad_thickness_m'])} if 'pad_thickness_m' in self.meta else {}
 
     def _folder(self) -> list[_Row]:
@@ -99,7 +99,7 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 def _truth(of: dict, pitch: float) -> TruthFrame:
-    """The ground truth of a frame; of: its arrays in truth.npz; pitch: m; unknown is NaN."""
+    """Ground truth of a frame; of: its arrays in truth.npz; pitch: m. Unknown values are NaN."""
     touched = bool(of['contact'])
     centroid = np.array([*(1e-3 * np.asarray(of['centroid_mm'], float)), 0.0])
     normal = float(of['Fn_N'])
@@ -110,14 +110,14 @@ def _truth(of: dict, pitch: float) -> TruthFrame:
                        slip_state=int(of['slip_state']), slipping_fraction=float(of['slip_fraction']), wrench=wrench)
     if touched:
         frame.outlines, frame.holes = _loops(np.asarray(of['contact_fraction'], np.float32), pitch)
-        depth = 1e-3 * float(of['depth_mm']) or np.nan  # 0 where unknown
+        depth = 1e-3 * float(of['depth_mm']) or np.nan  # 0 means unknown
         frame.centroid, frame.normal = centroid, np.array([0.0, 0.0, 1.0])
         frame.contacts = [Touch(centroid + [0, 0, -np.nan_to_num(depth)], frame.normal, depth, normal)]
     return frame
 
 
 def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
-    """Outlines and holes, (M, 3) m each, of the contact region; fraction: (rows, columns) float32, of each taxel that is touched."""
+    """Outlines and holes, (M, 3) m each, of the contact region; fraction: (rows, columns) float32, touched share of each taxel."""
     padded = cv2.copyMakeBorder(fraction, 1, 1, 1, 1, cv2.BORDER_CONSTANT)
     fine = cv2.resize(padded, None, fx=_FINE, fy=_FINE, interpolation=cv2.INTER_LINEAR)
     loops, families = cv2.findContours((fine >= 0.5).astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
@@ -127,7 +127,7 @@ def _loops(fraction: np.ndarray, pitch: float) -> tuple[list, list]:
 
 
 def _imprints(arrays: dict[str, np.ndarray]) -> list[_Row]:
-    """Frames of all imprints in sequence, with ground truth when the weight has settled."""
+    """Frames of all imprints in sequence, with ground truth once the weight has settled."""
     rows, clock = [], 0.0
     for name in sorted(key for key in arrays if key[0] in _GRAMS and key[1:].isdigit()):
         values, times = arrays[name], 1e-3 * (arrays[f'{name}_t_ms'] - arrays[f'{name}_t_ms'][0])
