@@ -13,7 +13,7 @@ _COLOURS = ('\033[32m', '\033[33m', '\033[31m', '\033[31m')
 _PLAIN = '\033[0m'
 _SILENCE_S = 3.5  # chosen: three missed reports (nodes report once a second), plus the delay of a busy machine
 _HEADS = ('sensor', 'node', 'state', 'rate Hz', 'latency ms', 'age s', 'dropped', 'lost', '')
-#: Key in /diagnostics and number format. All but the last _COUNTERS are current measurements; those count since the start.
+#: Key in /diagnostics and number format. The last _COUNTERS count since the start; the others are current values.
 _NUMBERS = (('rate (Hz)', '.1f'), ('latency (ms)', '.1f'), ('age (s)', '.2f'), ('dropped', '.0f'), ('lost frames', '.0f'))
 _COUNTERS = 2
 

@@ -15,12 +15,12 @@ from .drawing_node import DrawingNode
 from ..parameters.table import FINGER_MARKERS_PARAMETERS
 from ..visualization.markers.finger import FingerMarkers
 
-# Depth of the queue of contacts: chosen.
+# Queue of contacts: depth chosen.
 _QUEUE = QoSProfile(depth=200)
 
 
 class FingerMarkersNode(DrawingNode):
-    """Draws at the parameter rate while markers has subscribers."""
+    """Draws at the rate that parameter rate sets, while markers has subscribers."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('finger_markers_node', FINGER_MARKERS_PARAMETERS, host)

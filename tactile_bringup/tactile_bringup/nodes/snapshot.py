@@ -121,7 +121,7 @@ class SnapshotNode(Node):
         seen = self.seen[name]
         try:
             about = yaml.safe_load(message.data)
-        except (yaml.YAMLError, ValueError, RecursionError):  # somebody else's topic of that name
+        except (yaml.YAMLError, ValueError, RecursionError):  # another package's topic of that name
             return
         if seen.type or not isinstance(about, dict):
             return

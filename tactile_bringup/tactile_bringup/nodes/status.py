@@ -22,7 +22,7 @@ from tactile_driver.command import tells_errors
 from ..hand.description import names_in
 from ..hand.status_table import HandStatus
 
-_QUEUE = 100
+_QUEUE = 100  # messages, chosen
 _PERIOD_S, _LOOK_S = 1.0, 2.5  # chosen; nodes report once a second
 _CLEAR = '\033[2J\033[H'
 

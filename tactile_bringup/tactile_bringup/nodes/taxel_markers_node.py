@@ -23,7 +23,7 @@ _KEPT = 20  # messages per topic, chosen: among these the node looks for equal s
 
 
 class TaxelMarkersNode(DrawingNode):
-    """Draws at the parameter rate while markers has subscribers."""
+    """Draws at the rate that parameter rate sets, while markers has subscribers."""
 
     def __init__(self, host: Host | None = None):
         super().__init__('taxel_markers_node', TAXEL_MARKERS_PARAMETERS, host)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""simulate: writes a scene of a simulated sensor as a recording with ground truth, faster than real time where the machine allows.
+"""simulate: writes a scene of a simulated sensor as a recording with ground truth, as fast as the machine computes it.
 
 The bag holds the topics of the driver and ground_truth/*, for calibrate, process_bag and evaluate.
 """

@@ -12,7 +12,7 @@ from . import colours
 from .colours import bgr
 
 _SHIFT = 4  # OpenCV's fixed-point coordinates: 4 fractional bits, 1/16 px
-_SHORTEST = 1.2  # px of the picture, chosen: a shorter arrow cannot be told from noise
+_SHORTEST = 1.2  # px of the picture, chosen: shorter arrows show mostly noise
 _HEAD = 0.35  # length of the head over the arrow's, chosen
 _SIZE = 0.6  # font scale, chosen: letters are 13 px high
 _FEW = 200  # arrows, chosen: up to this number each gets a dark border

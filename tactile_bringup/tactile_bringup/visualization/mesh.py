@@ -46,7 +46,7 @@ def skin(places: np.ndarray) -> np.ndarray:
 
 def _triangles(places: np.ndarray) -> np.ndarray:
     """Vertex indices (T, 3) of the Delaunay triangulation of places (N, 3), m, in x and y; (0, 3) for collinear places."""
-    from scipy.spatial import Delaunay, QhullError  # imported here: slow to load, and needed only for markers
+    from scipy.spatial import Delaunay, QhullError  # imported only when markers are drawn
     if len(places) < 3:
         return np.zeros((0, 3), np.int64)
     try:

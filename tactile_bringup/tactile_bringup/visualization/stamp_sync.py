@@ -21,7 +21,7 @@ class StampSync:
         self._last: int | None = None
 
     def add(self, topic: str, stamp_ns: int, message: object) -> None:
-        """Add one message. A stamp, ns, that goes back by more than 1 s starts anew; other late messages are dropped."""
+        """Add one message. A stamp, ns, that goes back by more than 1 s restarts the collection; other late messages are dropped."""
         if self._last is not None and stamp_ns <= self._last:
             if self._last - stamp_ns < 1_000_000_000:
                 return

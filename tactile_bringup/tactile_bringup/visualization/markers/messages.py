@@ -161,7 +161,7 @@ class MarkerSet:
         across = 2 * _WITHIN_95 * np.sqrt(np.maximum(variances, 0.0)).clip(_THINNEST)
         marker = self._add('covariances', Marker.SPHERE, tuple(across.tolist()), _colour(colours.CONTACT, 0.5), [], number)
         marker.pose.position = points_of(place[None])[0]
-        from scipy.spatial.transform import Rotation  # imported here: slow to load, and needed only for markers
+        from scipy.spatial.transform import Rotation  # imported only when markers are drawn
         orientation = Rotation.from_matrix(axes).as_quat().tolist()
         marker.pose.orientation = Quaternion(x=orientation[0], y=orientation[1], z=orientation[2], w=orientation[3])
 
