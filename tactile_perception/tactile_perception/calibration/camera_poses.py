@@ -15,8 +15,8 @@ from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 
 FEWEST = 12  # markers of one view, chosen
-MARKER_NOISE = 0.04  # px per axis, standard deviation of a detected marker's position
-FINEST_PRINT = 2e-6  # m: lower bound of the print's irregularity
+MARKER_NOISE = 0.04  # px per axis, chosen: standard deviation of a detected marker's position
+FINEST_PRINT = 2e-6  # m, chosen: lower bound of the print's irregularity
 LARGEST_RESIDUAL = 0.1  # RMS over the pitch, chosen: a larger one means mismatched markers or a wrong pitch
 SLENDER = 0.02  # chosen: smallest ratio of width to length of the markers in a view
 FARTHEST = 1e5  # px, chosen: larger than any image

@@ -134,7 +134,7 @@ def best_method(residuals: dict, methods) -> str:
 
 def _typical(numbers: dict) -> np.ndarray:
     """Median errors (2,), m, of position and depth over the square of the share of presses estimated as exactly one touch; NaN when
-    unknown. A missed press so counts for more than an inaccurate one.
+    unknown. A missed press therefore counts more than an inaccurate one.
     """
     errors = np.array([numbers.get(name, np.nan) for name in (_PLACE, _DEPTH)], float)
     presses = numbers.get('presses', 0)

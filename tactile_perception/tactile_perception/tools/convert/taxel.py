@@ -23,7 +23,7 @@ _FIRST_S = 1.0  # chosen: much of ROS takes a stamp of zero for an unknown time
 _GRAVITY = 9.81  # m/s^2
 # The .npz of imprints: the name of an array is a letter for the weight (g) and a number; the pitch is 3.4 mm.
 _GRAMS = {letter: 200 + 100 * k for k, letter in enumerate('ABCDEFGH')}
-_PITCH_M = 3.4e-3
+_PITCH_M = 3.4e-3  # m
 _FINE = 16  # chosen: subdivisions of a taxel for the outlines of the ground truth
 _PAUSE_S = 1.0  # chosen: time between imprints
 _LOADED = 0.8  # chosen: fraction of the 90th percentile of an imprint's sums above which the whole weight is on the array
