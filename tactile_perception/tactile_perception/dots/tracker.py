@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tracking of dots: detect, index (or link), and displacements from a reference, composed."""
+"""Dot tracking: detection, indexing (or linking) and displacement from a reference."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,12 +15,12 @@ from tactile_perception.errors import BadArgument, BadFrame
 
 
 class DotTracker:
-    """Dots of one camera, frame by frame.
+    """Tracks the dots of one camera frame by frame.
 
-    rows, columns: of the printed grid, both 0 for another pattern; polarity: 'dark' or 'bright' dots; detection, numbering: names in
-    detect.methods.METHODS and index.methods.METHODS or WITHOUT_GRID (without a grid, the name of a grid method means tracks); detector:
-    with detect(image) -> Dots, replaces the named one; reference: Reference() by default; pattern: (K, 2) px, positions of a pattern to
-    register, by default the first frame's dots. Raises BadArgument for unknown names and bad sizes.
+    rows, columns: size of the printed grid, both 0 for an irregular pattern; polarity: 'dark' or 'bright' dots; detection: a name in
+    detect.methods.METHODS; numbering: a name in index.methods.METHODS or WITHOUT_GRID (without a grid, a grid method's name selects
+    'tracks'); detector: an object with detect(image) -> Dots that replaces the named one; reference: Reference() by default; pattern:
+    (K, 2) px, positions of a pattern to register, the first frame's dots by default. Raises BadArgument for unknown names and bad sizes.
     """
 
     def __init__(self, rows: int, columns: int, polarity: str = 'dark', detection: str = 'likelihood', numbering: str = 'lattice',
@@ -38,7 +38,7 @@ class DotTracker:
         self._size: tuple | None = None
 
     def _numbering(self, name: str, pattern: np.ndarray | None):
-        """(function that indexes a grid, linker of another pattern); one of them is None."""
+        """(function that indexes a grid, linker for an irregular pattern); one of them is None."""
         if self.rows:
             return numbering_method(name), None
         if name not in WITHOUT_GRID:
@@ -46,14 +46,14 @@ class DotTracker:
         return None, WITHOUT_GRID.get(name, WITHOUT_GRID['tracks'])(pattern)
 
     def set_reference(self) -> None:
-        """Take the next frame as the untouched reference."""
+        """Use the next frame as the untouched reference."""
         self.reference.restart()
 
     def process(self, image: np.ndarray, stamp_s: float, touched: bool | None = None) -> DotTracks:
-        """Indexed dots of an image, uint8 (H, W) or (H, W, 3) BGR, taken at stamp_s, s; dots without a certain index are left out.
+        """Indexed dots of an image; dots without a certain index are left out.
 
-        touched: whether something touches, if a later stage knows. Raises BadFrame for a bad image or stamp, and when no dot can be
-        indexed for certain; a bad frame leaves the tracker as it was.
+        image: uint8 (H, W) or (H, W, 3) BGR; stamp_s: exposure time, s; touched: whether a later stage detected contact, None if unknown.
+        Raises BadFrame for a bad image or stamp, and when no dot can be indexed with certainty; a bad frame leaves the tracker unchanged.
         """
         self._check(image, stamp_s)
         dots, id = self.find(image, stamp_s)
@@ -64,7 +64,7 @@ class DotTracker:
         return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
 
     def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
-        """Dots of a checked image and their indices (N,), -1 for none; searched near the predicted positions first. See process."""
+        """Dots of a checked image and their indices (N,), -1 for none. Searches near the predicted positions first. See process."""
         found = None if self._warm is None else self._warm.refind(image)
         if found is not None:
             self._previous = Numbered(found[0].uv, found[1], self._previous.pitch)

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbered dots of the next frame without a search: each is fitted where it is expected.
+"""Warm start: dots of the next frame fitted at their predicted positions, without detection.
 
-A dot keeps its number if all fits together allow it. What a fit at an expected place cannot see is a move of the pattern by whole
-pitches. At the pattern's edge it shows: of one outer row no dot is found again. And a part that moved by a whole pitch has a seam around
-it where dots are lost. In doubt there is no answer, and the frame is searched as if it were the first.
+Each dot keeps its index if the fits of all dots are consistent. A single fit cannot observe a shift by a whole pitch, but the grid can: a
+shift of the whole pattern loses the dots of one outer row, and a shift of a part loses dots along its boundary. If the fits are
+inconsistent, the frame is detected and indexed from scratch.
 """
 from __future__ import annotations
 
@@ -13,31 +13,35 @@ import numpy as np
 from tactile_perception.common.dots import Dots
 from tactile_perception.dots.index.follow import BEND, edges_found, torn
 
-LOST_SHARE = 0.02  # of the dots seen last may not be found again, and FEW; an outer row is more
+# Of the n dots of the last frame, LOST_SHARE * n + FEW may be lost. Chosen: less than an outer row of a square grid of 3 to 47 rows
+LOST_SHARE = 0.02
 FEW = 2
-SEARCHES = 10  # every so many frames are searched anew, for dots that nothing was known of
+SEARCHES = 10  # frames between full detections, which find dots not seen before. Chosen
 
 
 class WarmStart:
-    """Where the dots of a printed grid of shape (rows, columns) are expected; detector: with refind(image, uv, area), see DotDetector."""
+    """Predicts and fits the dots of a printed grid.
+
+    detector: an object with refind(image, uv, area), see DotDetector; shape: (rows, columns) of the grid.
+    """
 
     def __init__(self, detector, shape: tuple[int, int]):
         self._detector, self._shape = detector, shape
         self.forget()
 
     def forget(self) -> None:
-        """The next frame is searched."""
+        """Forget all dots, so that the next frame is detected from scratch."""
         count = self._shape[0] * self._shape[1]
         self._uv, self._move, self._area = np.full((count, 2), np.nan), np.zeros((count, 2)), np.full(count, np.nan)
         self._frames, self._pitch = SEARCHES, np.nan
 
     def remember(self, id: np.ndarray, uv: np.ndarray, area: np.ndarray, pitch: float) -> None:
-        """The dots of a frame that was searched: id (N,) all different, uv (N, 2) px, area (N,) px^2, pitch px."""
+        """Store the dots of a detected frame: id (N,) unique, uv (N, 2) px, area (N,) px^2, pitch px."""
         self._keep(id, uv, area)
         self._frames, self._pitch = 1, pitch
 
     def refind(self, image: np.ndarray) -> tuple[Dots, np.ndarray] | None:
-        """Dots of the frame after those remembered and their numbers (N,); None if it has to be searched. Raises BadFrame."""
+        """Dots of the next frame and their indices (N,); None if the frame must be detected from scratch. Raises BadFrame."""
         if self._frames >= SEARCHES:
             return None
         expected, area = self._expected()
@@ -61,7 +65,7 @@ class WarmStart:
         self._move[np.isnan(self._move)] = 0.0
 
     def _expected(self):
-        """(count, 2) places and (count,) areas: those that were seen as they went on moving, others by their neighbours."""
+        """Predicted positions (count, 2) and areas (count,): by constant velocity for dots seen last, from neighbours for the others."""
         expected, area = self._uv + self._move, self._area
         missing = np.flatnonzero(np.isnan(area))
         if len(missing):
@@ -70,9 +74,9 @@ class WarmStart:
         return expected, area
 
     def _by_neighbours(self, places, missing):
-        """(M, 2) places of missing dots on the lines through the two next dots each way, NaN where there are none."""
+        """(M, 2) px, missing dots extrapolated linearly from the next two dots each way and averaged; NaN without such dots."""
         rows, columns = self._shape
-        grid = np.full((rows + 4, columns + 4, 2), np.nan)  # a margin of two, so that neighbours two away exist
+        grid = np.full((rows + 4, columns + 4, 2), np.nan)  # a margin of two for the neighbours two steps away
         grid[2:-2, 2:-2] = places.reshape(rows, columns, 2)
         row, column = np.divmod(missing, columns)
         row, column = row + 2, column + 2
@@ -83,7 +87,7 @@ class WarmStart:
         return np.where(count, np.where(known, guess, 0.0).sum(0) / np.maximum(count, 1), np.nan)
 
     def _agree(self, id, uv):
-        """Whether these dots are the ones that were seen last, each under its number."""
+        """Whether these dots are consistent with the last frame's dots of the same indices."""
         move = np.full_like(self._uv, np.nan)
         move[id] = uv - self._uv[id]
         seen, again = np.count_nonzero(np.isfinite(self._uv[:, 0])), np.count_nonzero(np.isfinite(move[:, 0]))

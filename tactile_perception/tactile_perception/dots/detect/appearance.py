@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Appearance of dots, measured in one image: colour channel, size, contrast, blur and noise."""
+"""Appearance of dots measured in one image: colour channel, size, contrast, blur and noise."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -22,8 +22,10 @@ _FEWEST = 4  # dots; fewer cannot be distinguished from dirt. Chosen
 
 @dataclass(frozen=True)
 class Look:
-    """Appearance of dots in a frame. channel: a name in CHANNELS; step: factor by which the image is reduced; smallest, typical, largest:
-    diameters, and blur: standard deviation, px of the reduced image; contrast: dot minus ground, ground and noise: grey levels.
+    """Appearance of dots in a frame.
+
+    channel: a name in CHANNELS; step: factor by which the image is reduced; smallest, typical, largest: diameters, px of the reduced
+    image; blur: standard deviation, px of the reduced image; contrast (dot minus background), ground (background), noise: grey levels.
     """
 
     channel: str
@@ -57,7 +59,7 @@ def select_channel(image: np.ndarray, channel: str) -> np.ndarray:
 
 
 def shrink(grey: np.ndarray, step: int) -> np.ndarray:
-    """The image with each step x step pixels averaged into one."""
+    """The image with each block of step x step pixels averaged into one."""
     return grey if step == 1 else cv2.resize(grey, (grey.shape[1] // step, grey.shape[0] // step), interpolation=cv2.INTER_AREA)
 
 
@@ -79,7 +81,7 @@ def measure_look(image: np.ndarray, sign: int) -> Look:
 
 
 def _noise(grey):
-    """Standard deviation of pixel noise from the median absolute second difference; at least that of rounding."""
+    """Standard deviation of pixel noise, grey levels, from the median absolute second difference; at least that of rounding."""
     g = grey.astype(np.int16)
     second = g[1:-1:2, 1:-1:2] * 4 - 2 * (g[:-2:2, 1:-1:2] + g[2::2, 1:-1:2] + g[1:-1:2, :-2:2] + g[1:-1:2, 2::2])
     second += g[:-2:2, :-2:2] + g[:-2:2, 2::2] + g[2::2, :-2:2] + g[2::2, 2::2]
@@ -132,7 +134,7 @@ def _describe(channel, grey, noise, blobs, sign):
 
 
 def _ground_level(grey, centre, away):
-    """Median grey level at this distance, px, diagonally from the dots, where a lattice has none."""
+    """Median grey level at a distance away, px, diagonally from the dots, where a grid has no dots."""
     away *= np.sqrt(0.5)
     row = np.clip(np.rint(centre[:, 1] + away).astype(int), 0, grey.shape[0] - 1)
     column = np.clip(np.rint(centre[:, 0] + away).astype(int), 0, grey.shape[1] - 1)
@@ -140,8 +142,8 @@ def _ground_level(grey, centre, away):
 
 
 def _fit_blur(grey, centre, rough, noise):
-    """Common blur, diameters and median contrast by grid search: coarse about the regions' centroids, then fine about grey-weighted
-    ones."""
+    """Common blur, diameters and median contrast by grid search: coarse around the regions' centroids, then fine around grey-weighted
+    centroids."""
     half = int(np.ceil(np.percentile(rough, 90) / 2 + 3))
     at = np.rint(centre).astype(int)
     inside = ((at >= half) & (at < np.array(grey.shape[::-1]) - half)).all(1)

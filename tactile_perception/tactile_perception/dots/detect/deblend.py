@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Dots so near to one another that each is seen in the other's patch: who they are, and what each puts there."""
+"""Deblends overlapping dots: fits each again after subtracting its neighbours' images from its patch."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,28 +11,28 @@ from .dot_profile import blurred_disc
 from .neighbours import PairList, near_pairs
 from .subpixel import Fit, LikelihoodFitter
 
-_PER_SQUARE = 16.0  # table entries a px^2 of squared radius
-_PER_DIAMETER = 20.0  # tables a px of diameter
-_BEYOND = 3.5  # blurs outside its edge at which a dot has faded
-_SAME = 0.4  # of a dot's diameter: two places nearer than this are of one dot
-_MET = 0.15  # of a dot's diameter: two fits that come so near to each other began on one dot
-_GAP = 1.5  # px between the edges of dots that cannot be fitted at first without regard to each other
-_RUN_OFF = 1.5  # px from the patch's centre
-_ROUNDS = 5  # of fitting such dots in turns
-_SKIN = 3.0  # px that dots may move against each other before pairs are searched for anew
-_BELIEVABLE = 0.15  # of the usual contrast: fainter spots are not taken off their neighbours
+_PER_SQUARE = 16.0  # table entries per px^2 of squared radius. Chosen
+_PER_DIAMETER = 20.0  # tables per px of diameter. Chosen
+_BEYOND = 3.5  # blurs outside its edge where a dot's image ends. Chosen
+_SAME = 0.4  # of the typical diameter: nearer candidates belong to one dot. Chosen
+_MET = 0.15  # of the typical diameter: fits that converge to within this distance belong to one dot. Chosen
+_GAP = 1.5  # px, gap between edges below which dots are fitted jointly from the start. Chosen
+_RUN_OFF = 1.5  # px from the patch's centre: a fit further away has diverged. Chosen
+_ROUNDS = 5  # alternating fits of overlapping dots. Chosen
+_SKIN = 3.0  # px of relative motion before the neighbour list is rebuilt. Chosen
+_BELIEVABLE = 0.15  # of the typical contrast: the images of fainter dots are not subtracted. Chosen
 
 
 @dataclass
 class Pairs:
-    """Pairs of places i, j (M,), i != j, each in both orders and sorted by i, and their distance (M,) px."""
+    """Pairs of positions by index, i, j (M,), i != j, each in both orders and sorted by i; distance: (M,) px."""
 
     i: np.ndarray
     j: np.ndarray
     distance: np.ndarray
 
     def among(self, some: np.ndarray, count: int) -> Pairs:
-        """Those of which both are among the places `some` (indices, rising) of count, by their numbers there."""
+        """The pairs within the subset `some` (ascending indices) of count positions, renumbered by their index in the subset."""
         number = np.full(count, -1)
         number[some] = np.arange(len(some))
         i, j = number[self.i], number[self.j]
@@ -41,14 +41,14 @@ class Pairs:
 
 
 def _near(places: np.ndarray, i: np.ndarray, j: np.ndarray, reach: float) -> np.ndarray:
-    """Which of the pairs i, j (M,) of places (2, N) px are nearer than reach along both axes (indices)."""
+    """Indices of the pairs i, j (M,) of positions (2, N) px that are nearer than reach along both axes."""
     u, v = places
     across = np.flatnonzero(np.abs(u.take(i) - u.take(j)) < reach)
     return across[np.abs(v.take(i.take(across)) - v.take(j.take(across))) < reach]
 
 
 class Separator:
-    """Fits crowded dots again without what their neighbours put into their patches; look: look.Look."""
+    """Fits overlapping dots again after subtracting their neighbours' images; look: appearance.Look."""
 
     def __init__(self, look, fitter: LikelihoodFitter):
         self._look, self._fitter = look, fitter
@@ -57,7 +57,7 @@ class Separator:
         self._images = NeighbourImages(look.smallest, look.largest, look.blur, fitter.basis, fitter.half)
 
     def pairs(self, places: np.ndarray, stay: bool) -> Pairs:
-        """Pairs of places (2, N) px that may be seen in each other's patches; stay: the dots are those of the last call that said so."""
+        """Pairs of positions (2, N) px that may appear in each other's patches; stay: the dots are those of the last call with stay."""
         i, j = self._list.of(places) if stay else near_pairs(*places, self._reach)
         near = _near(places, i, j, self._reach)
         if not len(near):
@@ -69,12 +69,11 @@ class Separator:
 
     def separate(self, fit: Fit, compressed: np.ndarray, places: np.ndarray, diameter: np.ndarray, centre: np.ndarray,
                  pairs: Pairs) -> np.ndarray:
-        """The last step of the fits, and for crowded dots all of them again, in place, as are their patches: what others put there is
-        taken off.
+        """Refine the fits and, for overlapping dots, subtract the neighbours' images and fit again; changes fit and compressed in place.
 
-        compressed: (N, K) patches about the whole pixels centre (2, N); places (2, N) px, diameter (N,) px: where the fits began;
-        pairs: of pairs(places).
-        Returns (N,) bool: not a second fit to another's dot.
+        compressed: (N, K) patches around the whole pixels centre (2, N); places (2, N) px and diameter (N,) px: initial values of the
+        fits; pairs: the result of pairs(places).
+        Returns (N,) bool: False for a duplicate fit of another fit's dot.
         """
         look, single = self._look, np.ones(len(compressed), bool)
         i, j, began = pairs.i, pairs.j, pairs.distance
@@ -89,7 +88,7 @@ class Separator:
         return single
 
     def _clean(self, fit, compressed, places, diameter, centre, single, i, j, began):
-        """Take neighbours off patches, in place; returns the pairs of which j was taken off i."""
+        """Subtract neighbours from patches, in place; returns the pairs (i, j) where j was subtracted from i."""
         look = self._look
         solid = single & (fit.amplitude * look.contrast > _BELIEVABLE * look.contrast**2)
         both = single[i] & solid[j]
@@ -97,7 +96,7 @@ class Separator:
         if touching.any():
             self._take_turns(fit, compressed, places, diameter, centre, i[touching], j[touching])
         reach = self._fitter.half + fit.diameter[j] / 2 + look.blur
-        # a fit that ran off with no neighbour to blame, as under glare, is no picture of what is there
+        # a fit that diverged without an overlapping neighbour, as under glare, does not model the image
         settled = (fit.away() < _RUN_OFF) & (fit.diameter < look.largest)
         settled[i[touching]] = True
         across, down = centre[:, i] - centre[:, j] - fit.values[:2, j]
@@ -109,7 +108,7 @@ class Separator:
         return i, j
 
     def _take_turns(self, fit, compressed, places, diameter, centre, i, j):
-        """Dots that touch, from where they began, each in turn without the others, in place."""
+        """Fit overlapping dots in alternation from their initial values, each without the others' images, in place."""
         some = np.unique(i)
         fit.values[:2, some] = places[:, some] - centre[:, some]
         fit.diameter[some] = diameter[some]
@@ -117,16 +116,16 @@ class Separator:
             fit.put(some, self._fitter.fit(self._without(fit, compressed, centre, i, j), fit.u[some], fit.v[some], fit.diameter[some], 1))
 
     def _without(self, fit, compressed, centre, i, j):
-        """(n, K) patches of the n different dots in i (sorted), less what dots j put there."""
+        """(n, K) patches of the n distinct dots in i (sorted), minus the images of dots j."""
         images = self._images.seen(*(centre[:, j] + fit.values[:2, j] - centre[:, i]), fit.diameter[j], fit.amplitude[j])
         start = np.flatnonzero(np.diff(i, prepend=-1))
         return compressed[i[start]] - np.add.reduceat(images, start)
 
 
 class NeighbourImages:
-    """What a neighbouring dot puts into a patch, compressed as patches are; for discs up to a diameter (px) seen through a blur (px).
+    """Images of neighbouring dots in a patch, compressed like patches.
 
-    basis: (P, K) of the compression; half: of the patch's side, px.
+    smallest, largest: diameters, px; blur: standard deviation, px; basis: (P, K), of the compression; half: half the patch's side, px.
     """
 
     def __init__(self, smallest: float, largest: float, blur: float, basis: np.ndarray, half: int):
@@ -140,7 +139,7 @@ class NeighbourImages:
         self._last, self._tables = len(diameters) - 1, tables.ravel()
 
     def seen(self, u: np.ndarray, v: np.ndarray, diameter: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
-        """(M, K) compressed images of dots at (u, v) px from the patches' centres; all arguments (M,)."""
+        """(M, K) compressed images of dots at (u, v) px from the patches' centres; diameter: px; amplitude: grey levels; all (M,)."""
         across = self._side - u.astype(np.float32)
         down = self._side - v.astype(np.float32)
         squares = (across * across * _PER_SQUARE + 0.5)[None] + (down * down * _PER_SQUARE)[:, None]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 _REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies beyond
-_STRIPS = 181  # of a disc. Chosen
+_STRIPS = 181  # strips over which a disc is integrated. Chosen
 _PER_PIXEL = 24  # samples of a profile per pixel. Chosen
 _PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
 _DIFFERENCE = 0.02  # px, step of numerical derivatives. Chosen
@@ -26,7 +26,7 @@ _T, _NORMAL = _normal_integral()
 
 
 def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray:
-    """Brightness of a disc of brightness one at distances radius (any shape, px) from its centre.
+    """Radial profile of a blurred disc of unit brightness, at distances radius (any shape, px) from its centre.
 
     diameter: px; blur: px, standard deviation of the optics without the pixel. The disc is integrated over strips, each a difference of
     normal distribution functions, which is exact up to the number of strips.
@@ -59,7 +59,7 @@ class DiscModes:
 
 
 def disc_modes(x: np.ndarray, y: np.ndarray, diameter: float, blur: float) -> DiscModes:
-    """The image of a disc and its derivatives at pixels x, y (same shape, px) from its centre."""
+    """The image of a disc and its derivatives at offsets x, y (same shape, px) from its centre; diameter, blur: px."""
     radius = np.hypot(x, y)
     grid = np.arange(int(radius.max() * _PER_PIXEL) + 2) / _PER_PIXEL
     h = _DIFFERENCE

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The detector of dots that the rest stands on: candidates, a likelihood fit of each, and what speaks for its being a dot."""
+"""The default dot detector: candidates, a maximum-likelihood fit of each, and rejection of fits that are not dots."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -16,18 +16,18 @@ from .deblend import Separator
 from ...errors import BadFrame
 from .subpixel import LikelihoodFitter
 
-_FEWEST = 4  # dots: with fewer, what dots look like is measured anew
-_OFF_CENTRE = 0.9  # px from its patch's centre at which a dot is fitted in a new patch
-_MOST_GROWTH = 2.2  # times the typical diameter: dots are not looked for beyond
-_UNLIKE = 1.6  # times the contrast is left of a patch after the first fit: more than any neighbour leaves, so this is no dot
-_UNUSUAL = 2.5  # times the share of their contrast that is usually left of all dots: more is no dot
-_SAME_KIND = 1.2  # times as much as when their look was measured
-_UNLIKEST = 0.3  # of a dot's contrast: more is left of no dot
+_FEWEST = 4  # dots; with fewer, the appearance is measured again. Chosen
+_OFF_CENTRE = 0.9  # px from its patch's centre beyond which a dot is fitted in a new patch. Chosen; the nodes end at 1 px
+_MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched. Chosen
+_UNLIKE = 1.6  # residual over contrast after the first fit; no neighbour causes more, so larger means no dot. Chosen
+_UNUSUAL = 2.5  # times the median ratio of residual to contrast: larger means no dot. Chosen
+_SAME_KIND = 1.2  # times the median ratio when the appearance was measured: bounds the median. Chosen
+_UNLIKEST = 0.3  # largest ratio of residual to contrast of a dot. Chosen
 _NONE = Dots(np.empty((0, 2)), np.empty(0), np.empty(0)), np.empty(0, np.int64)
 
 
 class LikelihoodDetector:
-    """Peaks of the half-size image, then a likelihood fit of each (candidates.py, subpixel.py, ground.py)."""
+    """Detects dots: peaks of a reduced image, then a maximum-likelihood fit of each (candidates.py, subpixel.py, background.py)."""
 
     def __init__(self, sign: int):
         self._sign = sign
@@ -36,10 +36,10 @@ class LikelihoodDetector:
         self._separator: Separator | None = None
         self._slopes: GroundSlopes | None = None  # of the last frame
         self._outgrown = False
-        self._usual: float | None = None  # left of the dots, as a share of their contrast, where the look was measured
+        self._usual: float | None = None  # median ratio of residual to contrast when the appearance was measured
 
     def detect(self, image: np.ndarray) -> Dots:
-        """Dots of one checked uint8 image; raises BadFrame where there are none."""
+        """Dots of one checked uint8 image. Raises BadFrame if there are none."""
         if self._look is not None:
             dots = self._detect_all_sizes(image)
             if len(dots) >= _FEWEST:
@@ -47,12 +47,12 @@ class LikelihoodDetector:
         before = self._look, self._fitter, self._separator, self._usual
         try:
             return self._detect_anew(image)
-        except BadFrame:  # it may be this frame alone that is bad: what dots looked like before is costly to measure again
+        except BadFrame:  # this frame alone may be bad; measuring the appearance again is costly
             self._look, self._fitter, self._separator, self._usual = before
             raise
 
     def _detect_anew(self, image):
-        """Measure what dots look like in this image. Raises BadFrame where there are none."""
+        """Measure the appearance of dots in this image and detect them. Raises BadFrame for fewer than _FEWEST."""
         self._take(measure_look(image, self._sign))
         self._usual = None
         dots = self._detect_all_sizes(image)
@@ -66,7 +66,7 @@ class LikelihoodDetector:
         self._look = look
 
     def _detect_all_sizes(self, image):
-        """Detect, and once more with larger dots in mind if some have grown out of the tables."""
+        """Detect, and repeat with a larger range of diameters if some dots exceed it."""
         self._outgrown = False
         dots = self._detect(image)
         if self._outgrown and self._look.largest < _MOST_GROWTH * self._look.typical:
@@ -92,9 +92,9 @@ class LikelihoodDetector:
         return shrink(select_channel(image, self._look.channel), self._look.step)
 
     def _measure(self, grey, places, diameter, stay=False):
-        """Dots near places (N, 2) px of about these diameters (N,) px, and at which of the places they are (M,).
+        """Dots near positions (N, 2) px with initial diameters (N,) px, and the index (M,) of each dot's position.
 
-        stay: these are the dots of the last frame.
+        stay: whether the positions are those of the last frame's dots.
         """
         look, fitter = self._look, self._fitter
         if not len(places):
@@ -120,13 +120,13 @@ class LikelihoodDetector:
         return dots, good if some is None else some[good]
 
     def _hopeful(self, fit, compressed, off):
-        """Indices of fits without those off (N,) bool their patches' centres that are nothing like a dot's."""
+        """Indices of the fits, without those that are off-centre, off (N,) bool, and leave a residual no dot leaves."""
         off = np.flatnonzero(off)
         unlike = self._fitter.variances(compressed[off], fit.take(off)) > (_UNLIKE * np.maximum(fit.amplitude[off] * self._sign, 0)) ** 2
         return np.delete(np.arange(len(compressed)), off[unlike])
 
     def _judge(self, fit, variance, centre, single, last, stay):
-        """The dots among single (N,) bool fits, and their indices; last: (2, 1) column and row of the image; stay: see _measure."""
+        """The accepted dots and their indices; single: (N,) bool, not duplicate; last: (2, 1), last column and row; stay: see _measure."""
         look, fitter = self._look, self._fitter
         fit.values[4] += look.ground
         uv = centre + fit.values[:2]
@@ -141,9 +141,9 @@ class LikelihoodDetector:
         return Dots(((uv + 0.5) * look.step - 0.5).T, area, sigma), index
 
     def _recentre(self, fit, compressed, padded, centre, pairs):
-        """Fit dots whose peak lay off their place once more, in place, from patches about where they were found."""
+        """Fit off-centre dots again, in place, in patches around their fitted positions."""
         off = (fit.away() > _OFF_CENTRE) & (fit.amplitude * self._sign > 0)
-        # of dots that touch, the fit may have gone over to the neighbour: crowd.py begins with these at their peaks again
+        # the fit of an overlapping dot may have moved to its neighbour; deblend.py starts these at their peaks again
         off[pairs.i[pairs.distance < self._look.typical + 2]] = False
         off = np.flatnonzero(off)
         if not len(off):
@@ -155,7 +155,7 @@ class LikelihoodDetector:
         fit.put(off, self._fitter.fit(compressed[off], *(fit.values[:2, off] - step), fit.diameter[off], 2))
 
     def _plausible(self, fit, variance, uv, last):
-        """(N,) bool: of the dots' contrast and size, like a disc, whole; uv: (2, N), last: see _judge."""
+        """(N,) bool: contrast and size of a dot, shape of a disc, wholly inside the image; uv: (2, N) px; last: see _judge."""
         look = self._look
         contrast = fit.amplitude * self._sign
         good = (contrast > 0.2 * abs(look.contrast)) & (fit.diameter > look.smallest)
@@ -168,8 +168,8 @@ class LikelihoodDetector:
         return good & small
 
     def _like_disc(self, contrast, rest, good):
-        """(N,) bool: little is left of a dot's pixels; more is allowed where all dots are unlike discs, as after lossy compression, and
-        still more if they were so when their look was measured: then it is their kind, as of printed blots beside shading."""
+        """(N,) bool: the residual is small. The limit rises where all dots differ from discs, as after lossy compression, and further if
+        they did when the appearance was measured, as irregularly printed dots do. rest: (N,) grey levels, RMS residual."""
         look = self._look
         most = np.maximum(max(4 * look.noise, 0.1 * abs(look.contrast)), 0.12 * contrast)
         like = rest < most

@@ -1,26 +1,29 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Takes rows and columns further, over gaps that no link between neighbours bridges: where many dots are missing.
+"""Extrapolates row and column indices over gaps that no link between neighbours bridges, where many dots are missing.
 
-Near a dot, row and column are nearly a linear function of the place in the image. Fitted to the nearest numbered dots it tells a loose
-dot's number; one that comes out far from a whole number, or from a fit that reaches too far, stays loose. So it goes on wave by wave.
+Locally, row and column are nearly linear in image position. A linear fit to the nearest indexed dots predicts the index of a dot without
+one. A prediction far from a whole number, or with a high leverage, is rejected. This repeats until no dot is added.
 """
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-_NEAREST = 8  # numbered dots that a fit is made to
-_REACH = 2.9  # pitches: further ones do not count
-_LEVERAGES = (1.0, 3.0)  # variance of what a fit says, per variance of the dots it is made to: far-fetched ones only if there are no others
-_BENT = 0.15  # rows, root mean square that a fit may be off at its own dots
-_OFF = 0.25  # rows from a whole number
-_LAST_OFF = 0.3  # the same for a dot that has its number, in the end
+_NEAREST = 8  # indexed dots in a fit. Chosen
+_REACH = 2.9  # pitches, dots further away are excluded. Chosen
+_LEVERAGES = (1.0, 3.0)  # largest variance of a prediction per variance of a dot: the second only if the first adds none. Chosen
+_BENT = 0.15  # rows, largest RMS residual of a fit. Chosen
+_OFF = 0.25  # rows, largest distance of a prediction from a whole number. Chosen
+_LAST_OFF = 0.3  # rows, the same for an indexed dot in the final check. Chosen
 
 
 def grow(uv: np.ndarray, rc: np.ndarray, member: np.ndarray, pitch: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns rc (N, 2) int64 of dots at uv (N, 2) px, valid where member (N,) bool, for more dots; dots that do not fit among
-    their neighbours in the end are members no longer."""
+    """Indices rc (N, 2) int64 and membership (N,) bool, extended to more dots and checked; dots inconsistent with their neighbours lose
+    membership.
+
+    uv: (N, 2) px; rc: (N, 2) int64, row and column, valid where member (N,) bool; pitch: px.
+    """
     rc, member = rc.copy(), member.copy()
     while any(_wave(uv, rc, member, pitch, leverage) for leverage in _LEVERAGES):
         pass
@@ -28,7 +31,7 @@ def grow(uv: np.ndarray, rc: np.ndarray, member: np.ndarray, pitch: float) -> tu
 
 
 def _wave(uv, rc, member, pitch, leverage) -> bool:
-    """Make dots members, in place, whose numbers fits of at most this leverage tell; whether there are any."""
+    """Add dots, in place, that fits of at most this leverage predict; returns whether any were added."""
     known, loose = np.flatnonzero(member), np.flatnonzero(~member)
     if len(known) <= _NEAREST or not len(loose):
         return False
@@ -45,12 +48,12 @@ def _wave(uv, rc, member, pitch, leverage) -> bool:
 
 
 def _said(uv, known_uv, known_rc, pitch, leverage, skip=0):
-    """(L, 2) rows and columns at uv (L, 2) by fits to the nearest known dots but the first `skip`, and whether these can be relied on."""
+    """Predicted indices (L, 2) at uv (L, 2) px, from fits to the nearest known dots after the first `skip`; and (L,) bool, reliable."""
     distance, near = cKDTree(known_uv).query(uv, _NEAREST + skip)
     distance, near = distance[:, skip:], near[:, skip:]
     weight = (distance < _REACH * pitch)[:, :, None].astype(float)
     basis = np.concatenate([weight, (known_uv[near] - uv[:, None]) / pitch * weight], axis=2)
-    values = known_rc[near] - known_rc[near[:, :1]]  # small numbers, so that the ridge does not draw them to zero
+    values = known_rc[near] - known_rc[near[:, :1]]  # relative indices, which the ridge hardly biases to zero
     inverse = np.linalg.inv(basis.transpose(0, 2, 1) @ basis + 1e-6 * np.eye(3))
     fit = inverse @ (basis.transpose(0, 2, 1) @ (values * weight))
     off = ((basis @ fit - values * weight) ** 2).sum(axis=(1, 2)) / np.maximum(weight.sum(axis=(1, 2)) - 3, 1)
@@ -58,7 +61,7 @@ def _said(uv, known_uv, known_rc, pitch, leverage, skip=0):
 
 
 def _confirmed(uv, rc, member, pitch):
-    """(N,) bool members whose numbers are those that their neighbours tell."""
+    """(N,) bool, members whose indices match the prediction from their neighbours."""
     known = np.flatnonzero(member)
     if len(known) <= _NEAREST + 1:
         return member

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Rows and columns of dots on a printed grid, relative to each other, from one image alone.
+"""Relative row and column indices of dots on a printed grid, from one image alone.
 
-The compiled kernel (src/lattice.cpp) finds neighbours and propagates indices along them; dots beyond gaps are extrapolated here.
+The compiled kernel (src/lattice.cpp) finds neighbours and propagates indices along them; indices beyond gaps are extrapolated here.
 """
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import numpy as np
 from tactile_perception import _core
 from tactile_perception.dots.index.extrapolate import grow
 
-LOOSE = 0.05  # of the dots without a number: more are not only false ones
+LOOSE = 0.05  # share of dots without an index above which indices are extrapolated: more than false dots alone. Chosen
 
 
 @dataclass
 class Lattice:
-    """Relative numbers. rc: (N, 2) int64 row and column, valid where member (N,) bool; angle: of the rows against u, rad; pitch: px."""
+    """Relative indices. rc: (N, 2) int64, row and column, valid where member (N,) bool; angle: of the rows from u, rad; pitch: px."""
 
     rc: np.ndarray
     member: np.ndarray
@@ -27,9 +27,10 @@ class Lattice:
 
 
 def find_lattice(uv: np.ndarray, angle_hint: float = 0.0) -> Lattice | None:
-    """Rows and columns of dots at finite uv (N, 2) px relative to each other, or None where they form no grid.
+    """Relative row and column indices of dots, or None if they form no grid.
 
-    angle_hint: rad, direction in which rows run; the answer is the one of the four possible within 45 degrees of it.
+    uv: (N, 2) px, finite; angle_hint: rad, expected direction of the rows; of the four possible directions, the one within 45 degrees of
+    it is returned.
     """
     found = _core.find_lattice(np.ascontiguousarray(uv, float), angle_hint)
     if found is None:
