@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Distinguishes stamps that restart, as of a recording in a loop, from a single wrong stamp."""
+"""Distinguishes restarting stamps, as of a recording played in a loop, from a single wrong stamp."""
 from __future__ import annotations
 
 import math
@@ -9,9 +9,9 @@ from contextlib import contextmanager
 
 from ..errors import ClockSetBack
 
-_JUMP_S = 1.0  # a step back by less may be frames out of order: chosen
-_AFTER_JUMP, _AFTER_STEP = 2, 3  # frames in order after a step back of more, of less than _JUMP_S, that make a restart: chosen
-_AHEAD_S = 3600.0  # a stamp further ahead has to be confirmed by the next: chosen; a sensor that pauses longer loses one frame
+_JUMP_S = 1.0  # s; a smaller step back may be frames out of order. Chosen
+_AFTER_JUMP, _AFTER_STEP = 2, 3  # ordered frames that confirm a restart, after a step back of more / less than _JUMP_S. Chosen
+_AHEAD_S = 3600.0  # s; the next stamp must confirm one further ahead. Chosen: a sensor that pauses longer loses one frame
 
 
 class StampClock:
@@ -23,7 +23,7 @@ class StampClock:
 
     @contextmanager
     def at(self, stamp_s: float) -> Iterator[bool]:
-        """begins_anew as a context; an exception within restores the state from before."""
+        """Context manager that yields begins_anew(stamp_s); an exception within the context restores the previous state."""
         anew, before = None, dict(vars(self))
         try:
             anew = self.begins_anew(stamp_s)
@@ -34,11 +34,11 @@ class StampClock:
             raise
 
     def begins_anew(self, stamp_s: float) -> bool:
-        """Whether the stamps restart with this one, s: it and the one before it (the two before it, for a step back of less than a
-        second) are earlier than the last stamp and in order.
+        """Whether the stamps restart with this one, s.
 
-        Raises ClockSetBack for the stamps before that, while the restart is not confirmed, and for the first stamp that is more than an
-        hour ahead. Repeated stamps and NaN are left to the stage.
+        A restart needs two consecutive stamps (three, for a step back of less than a second) that are in order and earlier than the last
+        stamp before them. Raises ClockSetBack for the stamps before the restart is confirmed, and for the first stamp that is more than
+        an hour ahead. Repeated stamps and NaN are left to the stage.
         """
         if self._last_s + _AHEAD_S < stamp_s < math.inf and not math.isinf(self._last_s):
             if not 0 <= stamp_s - self._ahead_s <= _AHEAD_S:

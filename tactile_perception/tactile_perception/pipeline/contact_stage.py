@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the dots of one frame to region, contacts, slip and wrench: what contact_region_node and process_bag run."""
+"""Contact stage of the touchpad: region, contacts, slip and wrench from the dots of one frame; run by contact_region_node and
+process_bag."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -25,15 +26,15 @@ from ..touchpad.contact.tracker import ContactTracker
 from ..touchpad.places import RestPlaces
 from ..touchpad.sensor import Touchpad
 
-_FARTHEST = 10.0  # radii of the cap; chosen: positions beyond are invalid
-_DRIFT = 0.1  # px; chosen: a reference that has drifted by more is checked again
-_RANGE_SIGMA = 0.15e-3  # m, common-mode error of the ranges without a calibration, chosen
+_FARTHEST = 10.0  # radii of curvature of the cap: farther positions are invalid. Chosen
+_DRIFT = 0.1  # px: a reference that has drifted further is checked again. Chosen
+_RANGE_SIGMA = 0.15e-3  # m, common-mode error of the ranges without a calibration. Chosen
 
 
 @dataclass(frozen=True)
 class ContactResult:
-    """region, contacts, slip of one frame; wrench: (6,) N and N m of the object on the sensor, NaN if unknown; points: makes the surface
-    points on demand."""
+    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; points: computes the surface points on
+    demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -43,10 +44,11 @@ class ContactResult:
 
 
 class ContactStage:
-    """Contact frame by frame; values: of REGION_PARAMETERS; calibration: gives the calibrated range and the error of the ranges.
+    """Estimates contact frame by frame.
 
-    While the reference seems to be taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN.
-    Raises BadArgument for a sensor without a surface model.
+    values: of REGION_PARAMETERS; calibration: provides the calibrated range and the range error. While the reference seems to have been
+    taken under a press, contacts are AMBIGUOUS and depth, force and wrench are NaN. Raises BadArgument for a sensor without a surface
+    model.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel, values: Mapping, calibration: CalibrationFile | None = None):
@@ -62,7 +64,7 @@ class ContactStage:
         self._suspected, self._checked = False, np.full_like(self._rest.uv, np.inf)
 
     def process(self, tracks: DotTracks, stamp_s: float) -> ContactResult:
-        """Contact in one frame. Raises BadFrame for dots without 3D positions, of another grid, or with an earlier stamp."""
+        """Contact in one frame; stamp_s: s. Raises BadFrame for dots without 3D positions, of another grid, or with an earlier stamp."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, parameters rows and columns say '
                            f'{self._sensor.rows} x {self._sensor.columns}')
@@ -77,14 +79,14 @@ class ContactStage:
         return self._describe(dots, found, stamp_s)
 
     def _check_rest(self) -> None:
-        """Check for a press in the reference if it is new, has drifted, or was suspected before."""
+        """Check the reference for a press if it is new, has drifted, or was suspected before."""
         uv = self._rest.uv
         known = np.flatnonzero(np.isfinite(uv[:, 0]))
         if self._suspected or not (np.abs(uv[known] - self._checked[known]) < _DRIFT).all():
             self._suspected, self._checked = bool(rest_suspicion(known, uv[known], self._sensor.columns)), uv.copy()
 
     def _usable(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (N,), positions (N, 3) and rest positions (N, 3), m, of the dots that have both."""
+        """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""
         rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
         reach = _FARTHEST * self._sensor.cap.curvature_radius
         usable = (np.abs(tracks.xyz) < reach).all(axis=1) & np.isfinite(rest_xyz).all(axis=1)
@@ -114,7 +116,7 @@ class ContactStage:
 
 
 def _points(dots: ContactDots, found: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:
-    """Surface points of all K dots of the grid; rest: (K, 3) m; force: (K, 3) N or None."""
+    """Surface points of all K dots of the grid; rest: (K, 3) m; force: (K, 3) N, or None if unknown."""
     xyz, state = (scatter(dots.xyz, dots.ids, len(rest)), scatter(found.state, dots.ids, len(rest), UNKNOWN)) if found.all_dots is None \
         else (found.all_dots.xyz, found.all_dots.state)
     return dot_points((dots.rows, dots.columns), xyz, rest, state, force)
@@ -126,7 +128,7 @@ def _without_reference(contact: ContactEstimate) -> ContactEstimate:
 
 
 def _calibrated_sigma(calibration: CalibrationFile | None) -> float:
-    """m, common-mode error of the ranges: the calibration's residual at held-out positions."""
+    """Common-mode error of the ranges, m: the calibration's cross-validation RMSE, or _RANGE_SIGMA without one."""
     found = np.nan if calibration is None else calibration.residuals.get('held_out_places_range_rms', np.nan)
     return float(found) if found > 0 else _RANGE_SIGMA
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From an image to numbered dots and their 3D positions: run by dot_tracker_node and process_bag."""
+"""Dot stage: indexed dots and their 3D positions from an image; run by dot_tracker_node and process_bag."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,8 +21,11 @@ from ..touchpad.sensor import Touchpad
 
 
 def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None = None, rest: np.ndarray | None = None) -> DotTracker:
-    """The tracker for values (of DOT_PARAMETERS); pattern: (K, 2) px, untouched image positions that number the dots of a pattern without a
-    grid; rest: (K, 2) px, calibrated untouched positions, with which a touch in the first frame is detected."""
+    """A tracker with the given parameters.
+
+    values: of DOT_PARAMETERS; pattern: (K, 2) px, untouched image positions whose order gives the ids of an irregular pattern; rest:
+    (K, 2) px, calibrated untouched positions, used to detect contact in the first frame.
+    """
     known = None if rest is None else CalibratedRest(rest)
     reference = Reference(values['reference.time_constant'], values['reference.frames'], known)
     numbering = values['numbering'] if pattern is None else REGISTER
@@ -30,7 +33,7 @@ def make_tracker(sensor: Touchpad, values: Mapping, pattern: np.ndarray | None =
 
 
 def find_pattern(image: np.ndarray, values: Mapping) -> np.ndarray:
-    """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame."""
+    """(K, 2) px, image positions of the dots of the untouched sensor, from top to bottom. Raises BadFrame if there are none."""
     uv = DotDetector(values['polarity'], values['detection']).detect(image).uv
     return uv[np.argsort(uv[:, 1])]
 
@@ -39,15 +42,18 @@ class Places(Protocol):
     """3D positions of dots: DotPlaces, SheetPlaces or DomePlaces."""
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
-        """Positions (N, 3), m, sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
+        """Positions (N, 3), m, in the sensor frame, of tracks in an image; NaN if unknown. Raises BadFrame."""
 
     def renew(self) -> None:
-        """Forget what depends on the reference."""
+        """Discard all state that depends on the reference."""
 
 
 class DotStage:
-    """Dots frame by frame; values: of DOT_PARAMETERS; camera: None if not calibrated, so that a touchpad's dots have no 3D positions;
-    places: for the dots of other sensors; pattern, rest: see make_tracker."""
+    """Tracks and locates dots frame by frame.
+
+    camera: None if not calibrated, then a touchpad's dots get no 3D positions; values: of DOT_PARAMETERS; places: 3D positions of the
+    dots of other sensors; pattern, rest: see make_tracker.
+    """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
                  places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None):
@@ -57,17 +63,17 @@ class DotStage:
 
     @property
     def suspicion(self) -> str:
-        """Why the reference may not show the untouched sensor, '' if it is in order."""
+        """Why the reference may not show the untouched sensor; '' without suspicion."""
         return self._tracker.reference.suspicious
 
     def set_reference(self) -> None:
-        """Take the next frame as the untouched state."""
+        """Use the next frame as the untouched reference."""
         self._tracker.set_reference()
         if self._places is not None:
             self._places.renew()
 
     def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
-        """Dots of an image (H, W) or (H, W, 3) BGR uint8 taken at stamp_s. Raises BadFrame for one that cannot be used."""
+        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s. Raises BadFrame for an unusable image or stamp."""
         tracks = self._tracker.process(image, stamp_s)
         if self._places is not None:
             tracks.xyz = self._places.locate(image, tracks)

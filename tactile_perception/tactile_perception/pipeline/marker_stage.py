@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact estimation of marker sensors: touches, region and wrench from the marker tracks of each frame."""
+"""Contact stage of marker sensors: contacts, region and wrench from the marker tracks of each frame."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -30,8 +30,8 @@ _NO_DOTS = np.zeros(0, bool)
 
 @dataclass(frozen=True)
 class TouchResult:
-    """region, contacts: of one frame; wrench: (6,) N and N m, object on sensor, NaN where unknown; points: computes the surface points
-    on demand."""
+    """Estimates of one frame. wrench: (6,) N and N m, of the object on the sensor, NaN if unknown; points: computes the surface points on
+    demand."""
 
     region: ContactRegionEstimate
     contacts: list[ContactEstimate]
@@ -40,10 +40,10 @@ class TouchResult:
 
 
 class TouchStage:
-    """Estimates the touches of each frame.
+    """Estimates contacts frame by frame.
 
-    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method
-    that the calibration does not contain.
+    make_view: see RestMarkers; values: of POINT_PARAMETERS; calibration: of the same sensor. Raises BadCalibration for a method that the
+    calibration does not contain.
     """
 
     def __init__(self, sensor: MarkerSensor, make_view: Callable[[np.ndarray], MarkerView], values: Mapping,
@@ -58,7 +58,7 @@ class TouchStage:
         self._tracker = TouchTracker(values['filter'])
 
     def process(self, tracks: DotTracks, stamp_s: float) -> TouchResult:
-        """The touches of one frame. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
+        """Contacts in one frame; stamp_s: s. Raises BadFrame for markers of another grid, or a stamp that is not later than the last."""
         if (tracks.rows, tracks.columns) != (self._sensor.rows, self._sensor.columns):
             raise BadFrame(f'dots are of a {tracks.rows} x {tracks.columns} grid, but parameters rows and columns are '
                            f'{self._sensor.rows} and {self._sensor.columns}')
@@ -72,7 +72,7 @@ class TouchStage:
         return TouchResult(region, contacts, wrench, partial(self._points, tracks, field, region))
 
     def _points(self, tracks: DotTracks, field: MarkerField, region: ContactRegionEstimate) -> SurfacePoints:
-        """Surface points of all markers of the pattern; NaN for markers not seen; forces are unknown."""
+        """Surface points of all markers of the pattern; positions of markers not seen are NaN, and forces are unknown."""
         count, shape = len(field), (self._sensor.rows, self._sensor.columns)
         xyz = np.full((count, 3), np.nan) if tracks.xyz is None else scatter(tracks.xyz, tracks.id, count)
         state = scatter(region.dot_state, region.dot_id, count, UNKNOWN)
@@ -80,7 +80,7 @@ class TouchStage:
         return dot_points(shape if shape[0] * shape[1] == count else (1, count), xyz, rest, state, None)
 
     def _wrench_of(self, field: MarkerField, estimates: list[TouchEstimate]) -> np.ndarray:
-        """(6,) N and N m; NaN without contact and for several touches, to which the map was not fitted."""
+        """(6,) N and N m; NaN without contact, and for several contacts, for which the map was not calibrated."""
         if self._wrench is None or len(estimates) != 1:
             return np.full(6, np.nan)
         return self._wrench.wrench(field, estimates[0])
@@ -92,7 +92,7 @@ class TouchStage:
 
 
 def _checked(make_view: Callable[[np.ndarray], MarkerView], known: CalibratedRest, uv: np.ndarray) -> MarkerView:
-    """The view from untouched markers at uv. Raises BadFrame for markers that do not match the calibrated reference."""
+    """The view for untouched markers at uv (K, 2) px. Raises BadFrame for markers that do not match the calibrated reference."""
     reason = known.judge(np.arange(len(uv)), uv).reason
     if reason:
         raise BadFrame(reason)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From a block of voltages to contacts; psd_contact_node and process_bag both run it."""
+"""PSD stage: contacts from a block of voltages; run by psd_contact_node and process_bag."""
 from __future__ import annotations
 
 import math
@@ -16,11 +16,11 @@ from ..psd.model import FingerModel
 from ..psd.sphere_filter import SphereFilter
 
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
-_LONGEST_STEP_S = 1.0  # between single samples of unknown rate: chosen, as in check_block
+_LONGEST_STEP_S = 1.0  # s between single samples of unknown rate. Chosen, as in check_block
 
 
 class PsdStage:
-    """Contacts block by block. model: of the finger; values: of PSD_PARAMETERS. Raises BadArgument for an unknown method."""
+    """Estimates contacts block by block. model: of the finger; values: of PSD_PARAMETERS. Raises BadArgument for an unknown method."""
 
     def __init__(self, model: FingerModel, values: Mapping):
         self.finger = make_finger(values['method'], model, values)
@@ -31,18 +31,22 @@ class PsdStage:
         self._last_s = math.nan
 
     def set_reference(self) -> None:
-        """Take the next samples as the untouched state."""
+        """Use the next samples as the untouched reference."""
         self.finger.set_reference()
 
     @property
     def suspicion(self) -> str:
-        """Why results may be wrong; '' for no reason."""
+        """Why results may be wrong; '' without suspicion."""
         stuck = [name for name, dead in zip(_OUTPUTS, self.finger.stuck) if dead]
         return f'output {", ".join(stuck)} is stuck; check its amplifier and cable' if stuck else ''
 
     def process(self, volts: np.ndarray, stamp_s: float, period_s: float) -> list[tuple[int, list[Touch]]]:
-        """(sample, contacts) of a block (N, 4), V, whose first sample was taken at stamp_s: at the first sample with a known reference, and
-        at each where a contact begins or ends; with results sample at every sample. Raises BadFrame for an invalid shape or period."""
+        """[(sample index, contacts), ...] of a block of voltages.
+
+        volts: (N, 4) V; stamp_s: time of the first sample, s; period_s: s between samples, NaN for a single sample of unknown rate.
+        Contacts are reported at the first sample with a known reference and at each sample where a contact begins or ends; with
+        parameter results `sample`, at every sample. Raises BadFrame for an invalid shape or period.
+        """
         period_s = self._period(len(volts), stamp_s, period_s)
         samples = self.finger.process(volts, period_s)
         found = []
@@ -60,7 +64,7 @@ class PsdStage:
             yield slice(k, k + 1)
 
     def _period(self, count: int, stamp_s: float, period_s: float) -> float:
-        """The block's period, s; of a single sample of unknown rate the time since the last one."""
+        """The block's sample period, s; for a single sample of unknown rate, the time since the last one."""
         since, self._last_s = stamp_s - self._last_s, stamp_s
         if period_s > 0:
             return period_s
