@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// What Python sees of the kernels. Each function looks at its arguments (border.hpp), lets other threads run, and returns new arrays.
+// Python bindings of the kernels. Each function checks its arguments (border.hpp), releases the GIL, and returns new arrays.
 #include "border.hpp"
 #include "lattice.hpp"
 #include "peaks.hpp"
@@ -14,7 +14,7 @@ using tactile::border::within;
 
 namespace {
 
-constexpr int LARGEST_SIDE = 255;  // px, of the squares that peaks are looked for with
+constexpr int LARGEST_SIDE = 255;  // px, of the filters of find_peaks. Chosen: sums over the square stay within 32-bit integers
 
 Image as_image(const Input<std::uint8_t>& image) { return {image.data(), image.length(0), image.length(1)}; }
 
@@ -38,7 +38,7 @@ py::array_t<double> peaks(const py::object& image, int step, int smooth, int box
     return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
 }
 
-constexpr double LARGEST_PLACE = 1e12;  // px: no image is wider, and nothing overflows
+constexpr double LARGEST_PLACE = 1e12;  // px. Chosen: beyond any image, and squares stay far from overflow
 
 py::object lattice(const py::object& places, double angle_hint) {
     const Input<double> given(places, "places", {ANY, 2});

@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The border to Python: arrays are looked at before they are used. A wrong one raises ValueError with the name of the argument.
+// Checks of arguments from Python. A wrong argument raises ValueError with its name.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -16,7 +16,7 @@ namespace tactile::border {
 
 namespace py = pybind11;
 
-constexpr py::ssize_t ANY = -1;  // a length that is free
+constexpr py::ssize_t ANY = -1;  // any length
 
 template <class T>
 std::string type_name() {
@@ -29,7 +29,7 @@ inline std::string shape_name(std::initializer_list<py::ssize_t> shape) {
     return text + ")";
 }
 
-// An argument that is an array: of type T exactly, of that shape, rows one after the other (copied where they are not).
+// An array argument of exactly type T and the given shape, in row-major order (copied if it is not contiguous).
 template <class T>
 class Input {
    public:
@@ -52,7 +52,7 @@ class Input {
     py::array_t<T, py::array::c_style | py::array::forcecast> array_;
 };
 
-// A number within bounds, both included; NaN is never within.
+// Returns a number within bounds, both included; NaN is never within.
 template <class T>
 T within(T value, const char* name, double least, double most) {
     if (!(static_cast<double>(value) >= least && static_cast<double>(value) <= most)) {
@@ -62,7 +62,7 @@ T within(T value, const char* name, double least, double most) {
     return value;
 }
 
-// A new array of that shape, filled with the values.
+// A new array of the given shape, filled with the values.
 template <class T>
 py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> shape) {
     py::array_t<T> array(std::move(shape));

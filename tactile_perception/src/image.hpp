@@ -7,7 +7,7 @@
 
 namespace tactile {
 
-// Grey levels, row after row. Pixel (0, 0) has its centre at u = v = 0.
+// Grey levels in row-major order. The centre of pixel (0, 0) is at u = v = 0.
 struct Image {
     const std::uint8_t* pixels;
     std::ptrdiff_t rows, columns;

@@ -1,6 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// From links between neighbours to relative rows and columns, breadth-first over links that are a side of a closed mesh.
+// Propagates row and column indices along links between neighbours: breadth-first over links that are a side of a closed cell, a
+// quadrilateral of four dots whose four links agree.
 #include <algorithm>
 #include <iterator>
 
@@ -28,7 +29,7 @@ struct Neighbours {
         }
     }
 
-    // Those links alone that are a side of a closed mesh: right then below ends where below then right does.
+    // The links that are a side of a closed cell: right then below leads to the same dot as below then right.
     Neighbours sound() const {
         const Links &right = to[0], &below = to[1];
         Links sides[2] = {Links(right.size(), -1), Links(right.size(), -1)};
@@ -54,7 +55,7 @@ std::uint64_t key(const Indices& found, std::size_t i) {
     return (static_cast<std::uint64_t>(found.row[i]) << 32) ^ (static_cast<std::uint64_t>(found.column[i]) & 0xffffffffu);
 }
 
-// The largest set of dots that links hang together: every one numbered from the first.
+// The largest connected component of the links becomes members; indices are relative to its first dot.
 void spread(const Neighbours& links, Indices& found) {
     const std::size_t count = found.row.size();
     std::vector<std::int32_t> group(count, -1), members, largest;
@@ -78,7 +79,7 @@ void spread(const Neighbours& links, Indices& found) {
     for (const std::int32_t i : largest) found.member[i] = 1;
 }
 
-// How many members have the place of another.
+// Number of members whose row and column another member has too.
 std::ptrdiff_t doubles(const Indices& found) {
     std::vector<std::uint64_t> taken;
     taken.reserve(found.row.size());
@@ -101,7 +102,7 @@ std::ptrdiff_t contradictions(const Neighbours& links, const Indices& found) {
     return wrong;
 }
 
-// Adds dots outside closed meshes whose links to members all say the same.
+// Adds dots outside closed cells whose links to members all imply the same row and column.
 void join(const Neighbours& links, Indices& found) {
     const Indices before = found;
     for (std::size_t i = 0; i < found.row.size(); ++i) {
@@ -133,7 +134,7 @@ Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vec
     found.contradictions = contradictions(sound, found);
     if (!found.contradictions) {
         const Indices meshes = found;
-        join(links, found);  // one step, then from there another
+        join(links, found);  // two steps outwards
         join(links, found);
         if (doubles(found)) found = meshes;
     }

@@ -1,8 +1,8 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Which dots are neighbours on a printed grid, from one image alone. A field of directions over near pairs of dots says which way a row
-// runs at each place; a dot's right neighbour is the best one that has this dot as its own best left neighbour, at about the step of the
-// neighbourhood. Plane vectors are complex numbers u + iv: turning one is a product.
+// Neighbours of dots on a printed grid, from one image alone. Near pairs of dots give a field of row directions. Two dots are linked as
+// left and right neighbour if each is the other's best match and their distance is close to the local mean step. Plane vectors are complex
+// numbers u + iv, so that a rotation is a product.
 #include "lattice.hpp"
 
 #include <algorithm>
@@ -17,22 +17,22 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double REACH = 1.9;                   // median nearest distances: holds a pitch of 1 next to one compressed to 0.6
-constexpr double TOLERANCES[] = {0.3, 0.21};    // of the local step, for a link; the second if the first contradicts itself
-constexpr double SLOPE = 4.0;                   // a step across counts as much as so many squared along
-constexpr double COHERENCE = 0.15;              // length of the mean direction vector under which dots lie on no grid
-constexpr double CELL = 2.0;                    // pitches: side of the cells over which steps are averaged, three by three at a time
-constexpr double LOCAL = 1.3;                   // pitches: longer pairs say nothing of directions
-constexpr std::ptrdiff_t MOST_CELLS = 16;       // for each dot: those of a grid need a quarter, dots on one line more
-constexpr std::ptrdiff_t SAMPLE = 40;           // dots whose nearest neighbours tell the pitch
-constexpr double WHOLE_WEIGHT = 1e-3;           // of the mean of all against that of the cells around
+constexpr double REACH = 1.9;                   // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
+constexpr double TOLERANCES[] = {0.3, 0.21};    // of the local step, for a link; the second if the first contradicts itself. Chosen
+constexpr double SLOPE = 4.0;                   // weight of the squared step across against the squared step along. Chosen
+constexpr double COHERENCE = 0.15;              // mean resultant length of the directions below which dots form no grid. Chosen
+constexpr double CELL = 2.0;                    // pitches, side of the cells; steps are averaged over three by three cells. Chosen
+constexpr double LOCAL = 1.3;                   // pitches: longer pairs are not used for directions. Chosen: less than a diagonal
+constexpr std::ptrdiff_t MOST_CELLS = 16;       // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
+constexpr std::ptrdiff_t SAMPLE = 40;           // dots from whose nearest neighbours the pitch is estimated. Chosen
+constexpr double WHOLE_WEIGHT = 1e-3;           // of the mean of all cells against that of three by three cells. Chosen
 
 struct Pair {
     std::int32_t from, to;
-    Complex step;  // px; later upright: real along a row or column
+    Complex step;  // px; after turn_upright real along a row or column
 };
 
-// Means over cells of the image, three by three at a time, so that a single wrong value hardly counts.
+// Mean values over blocks of three by three cells of the image, which dilute a single outlier.
 class CellMeans {
    public:
     CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
@@ -46,7 +46,7 @@ class CellMeans {
         }
         const double area = (high[0] - low[0] + side) * (high[1] - low[1] + side);
         side = std::max(side, std::sqrt(area / static_cast<double>(MOST_CELLS * count)));
-        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin around, so that all cells have eight others
+        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that each cell has eight neighbours
         rows_ = static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3;
         for (std::ptrdiff_t i = 0; i < count; ++i) {
             const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side) + 1;
@@ -63,7 +63,7 @@ class CellMeans {
         sums_[at_[dot]] += value;
         weights_[at_[dot]] += 1.0;
     }
-    // For each dot.
+    // The mean around each dot.
     std::vector<Complex> means() const {
         Complex all = 0;
         double weight = 0;
@@ -94,7 +94,7 @@ class CellMeans {
     std::vector<double> weights_;
 };
 
-// Median distance to the nearest other dot, px, of some of the dots.
+// Median distance to the nearest other dot, px, over a sample of the dots.
 double typical_distance(const double* places, std::ptrdiff_t count) {
     std::vector<double> squares;
     for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
@@ -111,7 +111,7 @@ double typical_distance(const double* places, std::ptrdiff_t count) {
     return std::sqrt(*middle);
 }
 
-// The pairs that are the cheapest at both ends, of pairs with costs; infinity: no pair. Of equal ones the first is the cheapest.
+// Indices of the pairs with the least cost at both of their dots; infinite cost: no pair. The first of equal costs wins.
 std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vector<double>& cost, std::ptrdiff_t count) {
     const double never = std::numeric_limits<double>::infinity();
     std::vector<double> least_ahead(count, never), least_behind(count, never);
@@ -151,7 +151,7 @@ class Search {
    private:
     Complex place(std::ptrdiff_t i) const { return {places_[2 * i], places_[2 * i + 1]}; }
 
-    // Pairs within reach; whether there are some, and the dots can lie on a grid at their pitch at all.
+    // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.
     bool find_pairs() {
         double low[2] = {places_[0], places_[1]}, high[2] = {places_[0], places_[1]};
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
@@ -162,7 +162,7 @@ class Search {
         }
         pitch_ = typical_distance(places_, count_);
         const double wide = std::max(high[0] - low[0], high[1] - low[1]);
-        if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // a grid of so many dots cannot be wider
+        if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // wider than count dots in one row
         const auto near = near_pairs(places_, count_, REACH * pitch_);
         pairs_.reserve(near.size());
         for (const auto& [i, j] : near) {
@@ -172,9 +172,10 @@ class Search {
         return !pairs_.empty();
     }
 
-    // Angle of the whole grid within 45 degrees of the hint, and for each dot the unit number that turns a row there upright.
+    // Estimates the angle of the whole grid, within 45 degrees of the hint, and for each dot the rotation that aligns the local row with u;
+    // false if the directions are not coherent.
     bool find_directions(CellMeans& cells, double hint, double& angle) {
-        std::vector<Complex> fourfold(pairs_.size(), {0.0, 0.0});  // of four-fold symmetry: rows and columns add up
+        std::vector<Complex> fourfold(pairs_.size(), {0.0, 0.0});  // fourth powers of the directions: rows and columns add up
         Complex total = 0;
         double weight = 0;
         for (std::size_t k = 0; k < pairs_.size(); ++k) {
@@ -199,7 +200,8 @@ class Search {
         return true;
     }
 
-    // Pairs along rows, left dot first, and along columns, upper dot first; steps upright, those of columns turned by -90 degrees.
+    // Splits pairs into rows, left dot first, and columns, upper dot first; rotates steps by the local row direction, and steps of columns
+    // by another -90 degrees.
     void turn_upright() {
         for (Pair pair : pairs_) {
             pair.step *= turns_[pair.from];
@@ -213,7 +215,7 @@ class Search {
         }
     }
 
-    // The step to the next dot that is usual around each dot; whether there are two at all.
+    // Computes the local mean step to the next dot around each dot; false with fewer than two steps.
     bool typical_steps(const std::vector<Pair>& pairs, CellMeans& cells, std::vector<Complex>& steps) const {
         std::vector<double> cost(pairs.size());
         for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -227,7 +229,7 @@ class Search {
         return chosen.size() >= 2;
     }
 
-    // Each dot's next one along the axis, -1 for none: the mutually best of those that differ little from the usual step.
+    // Each dot's next dot along the axis, -1 for none: the mutually best pairs within the tolerance of the local mean step.
     std::vector<std::int32_t> links(const std::vector<Pair>& pairs, const std::vector<Complex>& steps, double tolerance) const {
         std::vector<double> cost(pairs.size());
         for (std::size_t k = 0; k < pairs.size(); ++k) {

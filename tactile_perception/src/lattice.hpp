@@ -8,21 +8,21 @@
 
 namespace tactile {
 
-// Rows and columns of dots on a printed grid relative to each other.
+// Relative row and column indices of dots on a printed grid.
 struct Lattice {
     bool found = false;
-    std::vector<std::int64_t> row, column;  // of each dot; 0 where it is no member
+    std::vector<std::int64_t> row, column;  // of each dot; 0 if it is not a member
     std::vector<std::uint8_t> member;
-    double angle = 0;  // of the rows against u, rad
+    double angle = 0;  // of the rows from u, rad
     double pitch = 0;  // px
 };
 
-// Neighbours of dots at places (count, 2), px, all finite, and from these their indices; hint: rad, direction in which rows run: of the
-// four possible answers the one within 45 degrees of it.
+// Finds neighbours and indices of dots at places (count, 2), px, all finite. hint: rad, expected direction of the rows; of the four
+// possible directions, the one within 45 degrees of it is returned.
 Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint);
 
-// Indices propagated along links: right, below (count): the neighbour that way, -1 where there is none. Member where links lead to;
-// contradictions: links that lead elsewhere than found, and dots in another's place.
+// Indices propagated along links. right, below (count): the neighbour in that direction, -1 for none. member: dots that links reach;
+// contradictions: number of links that disagree with the indices, and of dots with the indices of another.
 struct Indices {
     std::vector<std::int64_t> row, column;
     std::vector<std::uint8_t> member;

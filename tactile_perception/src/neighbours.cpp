@@ -1,6 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Which places of an image are near one another: each is compared with those in its cell of a grid and the eight around it.
+// Pairs of near image positions: each position is compared with those in its cell of a grid and in the eight cells around it.
 #include "neighbours.hpp"
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 namespace tactile {
 namespace {
 
-constexpr double MOST_CELLS = 1 << 20;
+constexpr double MOST_CELLS = 1 << 20;  // bounds the memory. Chosen
 
-// A grid of cells of a side over the places; each cell begins a chain of those that were put there.
+// A grid of square cells over the positions; each cell heads a linked list of the positions put into it.
 class Cells {
    public:
     Cells(const double* places, std::ptrdiff_t count, double side) : cell_(count, -1), next_(count, -1) {
@@ -25,7 +25,7 @@ class Cells {
             any = true;
         }
         side = std::max(side, std::sqrt((high[0] - low[0] + side) * (high[1] - low[1] + side) / MOST_CELLS));
-        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that all cells have eight others
+        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that each cell has eight neighbours
         first_.assign(columns_ * (static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3), -1);
         for (std::ptrdiff_t i = 0; i < count; ++i) {
             const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side);
@@ -38,7 +38,7 @@ class Cells {
         first_[cell_[i]] = i;
     }
 
-    // Calls with the number of each place that was put into the cell of place i or one beside it.
+    // Calls call(j) for each position j that was put into the cell of position i or into one of its eight neighbours.
     template <class Call>
     void around(std::ptrdiff_t i, Call call) const {
         for (const std::ptrdiff_t row : {-columns_, std::ptrdiff_t{0}, columns_}) {

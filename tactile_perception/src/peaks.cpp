@@ -1,6 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Where dots may be: peaks of a smoothed image against its local ground. Too many rather than too few; the fit decides.
+// Candidate dots: peaks of a smoothed image above its local background. The search prefers false candidates to missed dots; the fit
+// rejects false ones.
 #include "peaks.hpp"
 
 #include <algorithm>
@@ -9,15 +10,15 @@
 namespace tactile {
 namespace {
 
-// Rows of the image, or of the sums of two by two of its pixels, as floats that are whole numbers; the last few are kept.
-// A margin left and right repeats the outer columns; rows above and below are the outer ones.
+// Rows of the image, or of the sums of its blocks of two by two pixels, as whole-numbered floats; a ring buffer keeps the last few.
+// Borders are replicated: outer columns fill the margin left and right, outer rows stand for rows above and below.
 class Rows {
    public:
     Rows(const Image& image, int step, std::ptrdiff_t margin_, std::ptrdiff_t kept)
         : count(image.rows / step), columns(image.columns / step), margin(margin_), stride(columns + 2 * margin),
           image_(image), step_(step), kept_(kept), values_(kept * stride) {}
 
-    // The left end of the margin of row k, which is no more than the number of kept rows before the last one asked for.
+    // The left end of row k with its margin; k is less than the number of kept rows behind the last row requested.
     const float* row(std::ptrdiff_t k) {
         k = std::clamp<std::ptrdiff_t>(k, 0, count - 1);
         while (next_ <= k) make(next_++);
@@ -47,7 +48,7 @@ class Rows {
     std::ptrdiff_t next_ = 0;
 };
 
-// Weights of a Gaussian over 2 half + 1 pixels, the middle one first, with a standard deviation of 0.3 (half + 1.7) px.
+// Weights of a Gaussian over 2 half + 1 pixels, from the centre outwards; its standard deviation is 0.3 half + 0.5 px.
 std::vector<float> gaussian(int half) {
     const double sigma = 0.3 * half + 0.5;
     std::vector<double> weights(half + 1);
@@ -61,7 +62,7 @@ std::vector<float> gaussian(int half) {
     return found;
 }
 
-// By how much each pixel, smoothed, stands out from the mean of the square around it, grey levels: row after row.
+// Contrast of each smoothed pixel to the mean of the square around it, grey levels, row by row.
 class Relief {
    public:
     Relief(Rows& rows, const PeakSearch& search)
@@ -74,7 +75,7 @@ class Relief {
         }
     }
 
-    // Row r into out; to be called for one row after the other.
+    // Writes row r to out; rows must be requested in order.
     void row(std::ptrdiff_t r, float* out) {
         smooth(r, out);
         sum_square(r);
@@ -84,7 +85,7 @@ class Relief {
     }
 
    private:
-    // Sums over the rows, then over the columns of the square about each pixel; whole numbers, so that nothing is lost on the way.
+    // Running sums over the rows, then over the columns, of the square around each pixel; integers, so that no rounding accumulates.
     void sum_square(std::ptrdiff_t r) {
         const float *leaves = rows_.row(r - reach_ - 1), *enters = rows_.row(r + reach_);
         std::int32_t *down = down_.data(), *across = across_.data();
@@ -123,18 +124,18 @@ class Relief {
     std::vector<float> smooth_;
 };
 
-// Top of the parabola through three neighbours, px from the middle one.
+// Vertex of the parabola through three neighbours, px from the middle one.
 double top(float before, float middle, float after) {
-    const double bend = std::max(2.0 * middle - before - after, 1.0);  // a grey level: flat tops stay in their pixel
+    const double bend = std::max(2.0 * middle - before - after, 1.0);  // at least one grey level: flat tops stay in their pixel
     return std::clamp((static_cast<double>(after) - before) / (2 * bend), -1.0, 1.0);
 }
 
-// Three rows one below the other, the places of peaks in the middle one, px of the rows.
+// Finds the peaks of the middle one of three adjacent rows, px of the rows.
 class PeakRow {
    public:
     PeakRow(std::ptrdiff_t columns, float lowest) : columns_(columns), lowest_(lowest), needed_(columns + BLOCK) {}
 
-    // Adds columns and rows of the peaks of row r. Of pixels that are level, the first is the peak.
+    // Appends column and row of each peak in row r to found. Of equal neighbours, the first is the peak.
     void find(const float* up, const float* row, const float* down, std::ptrdiff_t r, std::vector<double>& found) {
         for (std::ptrdiff_t c = 1; c < columns_ - 1; ++c) {
             const float before = std::max(std::max(up[c - 1], up[c]), std::max(up[c + 1], row[c - 1]));
@@ -154,7 +155,7 @@ class PeakRow {
     }
 
    private:
-    static constexpr std::ptrdiff_t BLOCK = 16;  // pixels that are looked at together: most have no peak
+    static constexpr std::ptrdiff_t BLOCK = 16;  // pixels tested together, since most blocks have no peak. Chosen
     const std::ptrdiff_t columns_;
     const float lowest_;
     std::vector<float> needed_;

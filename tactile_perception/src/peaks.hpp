@@ -8,16 +8,16 @@
 
 namespace tactile {
 
-// Where dots may be: how an image is looked at.
+// Parameters of the search for peaks.
 struct PeakSearch {
-    int step;      // 1, or 2: two by two pixels are averaged into one first
-    int smooth;    // pixels after that, odd: side of the Gaussian that takes the noise off
-    int box;       // the same of the square whose mean is the local ground
-    int sign;      // 1: dots are brighter than their ground, -1: darker
-    float lowest;  // grey levels: what stands out less from its ground is no peak
+    int step;      // 1, or 2 to average blocks of two by two pixels first
+    int smooth;    // odd, pixels after averaging: side of the Gaussian filter
+    int box;       // odd, pixels after averaging: side of the square whose mean is the local background
+    int sign;      // 1: dots are brighter than their background, -1: darker
+    float lowest;  // grey levels: smallest contrast of a peak to its background
 };
 
-// Columns and rows of peaks, px of the image, one after the other: u, v, u, v, ... Peaks at the border are left out.
+// Positions of peaks, px of the image, as u, v, u, v, ... Peaks in the outermost pixels are omitted.
 std::vector<double> find_peaks(const Image& image, const PeakSearch& search);
 
 }  // namespace tactile
