@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS, set up for nodes of this process; whatever no check foresaw is raised (see DefectGuard.strict)."""
+"""Sets up ROS for nodes of this process; any exception that no check foresaw is raised (see DefectGuard.strict)."""
 import pathlib
 import sys
 

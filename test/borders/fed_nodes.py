@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes in this process that are fed by calls, as by a driver that shares their process: no middleware between."""
+"""Nodes in this process that receive messages by direct calls, without middleware."""
 from __future__ import annotations
 
 import copy

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What simulated sensors send: raw messages of a scene with a press in it, by sensor type."""
+"""Valid messages by sensor type: raw messages of a simulated scene with a press."""
 from __future__ import annotations
 
 import functools

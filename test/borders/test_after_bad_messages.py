@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What good messages tell is the same, to the last bit, whether bad ones come between them or not."""
+"""Results of good messages are bitwise identical with and without bad messages between them."""
 import copy
 import random
 from array import array
@@ -21,8 +21,8 @@ from tactile_perception.nodes.stages.psd import check_block  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.filterwarnings('ignore::RuntimeWarning')]
 CODEC = MessageCodec()
-_BEGIN = 14  # messages, after which every node has done a frame: of the first of all nobody can tell whether its stamp is one
-_PERIOD_NS = 1_000_000  # bad messages come so long before the next good one
+_BEGIN = 14  # messages after which every node has processed a frame, so that later stamps can be checked against its stamp
+_PERIOD_NS = 1_000_000  # ns from a bad message to the next good one
 
 
 def _set(**values):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Random images to the whole dual driver, through pairing and stitching: no defect, and the good pairs after them are published."""
+"""Random images to the dual driver, through pairing and stitching: no defect occurs, and the good pairs after them are published."""
 import random
 import time
 
@@ -67,7 +67,7 @@ def test_random_images_meet_no_defect_on_the_way_to_the_stitched_picture(driver,
         views = [good_view(side, stamp) for side in (0, 1)]
         send(node, [hostile(rng, view) if rng.random() < 0.7 else view for view in views])
     _, after = send_good_pairs(node, found, stamp)
-    row = np.repeat(np.array(_LEVELS, np.uint8), 60)  # half of the overlap of 8 px is cut off each view of 64
+    row = np.repeat(np.array(_LEVELS, np.uint8), 60)  # each view of 64 px loses half of the overlap of 8 px
     assert len(before) >= 3 and len(after) >= 3 and set(before + after) == {np.tile(row, (48, 1)).tobytes()}
     status, health = node._stream.status, node._stream.health()
     assert node._stream.source.corrupt > count / 10 and status.state == 'running' and health.level != ERROR

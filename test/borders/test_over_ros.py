@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A thousand random messages over the middleware to a running node: it lives, tells what it refused, and does the next good one."""
+"""A thousand random messages over the middleware to a running node: it survives, reports rejected ones, and processes the next good one."""
 import random
 import time
 

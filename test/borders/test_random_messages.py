@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Random messages to every node that takes some: counted, told, let go; none meets a defect, and the next good ones are done."""
+"""Random messages to every subscribing node are counted, reported and skipped; no defect occurs, and the next good one is processed."""
 import random
 
 import numpy as np

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests with anything in them to every service of every node: answered, and the node has values that its table allows."""
+"""Requests of any content to every service of every node are answered, and all parameter values stay within their tables."""
 import pathlib
 import random
 import sys

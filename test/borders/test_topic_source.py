@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Random images to the drivers' topics source: frames or BadFrame, and the next good one is the same as ever."""
+"""Random images to the drivers' topic source give frames or BadFrame, and the next good image is read unchanged."""
 import random
 
 import pytest

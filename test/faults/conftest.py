@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The bench of the fault tests, the sensor that runs beside, and the report, which goes to out/faults.md."""
+"""Fixtures of the fault tests: the test bench, an unaffected sensor beside it, and the report out/faults.md."""
 import pathlib
 import sys
 
@@ -17,10 +17,10 @@ def bench(tmp_path_factory):
     from fault_rig import Bench
     from tactile_driver.emulators import port
     from tactile_driver.nodes.runtime.run import make_room_for_images
-    make_room_for_images()  # whoever listens here is set up as the nodes are
+    make_room_for_images()  # listeners here use the same settings as the nodes
     made = Bench(tmp_path_factory.mktemp('faults'))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device goes on however busy this machine is
+        patch.setattr(port, '_LARGEST_BACKLOG_NS', 10**10)  # a device keeps sending however busy this machine is
         yield made
     made.close()
     if made.rows:

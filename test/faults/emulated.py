@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors on pseudo-terminals whose samples are numbered, so that each one that is missing is seen; and what they are plugged into."""
+"""Emulated sensors on pseudo-terminals with numbered samples, so that every lost sample is detected; and the bus they are plugged into."""
 from __future__ import annotations
 
 import os

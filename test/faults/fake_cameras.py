@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras that are not there: Linux' tree of video devices in a folder, and what OpenCV would read from them."""
+"""Fake cameras: Linux' tree of video devices in a folder, and the frames OpenCV would read from them."""
 from __future__ import annotations
 
 import time

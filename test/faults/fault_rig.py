@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes in this process and as processes, somebody who listens to them, and a sensor beside that must not miss a sample."""
+"""Nodes in this process and as processes, a listener, and an unaffected sensor that must not lose a sample."""
 from __future__ import annotations
 
 import itertools
@@ -27,7 +27,7 @@ from tactile_perception.nodes.messages.serialization import MessageCodec
 from zygote import Zygote
 
 OK, WARN, ERROR = 0, 1, 2
-SOON = 3.0  # s: what has to happen within one, on a machine that does much else
+SOON = 3.0  # s, limit on a busy machine for what takes at most one second. Chosen
 
 
 class Heard(NamedTuple):
@@ -167,7 +167,7 @@ class Beside:
         gaps = np.flatnonzero(np.diff(numbers[:, 0]) != 1)
         told = self._bench.ear.health['/beside/psd_node'][-1:]
         assert not len(gaps) and set(numbers[:, 1]) == {77}, ([numbers[k:k + 2, 0] for k in gaps], told)
-        self._done = len(self._heard) - 1  # the last one again, to see whether the next one follows
+        self._done = len(self._heard) - 1  # keeps the last one, to check that the next one follows it
         assert self._driver.poll() is None and self._recorder.poll() is None
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Machines on this machine: each has a network and shared memory of its own, and a cable of Ethernet joins two of them."""
+"""Emulated machines on this machine: each has its own network and shared memory, and an Ethernet cable joins two of them."""
 from __future__ import annotations
 
 import fcntl
@@ -17,7 +17,7 @@ from pathlib import Path
 from zygote import Zygote
 
 _TUN = Path('/dev/net/tun')
-_TUNSETIFF, _TUNSETCARRIER, _TAP = 0x400454ca, 0x400454e2, 0x1002  # of linux/if_tun.h; _TAP: whole frames without a header
+_TUNSETIFF, _TUNSETCARRIER, _TAP = 0x400454ca, 0x400454e2, 0x1002  # from linux/if_tun.h; _TAP: IFF_TAP | IFF_NO_PI, bare frames
 _LARGEST_FRAME = 2048
 _ADDRESSES = '10.77.0.1', '10.77.0.2'
 _ALONE = ('unshare', '--net', '--mount', 'sh', '-c', 'ip link set lo up && mount -t tmpfs none /dev/shm && exec "$@"', 'alone')
@@ -92,7 +92,7 @@ class Cable:
                 os.write(target, frame)
                 self.carried += 1
             except OSError:
-                pass  # the other end is not up: frames are lost, as in a cable
+                pass  # the other end is down: frames are lost, as in a cable
 
     def pull(self) -> None:
         """Both machines lose the link."""

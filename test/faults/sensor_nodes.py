@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes that the launch file of each sensor starts, made in this process."""
+"""The nodes that the launch file of each sensor starts, created in this process."""
 from __future__ import annotations
 
 from rclpy.node import Node

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibration files that are missing, cut off or of another sensor: the node ends with one line and a code of its own."""
+"""Calibration files that are missing, truncated or of another sensor: the node exits with one line and its own exit code."""
 import pytest
 
 pytest.importorskip('rclpy', reason='ROS is not sourced')
@@ -49,6 +49,6 @@ def test_a_node_with_a_bad_calibration_file_ends_with_one_line_and_its_own_code(
     path = files('psd_finger') / FAULTS[fault]
     process = bench.zygote.start('tactile_perception.nodes.psd_contact_node', bench.fresh('file'), calibration=path)
     assert process.wait() == WRONG
-    lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # the middleware's, of processes that were killed
+    lines = [line for line in process.log.strip().splitlines() if 'RTPS_' not in line]  # by the middleware, about killed processes
     assert len(lines) == 1 and FAULTS[fault] in lines[0], process.log
     bench.rows.append((f'calibration file {fault}', f'{lines[0].split("]: ")[-1]} (exit code {WRONG})', float('nan')))

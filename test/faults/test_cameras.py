@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras that are pulled out, hang, send black pictures or change their size."""
+"""Cameras that are unplugged, hang, send black images or change their image size."""
 import time
 from functools import partial
 

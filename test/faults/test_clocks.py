@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The wall clock or simulated time is set forward and back: stamps follow it, nothing stands still, nothing is lost."""
+"""The wall clock or simulated time is set forward and back: stamps follow it, processing continues, and nothing is lost."""
 import time
 
 import numpy as np

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes that are killed: perception alone, and a sensor of a hand whose launch file starts it again."""
+"""Nodes that are killed: perception alone, and a sensor of a hand whose launch file restarts it."""
 import os
 import signal
 import subprocess
@@ -21,8 +21,8 @@ from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa
 
 pytestmark = pytest.mark.ros
 PERCEPTION = 'tactile_perception.nodes.psd_contact_node'
-STARTED = 30.0  # s: a process imports what it needs, and the middleware joins it to the others
-JOINED = 3.0  # s: so long the middleware may take for each topic of a recorder
+STARTED = 30.0  # s, limit for a process to import its modules and be discovered
+JOINED = 3.0  # s, limit for the discovery of each topic of a recorder
 
 
 def test_perception_is_killed_and_started_again_beside_a_driver_that_goes_on(bench, beside, bus, nodes):
@@ -97,7 +97,7 @@ def test_a_sensor_of_a_hand_is_killed_and_the_launch_file_starts_it_again(bench,
         bench.until(lambda: len(heard[index]) > before + 20, STARTED)
         back = next(h.at for h in heard[index][before:] if h.at > killed + 0.2)
         count = bench.recorded(f'/{index}')
-        joined = bench.until(lambda: bench.recorded(f'/{index}') > count + 5, STARTED)  # the recorder hears the new driver too
+        joined = bench.until(lambda: bench.recorded(f'/{index}') > count + 5, STARTED)  # the recorder receives from the new driver too
         bench.until(lambda: heard[index][-1].at > joined + JOINED + 0.5)
         beside_it = samples([h.message for h in heard[thumb]])[:, 0]
         assert (beside_it[1:] == beside_it[:-1] + 1).all(), 'the other sensor misses nothing'

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A monitor on another machine whose cable is pulled and plugged in again, or loses packets: nobody on the sensor's machine feels it."""
+"""A monitor on another machine whose cable is unplugged and plugged in again, or loses packets: the sensor's machine is not affected."""
 import time
 from pathlib import Path
 
@@ -18,12 +18,12 @@ from witness import written  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(missing() != '', reason=missing())]
 NODES = ('tactile_driver.nodes.psd_node', 'tactile_perception.nodes.psd_contact_node', 'tactile_driver.nodes.camera_node')
-STARTED = 30.0  # s
+STARTED = 30.0  # s, limit for a start
 IMAGES, SIZE = 30.0, (160, 120)  # Hz, px: 1.7 MB/s
-BACK = 3.0  # s: the monitor hears again
-LATE = 1.0  # s: on a busy machine; whoever waits for a neighbour that does not answer waits for 3
-GROWTH = 6 << 20  # bytes
-LEASE = 20.0  # s: after so long Fast DDS forgets whom it does not hear
+BACK = 3.0  # s, limit until the monitor receives again
+LATE = 1.0  # s, limit of delay on a busy machine; a process blocked by a neighbour that does not answer would wait 3 s
+GROWTH = 6 << 20  # bytes, limit of memory growth
+LEASE = 20.0  # s, Fast DDS' default lease: it drops participants that are silent for longer
 
 
 class Rig:

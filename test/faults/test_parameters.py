@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters set to nonsense while nodes run: refused with a reason, and the node goes on as before."""
+"""Invalid parameters set while nodes run are refused with a reason, and the node continues as before."""
 import math
 import time
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The SROS 2 policies: each node uses all that its policy allows, and nothing else."""
+"""The SROS 2 policies: each node uses everything that its policy allows, and nothing else."""
 import signal
 import time
 import xml.etree.ElementTree as Tree
@@ -23,7 +23,7 @@ from tactile_driver.nodes.runtime.host import Host  # noqa: E402
 
 pytestmark = pytest.mark.ros
 FOLDER = Path(__file__).resolve().parents[2] / 'tactile_bringup' / 'sros'
-SPACE = '/sensor'  # of the policies
+SPACE = '/sensor'  # namespace of the policies
 TYPES = ('touchpad', 'areal_dual', 'psd_finger', 'taxel_array')
 EXAMPLES = ('grip_reflex', 'simulated_gripper')
 SENSOR_NODES = {*NODES, *EXAMPLES, 'record_node'}

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The disk of a recording is full, its process is killed: what is said, that raw data go on, that what was written can be read."""
+"""A recording's disk is full, or its process is killed: the fault is reported, raw data continue, and the data written can be read."""
 import os
 import signal
 import subprocess
@@ -21,8 +21,8 @@ from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa
 
 pytestmark = pytest.mark.ros
 RECORDER = 'tactile_bringup.nodes.record_node'
-ROOM = 12 << 20  # bytes
-STARTED = 30.0  # s
+ROOM = 12 << 20  # bytes, size of the disk
+STARTED = 30.0  # s, limit for a start
 
 
 @pytest.fixture

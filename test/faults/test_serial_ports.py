@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate, cut off within a frame."""
+"""Sensors on serial ports: unplugged, plugged in elsewhere, swapped, at a wrong baud rate, interrupted within a frame."""
 import time
 
 import numpy as np
@@ -62,7 +62,7 @@ def test_unplugged_and_plugged_in_under_another_name(bench, beside, bus, finger,
     told = bench.told(node, ERROR, 'device:', pulled)
     assert 'cable' in told.text and told.values['state'] == 'lost'
     time.sleep(1.0)
-    bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)  # another one on the port that was its own
+    bus.plug('B2', CountingFinger, 'ttyUSB0', mark=2)  # another sensor on its former port
     plugged = time.monotonic()
     bus.plug('A1', CountingFinger, 'ttyUSB1', mark=1)
     bench.until(lambda: messages(heard, plugged))
@@ -106,7 +106,7 @@ def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_number
     assert '4 x 4' in told.text and 'serial number' in told.values['what to do']
     told_array = bench.told(array_node, ERROR, 'another sensor sends', swapped)
     assert '5 x 4' in told_array.text
-    later = max(told.at, told_array.at)  # what was on its way when the cables were pulled has come by then
+    later = max(told.at, told_array.at)  # data in transit when the cables were pulled have arrived by then
     assert messages(volts, later) == [] and messages(images, later) == []
     assert set(samples(messages(volts))[:, 1]) == {1} and set(frames(messages(images))[:, 1]) == {2}
     bus.pull('A1')
@@ -124,7 +124,7 @@ def test_sensors_swapped_between_ports_named_by_path_are_told_and_give_no_number
 @pytest.mark.parametrize('kind', ['finger', 'array'])
 def test_a_wrong_baud_rate_is_told_and_gives_no_numbers(bench, beside, bus, finger, array, kind):
     emulator = bus.plug('A1', *{'finger': (CountingFinger, 'ttyUSB0'), 'array': (CountingArray, 'ttyUSB0')}[kind], mark=1, rate=400.0)
-    emulator.spoil = lambda data: CORRUPTIONS['wrong_baud'](data, RNG) * 40  # as many bytes as of a fast sensor
+    emulator.spoil = lambda data: CORRUPTIONS['wrong_baud'](data, RNG) * 40  # the byte rate of a fast sensor
     node, heard = {'finger': finger, 'array': array}[kind](bus.folder / 'ttyUSB0')
     told = bench.told(node, WARN, 'but no frames')
     assert 'baud' in told.text and not heard

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""SIGINT, SIGTERM and SIGKILL in each state of a driver's life: how it ends, that the device is free, that the next start works."""
+"""SIGINT, SIGTERM and SIGKILL in each state of a driver: how it ends, that it releases the device, and that the next start works."""
 import signal
 import time
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.ros
 CONFIGURE, ACTIVATE, SHUTDOWN = 1, 3, 7
 AFTER = {CONFIGURE: 'inactive', ACTIVATE: 'active', SHUTDOWN: 'finalized'}
 STATES = {'unconfigured': (), 'inactive': (CONFIGURE,), 'active': (CONFIGURE, ACTIVATE), 'finalized': (CONFIGURE, ACTIVATE, SHUTDOWN)}
-STARTED = 20.0  # s: the middleware may take three to join the listener
+STARTED = 20.0  # s, limit for a start, of which discovery may take three
 CODES = {signal.SIGINT: 0, signal.SIGTERM: 0, signal.SIGKILL: -9}
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Subscribers that do not keep up, or stand still: the driver's memory stays as it is, others get everything, newest frames win."""
+"""Slow or stalled subscribers: the driver's memory stays constant, other subscribers receive everything, and the newest frames win."""
 import signal
 import threading
 import time
@@ -23,8 +23,8 @@ from sensor_msgs.msg import Image  # noqa: E402
 pytestmark = pytest.mark.ros
 RATE, SIZE = 50.0, (320, 240)  # Hz, px: 11 MB/s
 SLOW_S, SECONDS = 0.4, 3.0
-GROWTH = 12 << 20  # bytes; what is sent within SECONDS is 34 MB
-STARTED = 30.0  # s
+GROWTH = 12 << 20  # bytes, limit of memory growth; 34 MB are sent within SECONDS
+STARTED = 30.0  # s, limit for a start
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A listener as a process: it writes down what comes from a sensor, a line a message, for those who cannot be in its network."""
+"""A listener process on another network: it writes one line per message received from a sensor."""
 from __future__ import annotations
 
 import os

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Processes of nodes without the seconds that their imports take: one process imports them, and forks for each that is started.
+"""Fast starts of node processes: one process imports the modules and forks for each process started.
 
-What a child runs is what its entry point runs, from the import of the node's module on; signals and exit codes are the node's own.
+A child runs what its entry point runs, from the import of the node's module on; signals and exit codes are the node's own.
 """
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pathlib import Path
 MODULES = ('tactile_driver.nodes.psd_node', 'tactile_driver.nodes.camera_node', 'tactile_driver.nodes.taxel_array_node',
            'tactile_perception.nodes.psd_contact_node', 'tactile_bringup.nodes.record_node')
 _PERIOD_S = 0.02
-_PDEATHSIG = 1  # of linux/prctl.h
+_PDEATHSIG = 1  # PR_SET_PDEATHSIG, from linux/prctl.h
 
 
 class Process:
@@ -93,14 +93,14 @@ def _polled(pid: int) -> int | None:
 def _become(module: str, log: str, words: list[str]) -> None:
     """What a process that was started anew would be at this point."""
     os.setsid()
-    ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)  # nothing is left behind where the tests end early
+    ctypes.CDLL(None).prctl(_PDEATHSIG, signal.SIGKILL)  # no process survives if the tests end early
     for number, path, flags in ((0, os.devnull, os.O_RDONLY), (1, log, os.O_WRONLY | os.O_CREAT), (2, log, os.O_WRONLY | os.O_APPEND)):
         os.dup2(os.open(path, flags, 0o644), number)
     sys.argv = [module, *words]
     try:
         import_module(module).main()
     except SystemExit as end:
-        # Not by way of exit(): LTTng, which rclpy brings along, would cancel threads there that only the forking process has.
+        # not exit(): LTTng, a dependency of rclpy, would cancel threads there that only the forking process has
         sys.stderr.flush()
         os._exit(end.code)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Launch files as a user starts them, and a listener beside them, in a ROS domain of their own."""
+"""Launch files as a user starts them, and a listener, in a ROS domain of their own."""
 import itertools
 import os
 import re

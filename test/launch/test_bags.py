@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""source:=bag of each sensor, simulated and not, as `ros2 bag record` makes it of all topics, annotated images among them; what is refused
-ends the launch with one line and exit code 2."""
+"""source:=bag of each sensor, simulated and real, on bags of all topics, annotated images included, as `ros2 bag record` writes them; a
+refused bag ends the launch with one line and exit code 2."""
 import os
 
 import pytest
@@ -20,11 +20,11 @@ from tactile_perception.nodes.messages.serialization import MessageCodec  # noqa
 
 pytestmark = pytest.mark.ros
 FRAMES = 12
-# sensor type: what writes a scene, which one with a touch in it, Hz
+# sensor type: writer of a scene, a scene with contact, rate in Hz
 SENSORS = {'touchpad': (write_scene, 'sphere_press', 4.0), 'areal_single': (write_scene, 'areal_single_press', 4.0),
            'areal_dual': (write_scene, 'areal_dual_press', 4.0), 'air_cushion': (write_scene, 'air_cushion_press', 4.0),
            'psd_finger': (write_psd_scene, 'taps', 1000.0), 'taxel_array': (write_taxel_scene, 'drag', 20.0)}
-# what there is without a calibration; two views without one are put side by side, in which no grid is found
+# results without a calibration; two uncalibrated views are placed side by side, and no grid is found in them
 PLAIN = {'touchpad': ('contacts', Contacts), 'psd_finger': ('contacts', Contacts), 'taxel_array': ('contacts', Contacts),
          'areal_single': ('dots', DotTracks), 'areal_dual': ('image_raw', Image), 'air_cushion': ('dots', DotTracks)}
 FIRST = ('areal_dual', 'touchpad')

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""demo.launch.py: on a simulated sensor and on a recorded video; it ends by itself and leaves pictures."""
+"""demo.launch.py on a simulated sensor and on a recorded video ends by itself and writes its pictures."""
 import re
 
 import cv2

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""grip_reflex.launch.py: the object in the simulated gripper is held and let go; the touchpad's slip is answered under its own stamp."""
+"""grip_reflex.launch.py: the object in the simulated gripper is held and released; the command after a touchpad's slip has its stamp."""
 import numpy as np
 import pytest
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""hand.launch.py: several simulated sensors at once, what each of them tells, how it ends; its recording; a process that dies."""
+"""hand.launch.py: results of several simulated sensors at once, shutdown, recording, and a process that dies."""
 import os
 import signal
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""process_bag writes what the live nodes publish for the same messages, bit by bit, and goes on from a checkpoint to the same."""
+"""process_bag writes bit for bit what the live nodes publish for the same messages, also when it resumes from a checkpoint."""
 import time
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from tactile_perception.nodes.taxel_contact_node import TaxelContactNode  # noqa
 
 pytestmark = pytest.mark.ros
 MARKERS = (DotTrackerNode, ContactPointNode)
-# sensor type: what writes a scene, which one, Hz, how many raw messages of it, and the nodes
+# sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, ContactRegionNode)),
            'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
            'areal_dual': (write_scene, 'areal_dual_demo', 5.0, 20, MARKERS),

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Launch files of the sheets and of the cushion with a simulated sensor: without a word of setup they tell where they are touched."""
+"""Launch files of the marker sheets and the cushion with a simulated sensor: contact points are estimated without any setup."""
 import pathlib
 
 import numpy as np
@@ -22,7 +22,7 @@ RESULTS = {'dots': DotTracks, 'contacts': Contacts, 'contact_region': ContactReg
            'points': PointCloud2}
 DRAWN = {'markers': MarkerArray, 'image_annotated': Image}
 RAW = {'image_raw': Image, 'ground_truth/contacts': Contacts}
-# sensor: its nodes, markers printed, m within which a touch is told: place, depth
+# sensor: its nodes, number of markers, largest error of a contact in m: position, depth
 SENSORS = {'areal_single': ('camera_node', 117, 1e-3, 0.5e-3), 'areal_dual': ('dual_camera_node', 154, 1.5e-3, 0.3e-3),
            'air_cushion': ('camera_node', 221, 6e-3, 3e-3)}
 NODES = ('dot_tracker_node', 'contact_point_node')
@@ -107,7 +107,7 @@ def run(ros2, listen, sensor, seconds, words):
     launched = ros2('launch', 'tactile_bringup', f'{sensor}.launch.py', f'rate:={RATE}', *words)
     ear = heard_by(listen, sensor, {**RESULTS, **DRAWN}, **{'/diagnostics': DiagnosticArray})
     dots, touched = (ear.heard[f'/{sensor}/{topic}'] for topic in ('dots', 'contacts'))
-    # The scene begins with the first subscriber to images: that has to be the tracker, which learns the untouched state.
+    # The scene begins with the first subscriber to images; this must be the tracker, which needs the untouched state.
     assert ear.wait_for(lambda: dots, 60), launched.log
     eye = heard_by(listen, sensor, RAW)
     take_reference(ear, eye.heard[f'/{sensor}/ground_truth/contacts'], sensor)

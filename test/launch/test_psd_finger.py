@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""psd_finger.launch.py with the simulated finger: what comes, under which stamp and frame, how exact, and how it ends."""
+"""psd_finger.launch.py with the simulated finger: results, stamps, frames, accuracy and shutdown."""
 import pathlib
 
 import numpy as np

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""record:= writes all that there is; source:=bag and process_bag make the same of it again."""
+"""record:= writes all topics; source:=bag and process_bag reproduce the results from the recording."""
 from collections import Counter
 
 import pytest
@@ -48,7 +48,7 @@ def test_what_is_recorded_can_be_played_and_processed(recorded, ros2, listen, tm
     assert counts['camera_info'] - counts['image_raw'] in range(-2, 4)
     assert counts['ground_truth/contact_region'] >= 25
     for topic in RESULTS:
-        assert counts[topic] >= 25, counts  # the middleware may take three seconds to join a writer and the recorder
+        assert counts[topic] >= 25, counts  # discovery of a writer by the recorder may take three seconds
     images = stamps_of(recorded, 'image_raw')
 
     played = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', 'source:=bag', 'path:=bag', 'rate:=8')

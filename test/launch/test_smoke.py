@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Each launch file by itself: it starts, its first result comes, and Ctrl-C ends it with 0."""
+"""Each launch file alone: it starts, publishes its first result, and exits with 0 after Ctrl-C."""
 import pathlib
 
 import pytest

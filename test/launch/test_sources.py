@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""touchpad.launch.py on each source that needs no device: results at the source's rate, again and again, and not a word of complaint."""
+"""touchpad.launch.py on each source that needs no device: results at the source's rate, also in a loop, without a warning."""
 import cv2
 import numpy as np
 import pytest

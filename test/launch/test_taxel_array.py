@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""taxel_array.launch.py with the simulated array: what comes, under which stamp and frame, how exact, and how it ends."""
+"""taxel_array.launch.py with the simulated array: results, stamps, frames, accuracy and shutdown."""
 import pathlib
 
 import numpy as np
@@ -35,7 +35,7 @@ def test_results_under_the_stamps_of_their_images(ros2, listen):
     for topic in (*RESULTS, 'points'):
         stamps, images = ear.stamps(f'/left/pad/{topic}'), ear.stamps('/left/pad/image_raw')
         assert stamps == sorted(set(stamps))
-        # From the first image on that has come here: the middleware may join this test to the images later than to the results.
+        # from the first image received here: discovery may connect this test to the images later than to the results
         assert {stamp for stamp in stamps if images[0] <= stamp <= images[-1]} <= set(images)
     true = dict(zip(ear.stamps('/left/pad/ground_truth/wrench'), ear.heard['/left/pad/ground_truth/wrench']))
     found = zip(ear.stamps('/left/pad/wrench'), ear.heard['/left/pad/wrench'])

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""touchpad.launch.py with a simulated sensor: what comes, under which stamp and frame, how fast, and how it ends."""
+"""touchpad.launch.py with a simulated sensor: results, stamps, frames, rate and shutdown."""
 import pathlib
 
 import numpy as np
@@ -67,7 +67,7 @@ def test_all_topics_with_one_stamp_one_frame_and_the_rate_asked_for(pressed):
     for topic in {**RESULTS, **DRAWN}:
         stamps = ear.stamps(f'/left/pad/{topic}')
         assert stamps == sorted(set(stamps)), topic
-        # Those from before the listener knew of camera_info are left out; camera_info travels best effort.
+        # excludes messages from before the discovery of camera_info, which is best effort
         assert len({s for s in stamps if s >= images[0]} - set(images)) <= 2, topic
     steps = np.diff(ear.stamps('/left/pad/contact_region')) * 1e-9
     assert np.median(steps) == pytest.approx(1 / 10, abs=5e-3)
@@ -99,7 +99,7 @@ def test_a_wrong_argument_is_told_in_one_line(ros2, tmp_path, words, told):
     launched = ros2('launch', 'tactile_bringup', 'touchpad.launch.py', *words)
     assert launched.wait(30) != 0
     assert told in launched.log
-    assert len(launched.log.splitlines()) == 3, launched.log  # two are launch's own, on where its log is
+    assert len(launched.log.splitlines()) == 3, launched.log  # two are launch's own, about its log file
     assert 'process started' not in launched.log and 'Traceback' not in launched.log
 
 

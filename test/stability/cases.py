@@ -1,13 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of estimators and cases, and what must come out.
+"""The table of estimators and input cases, with the expected outcome of each.
 
-R  refused by a named error           N  nothing is told: NaN, no contact
-S  the same (in another order, in other units, of the entries that are left)
-A  grown with the input               K  kept: what one or other bad entry leaves alone, to some percent
-E  grown with the input, or nothing where the numbers go no farther
-T  told: the input is another good one (references have tests of their own), or one that a paper's method, kept to compare with, takes as it
-   is; never infinite                 F  told with a flag                                      -  there is no such case
+R  refused by a named error
+N  no result: NaN, no contact
+S  the same result (in another order, in other units, of the remaining entries)
+A  scaled with the input
+K  kept: unaffected by a few bad entries, to some percent
+E  scaled with the input, or no result where the numbers exceed their range
+T  a finite result: the input is another good one (references have tests of their own), or a published method, kept for comparison,
+   accepts it as it is
+F  a result with a flag
+-  no such case
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Numbering, tracks and reference of dots as estimators of arrays, and pictures of dots for the detectors."""
+"""Indexing, tracking and reference of dots as functions of arrays, and images of dots for the detectors."""
 from __future__ import annotations
 
 import cv2
@@ -11,7 +11,7 @@ from tactile_perception.dots.index.methods import METHODS
 from tactile_perception.dots.index.point_set_registration import Pattern
 from tactile_perception.dots.reference.drift import Reference
 
-ROWS, COLUMNS, SPACING, SIZE = 9, 13, 34.0, (480, 360)  # of the grid; px
+ROWS, COLUMNS, SPACING, SIZE = 9, 13, 34.0, (480, 360)  # rows and columns of the grid; px; px
 FINE = 4
 
 

@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is done to the good input of an estimator, how what comes out is judged, and the record of it.
+"""Applies the input cases to an estimator, checks the outcomes, and records them.
 
-An estimator is a function from arrays by name to arrays by name; what it does not know is NaN, or an array without entries.
+An estimator is a function from named arrays to named arrays; unknown results are NaN or empty arrays.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fits of motions, regions and their moments, cameras and surfaces as estimators of arrays."""
+"""Rigid motions, regions and their moments, cameras and surfaces as functions of arrays."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The PSD finger, and filters of what is told, as estimators of arrays."""
+"""The PSD finger and the filters of its results as functions of arrays."""
 from __future__ import annotations
 
 import copy
@@ -20,7 +20,7 @@ from tactile_perception.psd.published import PaperFinger
 from tactile_perception.psd.sphere_filter import SphereFilter
 
 PERIOD, VOLT, REST = 1e-3, 5 / 4096, 400
-THRESHOLD = 0.15  # V, of the paper's method
+THRESHOLD = 0.15  # V, of the published method
 
 
 @functools.cache

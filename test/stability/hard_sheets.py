@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The touch methods of sheets and cushion, their wrench, and the touchpad's methods, as estimators of arrays."""
+"""The contact and wrench methods of sheets and cushion, and the touchpad's methods, as functions of arrays."""
 from __future__ import annotations
 
 import copy

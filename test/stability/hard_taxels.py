@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The taxel array's methods as estimators of arrays."""
+"""The taxel array's methods as functions of arrays."""
 from __future__ import annotations
 
 import cv2

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A simulated touchpad, untouched and pressed by a disc, and the stages that read it."""
+"""A simulated touchpad, untouched and pressed by a disc, and its processing stages."""
 import functools
 
 import cv2

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated sheets and cushion, calibrated as they ship, and what reads them."""
+"""Simulated sheets and cushion with the calibrations that ship, and their processing stages."""
 import numpy as np
 import pytest
 from tactile_bringup.installed import share
@@ -18,7 +18,7 @@ from tactile_perception.touchpad.sensor import Touchpad, camera_pose
 
 RATE = 10.0
 SENSORS = ('areal_single', 'areal_dual', 'air_cushion')
-PRESSED_AT = {'areal_single': 2.9, 'areal_dual': 2.9, 'air_cushion': 3.2}  # s into the scenes of one press
+PRESSED_AT = {'areal_single': 2.9, 'areal_dual': 2.9, 'air_cushion': 3.2}  # s from the start of the scenes with one press
 
 
 class Sheet:

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole estimators on any numbers at all (hypothesis, always the same ones): told on the sensor, nothing, or refused by name; never broken
-for the next good frame."""
+"""Estimators on arbitrary numbers (hypothesis, derandomized): a result on the sensor, no result, or a named error; the next good frame is
+processed."""
 import pathlib
 import sys
 

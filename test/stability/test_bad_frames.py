@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames that cannot be used are refused by name, change nothing, and the next good frame is as good as without them."""
+"""Unusable frames raise a named error and change no state; the next good frame gives the same result as without them."""
 import cv2
 import numpy as np
 import pytest

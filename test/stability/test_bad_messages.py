@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Messages that cannot be used, through the stages that nodes and process_bag share: refused by name, the next good one is done."""
+"""Unusable messages through the stages that nodes and process_bag share raise a named error, and the next good one is processed."""
 import copy
 
 import numpy as np

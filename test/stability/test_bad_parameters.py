@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""NaN, zero and nonsense in parameter and calibration files: one line that names file, number and what to do; no frame is processed."""
+"""NaN, zero and nonsense in parameter and calibration files: one line names the file, the number and the remedy; no frame is processed."""
 import math
 
 import pytest

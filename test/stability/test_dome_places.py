@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Places of the simulated dome's markers under a press, against where the simulation has them: those far from the touch stay put."""
+"""Positions of the simulated dome's markers under a press against the simulation's truth; markers far from the contact do not move."""
 from functools import partial
 
 import numpy as np

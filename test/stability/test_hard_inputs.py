@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every estimator and every case of the table: bad numbers, degenerate places, few entries, another precision, order and unit."""
+"""Every estimator with every case of the table: bad numbers, degenerate positions, few entries, other precision, order and units."""
 import functools
 import pathlib
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images of other kinds that are good: grey ones, small ones, noise, blur, light that changes."""
+"""Unusual but usable images: grey, small, noisy, blurred, under changing light."""
 import cv2
 import numpy as np
 import pytest
@@ -46,8 +46,8 @@ def jpeg(image, sampling):
     return cv2.imdecode(cv2.imencode('.jpg', image, options)[1], cv2.IMREAD_COLOR)
 
 
-# What is done to the image, depth (m) that may be off, contact F1 that must be reached. JPEG with half the colour resolution smears
-# the dots' ink into the water around them: such a camera measures depth a third too deep.
+# Change of the image, largest error of depth (m), least contact F1. JPEG with half the colour resolution smears the dots' ink into the
+# water around them, so that depth is overestimated by a third.
 CHANGES = {
     'noise of 4': (lambda image: noisy(image, 4), 0.4e-3, 0.8), 'noise of 8': (lambda image: noisy(image, 8), 0.4e-3, 0.8),
     'half the light': (lambda image: noisy(image * 0.5, 1), 0.4e-3, 0.8),

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bad input to the running nodes, as processes: said once, counted on /diagnostics, nothing ends, the next good frame is done."""
+"""Bad input to running node processes is logged once and counted on /diagnostics; no node ends, and the next good frame is processed."""
 import os
 import signal
 import subprocess
@@ -134,7 +134,7 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         rig.until(lambda: rig.images.get_subscription_count() == 1 and rig.infos.get_subscription_count() == 2)
         region, contacts = rig.good(pad.rest[0])
         assert region.area == 0 and not contacts.contacts and len(region.dot_id) > 515
-        rig.comes(lambda: False, 1.0)  # a second region, where the first frame had to be sent twice
+        rig.comes(lambda: False, 1.0)  # waits for a second region, if the first frame had to be sent twice
         known = len(rig.regions)
         black = np.zeros_like(pad.rest[0])
         bad = ((black, None), (black, None), (black + 255, None), (pad.rest[1], cut), (pad.rest[1], another_encoding),

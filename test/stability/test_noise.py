@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Noise from none to where an estimator must give up: errors grow no faster than it, then nothing is told; never a sure wrong answer.
+"""Noise from zero to the point where an estimator must give up: errors grow in proportion, then there is no result, never a confident
+wrong one.
 
-Every error has to be within what the noise makes (slope times noise, over a floor that there is without), and within six of its own
-standard deviations, over that floor, where these are stated. The papers' methods for sheets and cushion never give up: theirs only have to
-stay on the sensor.
+Every error is at most slope times noise, above a floor without noise, and at most six of its stated standard deviations above that floor,
+where these are stated. The published methods for sheets and cushion never give up; their results only have to lie on the sensor.
 """
 import pathlib
 import sys
@@ -164,7 +164,7 @@ def _pad(level, seed):
 GREY = (0, 2, 8, 16, 32, 64, 128)
 SHIFTS = (0, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 1e-2)
 PIXELS = (0, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30)
-ON_SENSOR = 0.15  # m: a paper's method tells whatever comes, but on the sensor
+ON_SENSOR = 0.15  # m, limit of positions: a published method always returns one, which must lie on the sensor
 RAMPS = {
     'dots, likelihood': Ramp(_detected('likelihood'), (0, 8, 32), 0.02, 0.006, 32, 'px'),
     'dots, blobs': Ramp(_detected('blobs'), GREY, 0.03, 0.01, 32, 'px'),
@@ -184,7 +184,7 @@ RAMPS = {
     'cushion, paper': Ramp(_sheet('cushion, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'pad': Ramp(_pad, (0, 16, 32), 5e-4, 5e-5, 32, 'm'),
 }
-SEEDS = {'pad': 1, 'dots, likelihood': 1}  # of all others 2
+SEEDS = {'pad': 1, 'dots, likelihood': 1}  # number of seeds; 2 for all others
 
 
 def told(ramp, level, seed):

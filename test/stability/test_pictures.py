@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures at the edges: empty, full, one dot, ten thousand, twice as large; and grids of two by two, for all that takes them."""
+"""Extreme images: empty, full, one dot, ten thousand dots, twice the size; and grids of two by two, for every stage that takes them."""
 import pathlib
 import sys
 
@@ -40,7 +40,7 @@ NOTHING = {
     'one pixel': cv2.circle(np.zeros(SHAPE, np.uint8), (100, 100), 0, 255),
     'a gradient': np.tile(np.linspace(0, 255, SIZE[0]).astype(np.uint8), (SIZE[1], 1)),
 }
-QUICK = [name for name in METHODS if name != 'paper_cushion']  # which has one of them with what takes long left out
+QUICK = [name for name in METHODS if name != 'paper_cushion']  # a slow method, tested on one image without its slow step
 
 
 def largest_error(method, stated):

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What holds for any input, tried on many (hypothesis, always the same ones)."""
+"""Properties that hold for any input, tested on many examples (hypothesis, derandomized)."""
 import pathlib
 import sys
 from fractions import Fraction

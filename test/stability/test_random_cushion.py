@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A cushion whose circles are printed anywhere: from a recording of presses to touches in another one."""
+"""A cushion with randomly printed circles: calibrated by one recording of presses, tested on another recording."""
 import numpy as np
 import pytest
 from tactile_bringup.installed import share

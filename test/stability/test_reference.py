@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A reference taken while something presses is noticed and said; it still serves, and set_reference puts it right."""
+"""A reference taken under a press is detected and reported; results continue, and set_reference corrects it."""
 import numpy as np
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Estimators against closed forms and references worked out with fifty digits (mpmath): by how much rounding moves them."""
+"""Rounding errors of estimators against closed forms and references computed with fifty digits (mpmath)."""
 import functools
 import pathlib
 import sys
@@ -356,7 +356,8 @@ def surface_of_parabola():
     return surface.points(places)[:, 2], true, 1e-3
 
 
-# Allowed: of the scale that each gives. A grazing ray's range has the square root of rounding; single precision inside where 1e-7 is asked.
+# Largest error relative to each reference's scale. Rounding enters the range of a grazing ray by its square root; 1e-7 allows for single
+# precision inside.
 ALLOWED = {
     rotations: 1e-15, rotation_vectors: 1e-14, quaternions: 1e-14, rigid_turn: 1e-14, rigid_shift: 1e-13, rigid_far_away: 1e-9,
     rigid_covariance: 1e-12, twist: 1e-12, rectangle: 1e-5, ellipse: 1e-6, ellipse_of_dots: 0.02, sphere_to_plane_and_back: 1e-15,

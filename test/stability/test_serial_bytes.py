@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever bytes come from a serial port: no exception, no false sample, and the second frame after the damage is there again."""
+"""Any bytes from a serial port: no exception, no false sample, and the second frame after the damage is received."""
 import numpy as np
 import pytest
 
@@ -16,7 +16,7 @@ MANY = settings(FEW, max_examples=6000)
 RNG = np.random.default_rng(2)
 SENT = [CountFrame(RNG.integers(0, 4096, (5, 4)).astype(np.uint16), 1000 * k, 200_000, k, 12) for k in range(9)]
 PICTURES = [CountFrame(RNG.integers(0, 256, (6, 7)).astype(np.uint8), 1000 * k, 0, k, 8) for k in range(9)]
-CLEAN = 3  # frames at the end that no damage reaches
+CLEAN = 3  # undamaged frames at the end
 
 
 class Binary:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sheets and cushion in hard cases, with the calibration that ships: what must come out, and that it is never made up."""
+"""Sheets and cushion in hard cases with the calibrations that ship: required results, and no invented ones."""
 import dataclasses
 import pathlib
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing touches a sheet or a cushion, so nothing is told: fields of markers with noise as measured in images."""
+"""Untouched sheets and cushion report no contact: marker fields with the noise measured in images."""
 import dataclasses
 import pathlib
 import sys
@@ -13,7 +13,7 @@ from tactile_perception.markers.view.marker_field import RestMarkers
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from sheet_rig import PRESSED_AT, RATE, SENSORS, Sheet  # noqa: E402
 
-FRAMES = 40  # images that the noise is measured in
+FRAMES = 40  # images in which the noise is measured
 COUNT = {'areal_single': 2000, 'areal_dual': 1000, 'air_cushion': 1000}
 
 

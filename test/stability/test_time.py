@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time that stands still, goes back, is no number, or leaps by 100 s; and all dots gone for a second and back."""
+"""Stamps that repeat, go back, are NaN or jump by 100 s; and all dots lost for a second and found again."""
 import pathlib
 import sys
 
@@ -24,7 +24,7 @@ from tactile_perception.touchpad.contact.region import ContactDots  # noqa: E402
 from tactile_perception.touchpad.contact.object_motion import MotionEstimate, ObjectMotion  # noqa: E402
 from tactile_perception.touchpad.contact.slip import SlipEstimator  # noqa: E402
 
-BEGUN = 10.0  # s: stamp of the last of what came before
+BEGUN = 10.0  # s, stamp of the last frame before the fault
 
 
 def _dots(state=1):

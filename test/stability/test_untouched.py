@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing touches, so nothing is found: whole images with noise, and the dots' places with noise as measured."""
+"""Untouched sensors report no contact: whole images with noise, and dot positions with the noise measured in images."""
 import numpy as np
 import pytest
 from tactile_perception.common.dots import DotTracks
