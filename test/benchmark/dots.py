@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Speed against error of ways to find dots, all interleaved in one run: `python test/benchmark/dots.py [--quick] [--out out]`.
+"""Time and error of the dot detectors, interleaved in one run: `python test/benchmark/dots.py [--quick] [--out out]`.
 
-Writes dots.md, dots.json and dots.png: error over the Cramer-Rao bound (2-D RMS of dots neither touching nor under glare), dots missed
-and false per thousand,
-spread of errors over the stated sigma, and median milliseconds a frame on one thread.
+Writes dots.md, dots.json and dots.png: error relative to the Cramer-Rao bound (2-D RMS of dots neither overlapping nor under glare),
+missed and false dots per thousand, standard deviation of the errors relative to the stated sigma, and median milliseconds per frame on one
+thread.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tactile_perception.dots.detect.methods import METHODS, DotDetector
 from tactile_perception.errors import BadFrame
 
 NOISES = (1.0, 2.0, 4.0, 8.0)
-MATCH = 3.0  # px: a dot farther than this from every true place is false
+MATCH = 3.0  # px: a dot farther than this from every true position is false. Chosen
 
 
 class BlobDetector:
@@ -59,7 +59,7 @@ class TrackpyDetector:
 
 def detectors(scale: float = 1.0) -> dict:
     """Name -> fresh detector of every method to compare, for images of that size against 640 x 480; trackpy only where it is installed."""
-    found = {name: DotDetector('dark', name) for name in METHODS if name != 'paper_cushion'}  # its non-local means take 0.2 s a frame
+    found = {name: DotDetector('dark', name) for name in METHODS if name != 'paper_cushion'}  # its non-local means take 0.2 s per frame
     found['SimpleBlobDetector'] = BlobDetector(scale=scale)
     try:
         found['trackpy'] = TrackpyDetector(scale)
@@ -110,7 +110,7 @@ def run(seeds, frames: int, noises=NOISES, names=NAMES, size: tuple[int, int] = 
                     for method, detector in compared.items():
                         dots, spent = _timed(detector, image)
                         if turn == 0:
-                            continue  # the first frame measures what dots look like
+                            continue  # the first frame measures the dots' appearance
                         times[method, name, noise].append(spent)
                         for key, value in score(scene, dots, noise).items():
                             results[method][name][noise][key] += value

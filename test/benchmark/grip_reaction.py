@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""How soon the grip reflex answers a slip: from its true onset to the command that closes.
+"""Reaction time of the grip reflex: from the true onset of slip to the command that closes the gripper.
 
     python test/benchmark/grip_reaction.py [--sensor taxel_array] [--rounds 5]
 
-Launches grip_reflex.launch.py, listens to ground_truth/slip and grip_command, and prints a line for each slip: from its onset (a twentieth
-of the contact slips) and from where the whole contact slips, by the stamps of the data, and from the onset to the receipt here, by the
-clock.
+Launches grip_reflex.launch.py, subscribes to ground_truth/slip and grip_command, and prints a line for each slip: the reaction time from
+the onset (a twentieth of the contact slips) and from gross slip, both by the stamps of the data, and the time from the onset to the
+receipt here, by the clock.
 """
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ import rclpy
 from sensor_msgs.msg import JointState
 from tactile_msgs.msg import Slip
 
-_REST_S = 0.5  # without slip that parts two slips
-_LONGEST_S = 120.0  # that a round may take
-_LOOK_S = 3.0  # between looks at what was heard: a look may take longer than a frame
+_REST_S = 0.5  # s without slip that separate two slips. Chosen
+_LONGEST_S = 120.0  # s, limit of a round
+_LOOK_S = 3.0  # s between evaluations of the received messages, which may take longer than a frame. Chosen
 
 
 @dataclass(frozen=True)

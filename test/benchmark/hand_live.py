@@ -1,14 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A hand over ROS: CPU, memory, latency and losses of 1, 2 and 5 sensors, with a process for each sensor, or for each node.
+"""A hand over ROS: CPU, memory, latency and lost frames of 1, 2 and 5 sensors, with one process per sensor or per node.
 
     python test/benchmark/hand_live.py [--counts 1 2 5] [--composed true false] [--duration 20] [--repeat 3] [--share 1.0]
 
-The sensors are two touchpads of 640 x 480 at 60 frames a second, a PSD finger at 1 kHz, a taxel array at 200 frames a second and a sheet
-with two cameras at 30, in this order; --share takes all rates down. Their frames are rendered beforehand (rendered.py). This process
-listens to the last result of each, as bytes; the ways of running are taken in turn, --repeat times, and medians are told. Latency: from
-the stamp to the receipt here (a PSD message is stamped with the first of its samples: 5 ms more). A frame is lost where there is no
-result of it.
+The sensors are, in this order: two touchpads of 640 x 480 at 60 frames per second, a PSD finger at 1 kHz, a taxel array at 200 frames per
+second and a sheet with two cameras at 30; --share scales all rates. Their frames are rendered beforehand (rendered.py). This process
+subscribes to the last result of each sensor as serialized messages. Configurations alternate, --repeat times, and medians are reported.
+Latency: from the stamp to the receipt here (5 ms more for a PSD message, stamped with its first sample). A frame without a result is lost.
 """
 from __future__ import annotations
 
@@ -50,7 +49,7 @@ SENSORS = {'thumb': ('touchpad', 60, 60, 'demo', open_scene, 'contact_region', C
 WAYS = ('true', 'false')
 _GIVEN = {'hand': '', 'source': 'sim', 'path': '', 'autostart': '', 'loop': '', 'record': '', 'composed': 'true'}
 _FILM_S = 6.0
-_STARTED_S = 6.0  # imports
+_STARTED_S = 6.0  # s for imports
 
 
 def plan(names: Sequence[str], share: float) -> dict[str, SensorPlan]:

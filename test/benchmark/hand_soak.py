@@ -1,14 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the processes of a hand grow: five sensors at four times the rates that two cores can take, with a fault every ten seconds.
+"""Resource leaks of a hand: five sensors at four times the rates that two cores can process, with a fault every ten seconds.
 
     python test/benchmark/hand_soak.py [--duration 1200] [--period 10] [--share 4] [--out out/benchmark]
 
-The sensors are those of hand_live.py; where source is one for a hand, they are two hands, each started by `ros2 launch tactile_bringup
-hand.launch.py`: one of simulated cameras, which play films (soak_films) rather than draw, and one of emulators on pseudo-terminals.
---share is of the full rates, which need about two cores. The faults are those of soak_faults.py, one after the other; none happens in the
-last 30 s. This process listens to the last result of each sensor, and looks once a second at each process below the launches: MB of
-memory of no file (Anonymous in smaps_rollup), file descriptors, threads. Slopes: soak_trend.py.
+The sensors are those of hand_live.py, in two hands, since a hand has one source; each is started by `ros2 launch tactile_bringup
+hand.launch.py`. The cameras of one are simulated and play films (soak_films); the sensors of the other are emulated on pseudo-terminals.
+--share is relative to the full rates, which need about two cores. The faults of soak_faults.py occur in turn, none in the last 30 s.
+This process subscribes to the last result of each sensor, and samples once a second each process below the launches: anonymous memory
+(Anonymous in smaps_rollup), MB, file descriptors and threads. Slopes: soak_trend.py.
 """
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from soak_faults import Faults, Heard  # noqa: E402
 from soak_system import DOMAIN, System  # noqa: E402
 from soak_trend import Sample, trend  # noqa: E402
 
-_STARTED_S = 180.0  # so long a machine may need to start ten times what it can run
-_QUIET_S = 30.0  # at the end: who was killed last has time to come back
+_STARTED_S = 180.0  # s, limit for the start of a load beyond what the machine can run
+_QUIET_S = 30.0  # s without faults at the end, in which the last killed process restarts
 _LOOK_S = 1.0
 _SPIN_S = 0.05
 _MB = 2**20

@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The nodes over ROS, from the driver to the touches: latency from the stamp, frames lost, CPU and memory of each process.
+"""The nodes over ROS, from the driver to the contacts: latency from the stamp, lost frames, CPU and memory of each process.
 
     python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed true]
 
-The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run in one process,
-or with --composed false each in its own, in a ROS domain of their own; sheets and cushion with the calibration
-that ships. First nobody subscribes (--idle s), then this process does to the last node's result alone. Frames of the first --settle s do
-not count: there the rest shape is learnt. A frame is lost where the camera's stamps have one that the result does not.
+The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run in one process, or with --composed false each in
+its own, in a ROS domain of their own; sheets and cushion use the calibration that ships. At first nothing subscribes (--idle s), then this
+process subscribes to the last node's result alone. Frames of the first --settle s, while the rest shape is learnt, are not counted. A frame
+is lost if the result lacks one of the camera's stamps.
 """
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def run(sensor: str, parameters: dict, composed: str, duration: float, idle: flo
     unused, used = Record(), Record()
     with tempfile.TemporaryDirectory() as folder, \
             System(one_sensor(executables, parameters, Path(folder), composed), Path(folder)) as system:
-        time.sleep(5.0)  # imports; no part of what is measured
+        time.sleep(5.0)  # imports, not measured
         watch(system, unused, idle, lambda: time.sleep(0.1))
         rclpy.init(domain_id=DOMAIN)
         listener, executor = Listener(used, topic, kind), SingleThreadedExecutor()

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip on a taxel array by plain optical flow, which anybody would try first: corners of the pressure image, followed over time."""
+"""Slip on a taxel array by plain optical flow, as a baseline: corners of the pressure image tracked over time."""
 from __future__ import annotations
 
 from collections import deque
@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from tactile_perception.common.estimates import GROSS, INCIPIENT, NONE, SlipEstimate
 
-_SCALE = 4  # pixels a taxel: corners of a contact of a few taxels need room
+_SCALE = 4  # pixels per taxel, for corners of contacts of a few taxels. Chosen
 _CORNERS, _QUALITY, _APART = 60, 0.05, 4
-_WINDOW_S = 0.06  # between the two frames that are compared: from one to the next a slow slip moves by less than the noise
-_MOVES = 1e-3  # m/s: a corner slips
-_TOUCHED = 10  # values over rest
-_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # of the corners
+_WINDOW_S = 0.06  # s between the compared frames. Chosen: between consecutive frames, a slow slip moves by less than the noise
+_MOVES = 1e-3  # m/s, slowest slip of a corner. Chosen
+_TOUCHED = 10  # counts over rest. Chosen
+_INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # share of the corners that slip. Chosen
 
 
 class LucasKanade:

@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong and missing numbers, and time, of every numbering method: `python test/benchmark/numbering.py [--quick] [--out out]`.
+"""Wrong and missing indices, and time, of every indexing method: `python test/benchmark/numbering.py [--quick] [--out out]`.
 
-Dots have moved between two frames. Methods are interleaved on the same dots: true places of the scenes with 0.05 px of noise, 1 % false
-dots and 2 % missing ones besides what the scene has.
-Writes numbering.md and numbering.json: per 1000 dots, wrong and not numbered; median milliseconds on one thread.
+Dots move between two frames. Methods are interleaved on the same dots: true positions of the scenes with 0.05 px of noise, 1 % false dots,
+and 2 % missing dots in addition to the scene's. Writes numbering.md and numbering.json: wrong and missing indices per 1000 dots, median
+milliseconds on one thread.
 """
 from __future__ import annotations
 

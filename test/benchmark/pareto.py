@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time against error of all methods as one picture."""
+"""Plots time against error of all methods in one picture."""
 from __future__ import annotations
 
 import math

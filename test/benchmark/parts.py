@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the whole benchmark: what each measures, by the benchmark of its own, in one form."""
+"""The parts of the whole benchmark: the measurements of each part's own benchmark in one form."""
 from __future__ import annotations
 
 import sys

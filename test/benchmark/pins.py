@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Real presses of a hexagonal array of 127 pins, one image each: are all pins found and matched, and what do their places tell?
+"""Real presses of a hexagonal array of 127 pins, one image each: detected and matched pins, and prediction errors from their displacements.
 
 python test/benchmark/pins.py FOLDER, with the images frame_*.png and targets.csv. Depth (pose_2, mm), tilt (pose_6, deg), slide (move_1,
-mm) and turn (move_6, deg) are predicted for each half of the images by a quadratic ridge regression fitted to the other half.
+mm) and rotation (move_6, deg) of each half of the images are predicted by a quadratic ridge regression fitted to the other half.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tactile_perception.dots.index.point_set_registration import Pattern
 
 TARGETS = {'depth, mm': 'pose_2', 'tilt, deg': 'pose_6', 'slide, mm': 'move_1', 'turn, deg': 'move_6'}
 PINS = 127
-COMPONENTS, PRODUCTS = 12, 5  # leading components of the displacements; those of which squares and products are taken too
+COMPONENTS, PRODUCTS = 12, 5  # principal components of the displacements; of these, components with squares and products
 STRENGTHS = 10.0 ** np.arange(-5, 5)  # of the ridge
 
 

@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From image to contact region and contacts by each method: a table and a plot of error against time.
+"""From image to contact region and contacts with each method: a table and a plot of error against time.
 
     python test/benchmark/pipeline.py [--calibrated | --calibration FILE] [--out out/benchmark] [--frames 0] [source ...]
 
-A source is a recording with truth (tp_rect_drag, ...; found by TACTILE_RECORDINGS) or a scene of the simulated touchpad (scene:ring_press).
-The methods run in turn on each frame. Times are those of the thread (not of the clock), medians over frames, one thread; memory is the
-largest of the process, all methods together. Truth and what is left out of a score: as the recordings' README says.
+A source is a recording with ground truth (tp_rect_drag, ...; found by TACTILE_RECORDINGS) or a scene of the simulated touchpad
+(scene:ring_press). The methods alternate on each frame. Times are CPU times of one thread, medians over frames; memory is the peak of the
+process, all methods together. The recordings' README describes the ground truth and what scores exclude.
 """
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ METHODS = {
 STAGES = ('dots', 'places', 'contact')
 HEAD = ('source', 'method', 'contact F1', 'stick F1', 'slip F1', 'IoU', 'false frames', 'xyz mm', 'depth mm', 'force %', 'missed',
         'refused', *(f'{stage} ms' for stage in STAGES), 'total ms')
-SETTLED = 0.03  # of the force: a frame whose truth is less converged is not judged for force
+SETTLED = 0.03  # of the force: frames whose true force has converged less are excluded from force scores
 
 
 @dataclass

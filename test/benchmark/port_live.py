@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensors on a serial port over ROS: what is lost from the port to the results, latency, CPU and memory of each process.
+"""Sensors on a serial port over ROS: data lost from the port to the results, latency, CPU and memory of each process.
 
-What psd_live.py and taxel_live.py share: an emulator sends through a pseudo-terminal; driver and perception run each in a process of its
-own, or with --composed true in one; this process listens to the raw messages and to the results.
+Shared by psd_live.py and taxel_live.py: an emulator sends through a pseudo-terminal; driver and perception run each in its own process, or
+with --composed true in one; this process subscribes to the raw messages and to the results.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Listener:
 def summary(record: Record, settle: float) -> dict:
     """All numbers: samples, ms, per cent of a core and ms of CPU a batch, MB."""
     batches = [b for b in record.batches if b[0] > record.batches[0][0] + settle * 1e9]
-    batches = batches[:-20]  # what may be still on its way
+    batches = batches[:-20]  # which may still be in transit
     steps = np.array([(after[0] - (stamp + count * period * 1e9)) / (period * 1e9)
                       for (stamp, count, period), after in zip(batches, batches[1:])])
     told = [(stamp, count, period) for stamp, count, period in batches if stamp in record.results]

@@ -1,11 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The PSD finger: error by polar angle, deviation, false and missed contacts, onsets, speed; the paper's method on the same signals.
+"""The PSD finger: error by polar angle, deviation, false and missed contacts, onsets and speed; the published method on the same signals.
 
     python test/benchmark/psd.py [--out out/benchmark] [SPECIMEN ...]
 
-SPECIMEN: sim:0, sim:1 ... (the simulated finger with that seed) or recorded (TACTILE_RECORDINGS). Each is calibrated by its own presses;
-the paper's method by two of them, at the pole and at 30 degrees, as the paper does it.
+SPECIMEN: sim:0, sim:1 ... (the simulated finger with that seed) or recorded (TACTILE_RECORDINGS). Each is calibrated by its own presses,
+and the published method by two of them, at the pole and at 30 degrees, as in the paper.
 """
 from __future__ import annotations
 

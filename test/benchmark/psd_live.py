@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The PSD finger over ROS, from a serial port to contacts: samples lost, latency, CPU and memory of each process.
+"""The PSD finger over ROS, from a serial port to contacts: lost samples, latency, CPU and memory of each process.
 
     python test/benchmark/psd_live.py [--duration 60] [--rate 5000] [--batch-period 0.005] [--out out/benchmark]
 
-The emulator sends frames of five samples through a pseudo-terminal; psd_node and psd_contact_node run as processes of their own with the
-calibration that ships. This process listens to voltages and contacts. Latency: from the last sample of a batch to the receipt of its
-contacts here. A sample is lost where the stamps of voltages leave a gap, or a batch has no contacts. What the emulator itself did not send
-in time on a busy machine counts as lost too.
+The emulator sends frames of five samples through a pseudo-terminal; psd_node and psd_contact_node run as separate processes with the
+calibration that ships. This process subscribes to voltages and contacts. Latency: from the last sample of a batch to the receipt of its
+contacts here. A sample is lost if the stamps of voltages have a gap, or if a batch has no contacts. Samples that the emulator itself did
+not send in time on a busy machine count as lost too.
 """
 from __future__ import annotations
 

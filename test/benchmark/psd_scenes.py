@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Signals of PSD fingers with truth: the simulated specimens, or recordings of others in the folder that TACTILE_RECORDINGS names."""
+"""Signals of PSD fingers with ground truth: simulated specimens, or recordings in the folder given by TACTILE_RECORDINGS."""
 from __future__ import annotations
 
 import os

@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Scores of contact states, regions and contacts against a recording's truth (its README says what is left out and why)."""
+"""Scores of contact states, regions and contacts against a recording's ground truth (its README says what is excluded and why)."""
 from __future__ import annotations
 
 import numpy as np
 from tactile_perception.evaluation.scores import counts
 
-FREE_GAP = 50e-6  # m: free dots nearer to the tool than this are in neither class
-SLIP_TOLERANCE = 10e-6  # m, of the touchpad: slips of half to three times this are in neither class
+FREE_GAP = 50e-6  # m: free dots nearer to the tool are in neither class
+SLIP_TOLERANCE = 10e-6  # m, of the touchpad: slips of half to three times this value are in neither class
 
 
 def contact_counts(found: np.ndarray, truth, frame: int, ids: np.ndarray) -> np.ndarray:

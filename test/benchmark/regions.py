@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Contact regions and states by each method over recordings with truth: a table of error against time.
+"""Contact regions and states with each method on recordings with ground truth: a table of error against time.
 
     python test/benchmark/regions.py [--noise 20e-6] [--output table.md] [recording ...]
 
-Recordings are found by TACTILE_RECORDINGS. Places are measured along the camera's rays with noise of the given standard deviation (what
-colour or area leave), so that the table judges the contact stage alone; the methods run in turn on each frame, timed one by one. Places are
-those that the membrane makes of the measured ones, but for `paper, measured`. `labels` draws the region of the true labels.
+Recordings are found by TACTILE_RECORDINGS. Positions are measured along the camera's rays with noise of the given standard deviation (as
+from colour or area), so that the table evaluates the contact stage alone; the methods alternate on each frame and are timed separately.
+Positions are filtered by the membrane model, except for `paper, measured`. `labels` draws the region of the true labels.
 """
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated sensors whose frames were rendered beforehand, so that what a hand costs can be measured without what drawing it costs.
+"""Simulated sensors that play pre-rendered frames, so that measurements of a hand exclude the cost of rendering.
 
     python test/benchmark/rendered.py FOLDER NODE ... --ros-args ...
 
-runs sensor_nodes with what follows; their scenes play frames from FOLDER, forwards and backwards, without truth. What is left of a
-driver's work is a copy of the frame, as of a camera that hands over BGR, or of the voltages.
+runs sensor_nodes with the arguments after FOLDER; their scenes play frames from FOLDER, forwards and backwards, without ground truth. The
+driver's remaining work is a copy of the frame, as from a camera that delivers BGR, or of the voltages.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Results of the whole benchmark over rounds: kept, shown as tables, compared with older ones."""
+"""Results of the whole benchmark over rounds: storage, tables, and comparison with earlier results."""
 from __future__ import annotations
 
 import math

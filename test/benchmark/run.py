@@ -1,16 +1,16 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""All sensors, methods and image sizes on this machine: tables, numbers and the picture of time against error.
+"""All sensors, methods and image sizes on this machine: tables, numbers and the plot of time against error.
 
     python3 test/benchmark/run.py [--quick] [--recorded] [--part NAME ...] [--out out/benchmark] [--compare OLD.json]
 
-Methods run in turn on each frame, and the whole is done in rounds, so that what the machine does besides hits all alike. Times are those of
-one thread, not of the clock, without drawing or reading files; beside them goes a yardstick, a fixed piece of work, by which results of a
-slower machine can be compared. Errors are against the truth of the simulated sensors, which ship, or with --recorded of recordings of
-another simulation (TACTILE_RECORDINGS). What users would take from elsewhere runs along: OpenCV's SimpleBlobDetector, trackpy (where
-it is installed: pip install trackpy), plain Lucas-Kanade.
-With --compare the exit code is 1 where anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
-than the rounds differ.
+Methods alternate on each frame, and the whole runs in rounds, so that other load on the machine affects all alike. Times are CPU times of
+one thread, without drawing or reading files. A yardstick, a fixed amount of work, is timed as well, so that results of machines of
+different speed can be compared. Errors are relative to the ground truth of the simulated sensors, which ship, or with --recorded of
+recordings of another simulation (TACTILE_RECORDINGS). Baselines: OpenCV's SimpleBlobDetector, trackpy (if installed: pip install trackpy)
+and plain Lucas-Kanade.
+With --compare the exit code is 1 if anything is slower or less accurate than in OLD.json (the benchmark.json of an earlier run) by more
+than the spread of the rounds.
 """
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images of printed dots with known truth, rendered by brute force: area-sampled discs, blurred at eight times the pixel rate, then
-averaged into pixels.
+"""Images of printed dots with ground truth: area-sampled discs, blurred at FINE times the pixel rate, then averaged into pixels.
 
-Nothing here is used by, or taken from, the detector: shapes are sampled, never written as a formula of the blurred dot.
+Nothing here is shared with the detector: shapes are sampled, never computed by a formula of the blurred dot.
 """
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-FINE = 6  # samples a pixel in each direction
+FINE = 6  # samples per pixel in each direction. Chosen
 NAMES = ('plain', 'bulged', 'compressed', 'sheared', 'uneven light', 'glare', 'missing and merged', 'all at once')
 
 
@@ -150,7 +149,7 @@ def _coverage(uv, diameter, size):
         right, bottom = np.minimum(np.floor(centre).astype(int) + reach + 2, [width * FINE, height * FINE])
         if right <= left or bottom <= top:
             continue
-        # four by four points in each fine sample say whether they are inside
+        # tests four by four points in each fine sample
         across = (np.arange(left * 4, right * 4) + 0.5) / 4 - 0.5 - centre[0]
         down = (np.arange(top * 4, bottom * 4) + 0.5) / 4 - 0.5 - centre[1]
         inside = (across**2 + down[:, None] ** 2 < (d / 2 * FINE) ** 2).astype(np.float32)

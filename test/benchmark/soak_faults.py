@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What happens to the hands of hand_soak.py: one fault after the other, each to the next of those that it can happen to."""
+"""Faults for the hands of hand_soak.py, one after the other, each applied to the next sensor or process that it can affect."""
 from __future__ import annotations
 
 import os
@@ -23,8 +23,8 @@ from soak_system import EMULATORS, System  # noqa: E402
 
 DRIVERS = {'touchpad': 'camera_node', 'areal_dual': 'dual_camera_node', 'psd_finger': 'psd_node', 'taxel_array': 'taxel_array_node'}
 _STOPPED_S = 3.0
-_RECORDED_S = 8.0  # of which a busy machine needs the first half to start
-_NOT_DEAD_NS = 10**8  # a stamp may be so much after a kill and still be of who was killed: a clock that is estimated, a batch
+_RECORDED_S = 8.0  # s; a busy machine needs the first half to start
+_NOT_DEAD_NS = 10**8  # ns: stamps of a killed process may be this much later than the kill, by its clock estimate and batches
 _NS = 10**9
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What hand_soak.py runs: a hand of cameras and one of serial sensors as a user starts them, emulated ports, a subscriber; and what the
-hands' processes take."""
+"""The system under test of hand_soak.py: a hand of cameras and a hand of serial sensors as a user starts them, emulated ports, a
+subscriber, and the resources of the hands' processes."""
 from __future__ import annotations
 
 import multiprocessing
@@ -32,8 +32,8 @@ EMULATORS = {'tip': 'tactile_driver.emulators.psd', 'array': 'tactile_driver.emu
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', 96))
 _ENVIRONMENT = {'ROS_DOMAIN_ID': str(DOMAIN), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 _PLUGGED_S = 2.0
-_FILM_S = 6.0  # all that the scenes begin with: nothing, a touch, slip
-_ENDED_S = 60.0  # so long a busy machine may need to end a hand
+_FILM_S = 6.0  # s, covers the scenes' first untouched phase, contact and slip
+_ENDED_S = 60.0  # s, limit for a hand to end on a busy machine
 
 
 def pages(folder: Path, share: float) -> dict[str, dict]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether what processes take grows: one slope over all lives of a process that was started again and again."""
+"""Growth of the resources of processes: one slope over all lives of a process that was restarted repeatedly."""
 from __future__ import annotations
 
 import math
@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-_FLAT = {'memory': 1.0, 'fds': 1.0}  # MB and file descriptors over the whole run that are no growth
-_SURE = 2.0  # standard errors
+_FLAT = {'memory': 1.0, 'fds': 1.0}  # MB and file descriptors over the whole run; less is not growth. Chosen
+_SURE = 2.0  # standard errors of a significant slope. Chosen
 _HOUR = 3600.0
 
 

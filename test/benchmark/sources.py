@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Images of a touchpad with their truth, from recordings and from the simulated scenes, in one form."""
+"""Images of a touchpad with ground truth, from recordings and from simulated scenes, in one form."""
 from __future__ import annotations
 
 import os
@@ -24,9 +24,9 @@ from tactile_perception.tools.convert.command import sensor_parameters
 from tactile_perception.touchpad.sensor import Touchpad
 
 SCENE = 'scene:'
-FIRST_STAMP = 1.0  # s: a stamp of zero means «no time» to much of ROS
+FIRST_STAMP = 1.0  # s; in ROS, a stamp of zero often means no time
 _SCENE_RATE = 15.0
-_FROM = 1.2  # s: scenes are untouched for 1.5 s, of which a few frames do
+_FROM = 1.2  # s; scenes are untouched for 1.5 s, of which a few frames suffice
 CALIBRATION_RADIUS = 0.008  # m, of the sphere in the recording tp_calib and in the scene sphere_calibration
 
 

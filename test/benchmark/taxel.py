@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Taxel arrays: contact shape, pose, slip, wrench and time, by the mechanics of the pad and by the paper's steps, on recordings with truth.
+"""Taxel arrays: contact shape, pose, slip, wrench and time, by the pad model and by the published method, on recordings with ground truth.
 
 python test/benchmark/taxel.py FOLDER, the folder with simulated/tac_* and dsa_slip/weights (TACTILE_RECORDINGS). The response is fitted
-to tac_cal_zero and tac_cal_flat. Frames with a load under a tenth of the scene's largest are left out of shape and pose.
+to tac_cal_zero and tac_cal_flat. Shape and pose exclude frames with a load under a tenth of the scene's largest.
 """
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from tactile_perception.taxel.wrench import GraspedObject, transform_wrench
 
 CALIBRATION = ('tac_cal_zero', 'tac_cal_flat')
 STATES = ('none', 'incipient', 'gross')
-_FINE = 4  # parts of a taxel in which regions are compared
+_FINE = 4  # subdivisions of a taxel for the comparison of regions
 _LIGHT = 0.1
-_STEP_S = 0.06  # over which the true velocity is taken, as the estimate is
+_STEP_S = 0.06  # s over which the true velocity is averaged, as in the estimate
 
 
 def read(folder: Path) -> tuple[dict, dict, dict]:

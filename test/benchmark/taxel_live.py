@@ -1,13 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The taxel array over ROS, from a serial port to all results: frames lost, latency, CPU and memory of each process.
+"""The taxel array over ROS, from a serial port to all results: lost frames, latency, CPU and memory of each process.
 
     python test/benchmark/taxel_live.py [--duration 60] [--rate 500] [--size 44] [--scene demo] [--out out/benchmark]
 
-The emulator sends frames through a pseudo-terminal; taxel_array_node and taxel_contact_node run as processes of their own, with the
-calibration that ships. This process listens to image_raw and to all four results, by contact_region of which the latency is told: from the
-stamp of a frame to the receipt here. A frame is lost where the stamps of image_raw leave a gap, or an image has no contact_region. What the
-emulator itself did not send in time on a busy machine counts as lost too.
+The emulator sends frames through a pseudo-terminal; taxel_array_node and taxel_contact_node run as separate processes with the calibration
+that ships. This process subscribes to image_raw and to all four results. Latency: from the stamp of a frame to the receipt of its
+contact_region here. A frame is lost if the stamps of image_raw have a gap, or if an image has no contact_region. Frames that the emulator
+itself did not send in time on a busy machine count as lost too.
 """
 from __future__ import annotations
 

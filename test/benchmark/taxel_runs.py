@@ -1,10 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Taxel arrays: slip in simulated runs of several faces, specimens and motions: whether it is seen before all slips, velocity, centre.
+"""Taxel arrays: slip in simulated runs of several faces, specimens and motions: detection before gross slip, velocity, centre of rotation.
 
-python test/benchmark/taxel_runs.py [RUNS] [SEED]. Each run is another specimen with stiffness, friction, gains and offsets of its own,
-calibrated by even loads; its pad's nominal data are what the estimator is told. An object is pressed on, held, then moved ever faster along
-a line, or turned. The simulated pad and the estimator share no formula.
+python test/benchmark/taxel_runs.py [RUNS] [SEED]. Each run is another specimen with its own stiffness, friction, gains and offsets,
+calibrated by even loads; the estimator gets the pad's nominal data. An object is pressed on, held, then moved at increasing speed along a
+line, or rotated. The simulated pad and the estimator share no formula.
 """
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from taxel import STATES, macro_f1  # noqa: E402
 
 FACES = ('bar', 'disc', 'ring', 'l', 'sphere', 'two_fingers')
-ROUND = ('disc', 'ring', 'sphere')  # a turn of which cannot be seen
-RATE, WINDOW = 100.0, 6  # frames/s; frames over which the true motion is taken, as the estimate is
-_MOTION = ((0.0, 0.0), (1.5, 0.0), (2.3, 0.06), (3.1, 0.25), (3.9, 1.0))  # s, part of the way
+ROUND = ('disc', 'ring', 'sphere')  # faces whose rotation is unobservable
+RATE, WINDOW = 100.0, 6  # frames/s; frames over which the true motion is averaged, as in the estimate
+_MOTION = ((0.0, 0.0), (1.5, 0.0), (2.3, 0.06), (3.1, 0.25), (3.9, 1.0))  # s, share of the path
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Slip against time on real pressure matrices of a gripper's fingers: what was found where, and plots.
+"""Slip over time on real pressure matrices of a gripper's fingers: detections as a table, and plots.
 
-python test/benchmark/taxel_slip.py FOLDER [PLOTS], the folder with sdh_slip/*.bag (ROS 1) and dsa_slip/*.npz (TACTILE_RECORDINGS). Nothing
-is known of the pads but their pitch; rows run along the finger.
+python test/benchmark/taxel_slip.py FOLDER [PLOTS], the folder with sdh_slip/*.bag (ROS 1) and dsa_slip/*.npz (TACTILE_RECORDINGS). Only
+the pitch of the pads is known; rows run along the finger.
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from tactile_perception.taxel.estimator import TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response
 
 PITCH, FULL_SCALE = 3.4e-3, 4095.0
-_LEAST = 60  # the largest value of a pad that feels anything
-_PAUSE_S = 0.5  # between two slips
+_LEAST = 60  # counts: pads with a smaller maximum have no contact. Chosen
+_PAUSE_S = 0.5  # s between two slips. Chosen
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def read_npz(path: Path) -> Iterator[Pad]:
 def play(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
     """States (N,) and velocities (N, 2) m/s of the slip of each frame; frames whose stamp repeats are passed over (state 0)."""
     shape = pad.values.shape[1:]
-    response = Response(zero=np.zeros(shape, np.float32))  # touched from the first frame on
+    response = Response(zero=np.zeros(shape, np.float32))  # in contact from the first frame
     estimator = TaxelEstimator(TaxelArray(*shape, PITCH, FULL_SCALE), SoftPad(), TaxelSettings(response=response))
     states, velocities = np.zeros(len(pad.t), int), np.full((len(pad.t), 2), np.nan)
     last = -1.0

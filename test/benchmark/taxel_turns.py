@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A taxel array's methods, and plain optical flow, each in its turn on every frame of a bag with truth."""
+"""The methods of a taxel array, and plain optical flow, alternating on every frame of a bag with ground truth."""
 from __future__ import annotations
 
 import sys

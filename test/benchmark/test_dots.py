@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The detector against the Cramer-Rao bound in the benchmark's scenes, one seed; dots.py measures more of them, and time."""
+"""The detector against the Cramer-Rao bound in the benchmark's scenes, one seed; dots.py measures more scenes, and time."""
 import importlib.util
 import sys
 from pathlib import Path

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the benchmark of a hand starts, and what it makes of what it heard."""
+"""The benchmark of a hand: what it starts, and its evaluation of the received messages."""
 import importlib.util
 import struct
 import subprocess

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the soak test of a hand starts, how it finds processes, and what it makes of what it saw."""
+"""The soak test of a hand: what it starts, how it finds processes, and its evaluation."""
 import math
 import struct
 import subprocess

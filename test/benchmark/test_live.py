@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the live benchmark makes of what it saw."""
+"""The live benchmark's evaluation of the received messages."""
 import importlib.util
 import sys
 from pathlib import Path

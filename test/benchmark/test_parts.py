@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every part measures what it says; all of them, the long ones marked slow."""
+"""Every part of the benchmark measures what it states; long parts are marked slow."""
 import math
 import sys
 from pathlib import Path

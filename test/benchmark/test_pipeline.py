@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Accuracy from image to contact, on recordings by an independent simulation and on our own scenes, in numbers."""
+"""Accuracy from image to contact, on recordings by an independent simulation and on simulated scenes."""
 import importlib.util
 import json
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the live benchmarks of sensors on serial ports make of what they saw."""
+"""The evaluation by the live benchmarks of sensors on serial ports."""
 import sys
 from pathlib import Path
 

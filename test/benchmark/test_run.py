@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one command, on its shortest part: tables, numbers, picture, and the comparison with an earlier run."""
+"""The benchmark command on its shortest part: tables, numbers, plot, and the comparison with an earlier run."""
 import json
 import sys
 from pathlib import Path

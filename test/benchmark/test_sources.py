@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sources give images, stamps and truth of one length, and the parameters of their sensor."""
+"""Sources give images, stamps and ground truth of equal length, and the parameters of their sensor."""
 import importlib.util
 import sys
 from pathlib import Path

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The benchmark of taxel arrays counts right, and reaches on an independent recording what it should."""
+"""The benchmark of taxel arrays scores correctly, and reaches the required accuracy on an independent recording."""
 import importlib.util
 import os
 from pathlib import Path

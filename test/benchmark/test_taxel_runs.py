@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated runs of slip are judged right."""
+"""Simulated runs of slip are scored correctly."""
 import sys
 from pathlib import Path
 

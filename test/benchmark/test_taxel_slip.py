@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Real fingers: what does not slip stays quiet, and what slips is found with its direction."""
+"""Real fingers: no slip is reported where nothing slips, and slip is detected with its direction."""
 import importlib.util
 import os
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the benchmark of touch methods, in numbers; the whole of it, where recordings are there, marked slow."""
+"""The parts of the benchmark of contact methods; the whole benchmark, if recordings are available, is marked slow."""
 import importlib.util
 import json
 import pathlib

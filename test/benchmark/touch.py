@@ -1,14 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From image to touch and wrench by each method, the papers' beside ours, and two views stitched: a table of errors and times.
+"""From image to contact and wrench with each method, published ones included, and two stitched views: a table of errors and times.
 
     python test/benchmark/touch.py [--out out/benchmark] [--frames 0] [source ...]
 
-A source is as, ad or ac (recordings of a sheet under one camera, of one under two, of a cushion; found by TACTILE_RECORDINGS) or
-areal_single, areal_dual or air_cushion (the simulated sensors, which ship: other tips, drags and two touches too). Each is calibrated by
-presses of one tip and judged elsewhere. The methods run in turn on each frame, in changing order. Times are those of the thread, medians
-over frames; a method's own markers, where it has them, are found by a tracker of its own. The first row of a table of stitching is how
-far markers at rest appear from where they are, after the best shift, turn and scale.
+A source is as, ad or ac (recordings of a sheet under one camera, a sheet under two cameras, a cushion; found by TACTILE_RECORDINGS) or
+areal_single, areal_dual or air_cushion (the simulated sensors, which ship: also other tips, drags and two contacts). Each is calibrated by
+presses of one tip and tested on other scenes. The methods alternate on each frame, in changing order. Times are CPU times of one thread,
+medians over frames; a method with its own marker detection has its own tracker. The first row of the table of stitching is the distance of
+markers at rest from their true positions, after the best translation, rotation and scale.
 """
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 import touch_sources  # noqa: E402
 from touch_scores import HEAD, TouchScore  # noqa: E402
 
-PAPERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # touch method: the same paper's way to find markers
+PAPERS = {'paper': 'paper_areal', 'paper_cushion': 'paper_cushion'}  # contact method: marker detection of the same paper
 STITCH_HEAD = ('pair', 'method', 'markers', 'off mean mm', 'off 95 % mm', 'stitching ms')
 ROW_HEAD = ('source', 'method', *HEAD)
-_STITCHED = 60  # times a pair is stitched by each method
-_TIP = 0.008  # m, of the region's outline
+_STITCHED = 60  # repetitions per pair and method
+_TIP = 0.008  # m, tip radius for the region's outline
 
 
 @dataclass

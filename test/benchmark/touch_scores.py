@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What touches told are worth against the truth: single touches, two at once, untouched frames, the wrench, and the time it took."""
+"""Scores of estimated contacts against ground truth: single contacts, two at once, untouched frames, the wrench, and the time taken."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -14,14 +14,14 @@ from tactile_perception.markers.view.sensor import MarkerSensor
 
 #: m: shallower presses are not judged, by sensor type; they count neither as missed nor as false.
 SHALLOWEST = {'areal_single': 0.3e-3, 'areal_dual': 1e-3, 'air_cushion': 8e-3}
-APART = 3.0  # marker pitches: two touches nearer to each other are not judged
-NEAR = 1e-3  # m: a touch told further away is none of the two
+APART = 3.0  # marker pitches: two contacts nearer to each other are not scored
+NEAR = 1e-3  # m: an estimate farther away matches neither contact
 STAGES = ('dots', 'field', 'touch', 'wrench', 'ids and region')
 HEAD = ('place mm', 'place 95 %', 'depth mm', 'depth 95 %', 'nse', 'presses', 'missed', 'split', 'false', 'refused', 'two',
         'two told %', 'both in 1 mm %', 'force %', 'moment %', 'dragged force %', 'dragged moment %',
         *(f'{stage} ms' for stage in STAGES), 'total ms')
-_WEAK = 0.05  # of the largest force and moment: under it relative errors say little
-_STILL = 5e-5  # m from frame to frame: more is a drag
+_WEAK = 0.05  # of the largest force and moment: relative errors below it are not scored
+_STILL = 5e-5  # m from frame to frame: a larger motion is a drag
 
 
 @dataclass

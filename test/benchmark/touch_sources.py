@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Marker sheets and cushions to calibrate and to judge touch methods on: bags of recordings and of simulated scenes, in one form."""
+"""Marker sheets and cushions for calibration and test of contact methods: bags of recordings and of simulated scenes, in one form."""
 from __future__ import annotations
 
 import os

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""From an image to numbered dots, ways interleaved in one run: `python test/benchmark/tracking.py [--quick] [--out out]`.
+"""From an image to indexed dots, methods interleaved in one run: `python test/benchmark/tracking.py [--quick] [--out out]`.
 
-Writes tracking.md, tracking.json and tracking.png: median milliseconds of one thread's own time, error (2-D RMS, px of the frame), dots
-without a number and with a wrong one per thousand. The pattern goes back and forth, a pixel a frame; noise is 2 grey levels.
+Writes tracking.md, tracking.json and tracking.png: median milliseconds of CPU time of one thread, error (2-D RMS, px of the frame), missing
+and wrong indices per thousand dots. The pattern moves back and forth by a pixel per frame; noise is 2 grey levels.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tactile_perception.dots.tracker import DotTracker
 from tactile_perception.errors import BadFrame
 
 NOISE, MATCH = 2.0, 3.0
-IN_A_ROW = 6  # frames that a way sees before it is the next one's turn: as in use, code and tables are in the cache
+IN_A_ROW = 6  # consecutive frames per method, so that code and tables are cached as in use. Chosen
 
 
 class FromNothing:
@@ -67,7 +67,7 @@ def measure(scenes: int, turns: int) -> list[dict]:
             for way, (finder, scale) in compared.items():
                 frames_seen = images if scale == 1 else [cv2.resize(i, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for i in images]
                 found, spent = _run(finder, frames_seen, turn * IN_A_ROW)
-                if turn:  # the first frames measure what dots look like
+                if turn:  # the first frames measure the dots' appearance
                     times[way] += spent
                     for shift, one in zip(shifts, found):
                         sums[way] += _score(scene, (scene.uv + [shift, 0] + 0.5) / scale - 0.5, *one, MATCH / scale)

@@ -1,12 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Worn, speckled and dirty markers on simulated sheets of all kinds: how many are found, how many that are none, where, and how honestly.
+"""Worn, speckled and dirty markers on simulated sheets of all kinds: detected and false markers, position errors, and stated sigmas.
 
     python3 test/benchmark/worn_markers.py [--sheets 36] [--seed 0] [--methods discs auto blobs likelihood]
 
-Each sheet has markers of 8 to 40 px, 50 to 350 of them, in a grid, hexagons or at random, bright on dark or dark on bright, in light
-of up to 3 to 1, with wear from none to heavy; every third is worn as heavily as can be. A marker is found where a dot lies within 0.35
-of its diameter.
+Each sheet has 50 to 350 markers of 8 to 40 px, in a grid, hexagonal or random, bright on dark or dark on bright, with illumination ratios
+up to 3 to 1, and wear from none to heavy; every third sheet has the heaviest wear. A marker is found if a dot lies within 0.35 of its
+diameter.
 """
 from __future__ import annotations
 

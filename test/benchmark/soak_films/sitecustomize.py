@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Python imports this at its start where this folder is in PYTHONPATH: scenes play films from the folder SOAK_FILMS (see rendered.py).
+"""Python imports this module at startup if this folder is in PYTHONPATH: scenes play films from the folder SOAK_FILMS (see rendered.py).
 
-What is started otherwise is what a user starts; the films are there so that the machine's time goes to the sensors, not to drawing.
+Everything else runs as a user starts it; films leave the machine's time to the sensors instead of rendering.
 """
 import importlib.util
 import os
