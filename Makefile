@@ -31,8 +31,9 @@ setup:
 demo:
 	@source ./setup.bash && ros2 launch tactile_bringup demo.launch.py $(demo_arguments)
 
+# Two processes where pytest-xdist is installed; files stay whole.
 test:
-	@$(run_tests) -m 'not hardware and not slow and not full' $(PYTEST)
+	@$(run_tests) $$(python3 -c 'import xdist' 2>/dev/null && echo '-n 2 --dist loadfile') -m 'not hardware and not slow and not full' $(PYTEST)
 
 test-full:
 	@$(run_tests) $(PYTEST)

@@ -7,6 +7,7 @@ import gc
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from ...errors import TactileError
 WRONG = 2
 #: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
+_ENDING_S = 0.1  # s, chosen: rclpy ends its context in another thread after a signal, within milliseconds
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -74,6 +76,7 @@ def _spin(nodes: list[Node]) -> None:
     while rclpy.ok():
         try:
             executor.spin()
-        except RuntimeError as error:  # rclpy raises it for a transition that the lifecycle state does not allow
+        except RuntimeError as error:  # rclpy raises it for a transition that the lifecycle state does not allow, and amid its own end
+            time.sleep(_ENDING_S)
             if rclpy.ok():
                 nodes[0].get_logger().warning(f'a request was refused: {error}')
