@@ -16,7 +16,9 @@ namespace {
 
 constexpr int LARGEST_SIDE = 255;  // px, of the filters of find_peaks. Chosen: sums over the square stay within 32-bit integers
 
-Image as_image(const Input<std::uint8_t>& image) { return {image.data(), image.length(0), image.length(1)}; }
+Image as_image(const Input<std::uint8_t>& image) {
+    return {image.data(), image.length(0), image.length(1)};
+}
 
 int odd(int value, const char* name) {
     within(value, name, 1, LARGEST_SIDE);
@@ -65,13 +67,15 @@ py::object lattice(const py::object& places, double angle_hint) {
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
-    module.def("find_peaks", &peaks, py::arg("image"), py::kw_only(), py::arg("step"), py::arg("smooth"), py::arg("box"), py::arg("sign"),
-               py::arg("lowest"),
-               "Rough places (N, 2) float64 of dots, px, in an image (H, W) uint8: peaks against their local ground.\n\n"
-               "step: 1, or 2 to average two by two pixels into one first; smooth, box: px after that, odd: sides of the Gaussian that\n"
-               "takes the noise off and of the square whose mean is the ground; sign: 1 for bright dots, -1 for dark; lowest: grey levels.");
-    module.def("find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
-               "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"
-               "of them are members (N,) bool; the angle of the rows against u, rad, within 45 degrees of angle_hint; the pitch, px. None\n"
-               "where the dots form no grid, or one that contradicts itself.");
+    module.def(
+        "find_peaks", &peaks, py::arg("image"), py::kw_only(), py::arg("step"), py::arg("smooth"), py::arg("box"), py::arg("sign"),
+        py::arg("lowest"),
+        "Rough places (N, 2) float64 of dots, px, in an image (H, W) uint8: peaks against their local ground.\n\n"
+        "step: 1, or 2 to average two by two pixels into one first; smooth, box: px after that, odd: sides of the Gaussian that\n"
+        "takes the noise off and of the square whose mean is the ground; sign: 1 for bright dots, -1 for dark; lowest: grey levels.");
+    module.def(
+        "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
+        "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"
+        "of them are members (N,) bool; the angle of the rows against u, rad, within 45 degrees of angle_hint; the pitch, px. None\n"
+        "where the dots form no grid, or one that contradicts itself.");
 }

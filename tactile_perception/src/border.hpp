@@ -25,14 +25,15 @@ std::string type_name() {
 
 inline std::string shape_name(std::initializer_list<py::ssize_t> shape) {
     std::string text = "(";
-    for (const py::ssize_t length : shape) text += (text.size() > 1 ? ", " : "") + (length == ANY ? std::string("any") : std::to_string(length));
+    for (const py::ssize_t length : shape)
+        text += (text.size() > 1 ? ", " : "") + (length == ANY ? std::string("any") : std::to_string(length));
     return text + ")";
 }
 
 // An array argument of exactly type T and the given shape, in row-major order (copied if it is not contiguous).
 template <class T>
 class Input {
-   public:
+ public:
     Input(const py::object& given, const char* name, std::initializer_list<py::ssize_t> shape) {
         const std::string wanted = std::string(name) + ": an array " + shape_name(shape) + " of " + type_name<T>() + " is needed, got ";
         if (!py::isinstance<py::array>(given)) throw py::value_error(wanted + std::string(py::str(py::type::of(given).attr("__name__"))));
@@ -48,7 +49,7 @@ class Input {
     const T* data() const { return array_.data(); }
     py::ssize_t length(py::ssize_t axis = 0) const { return array_.shape(axis); }
 
-   private:
+ private:
     py::array_t<T, py::array::c_style | py::array::forcecast> array_;
 };
 

@@ -17,15 +17,15 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double REACH = 1.9;                   // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
-constexpr double TOLERANCES[] = {0.3, 0.21};    // of the local step, for a link; the second if the first contradicts itself. Chosen
-constexpr double SLOPE = 4.0;                   // weight of the squared step across against the squared step along. Chosen
-constexpr double COHERENCE = 0.15;              // mean resultant length of the directions below which dots form no grid. Chosen
-constexpr double CELL = 2.0;                    // pitches, side of the cells; steps are averaged over three by three cells. Chosen
-constexpr double LOCAL = 1.3;                   // pitches: longer pairs are not used for directions. Chosen: less than a diagonal
-constexpr std::ptrdiff_t MOST_CELLS = 16;       // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
-constexpr std::ptrdiff_t SAMPLE = 40;           // dots from whose nearest neighbours the pitch is estimated. Chosen
-constexpr double WHOLE_WEIGHT = 1e-3;           // of the mean of all cells against that of three by three cells. Chosen
+constexpr double REACH = 1.9;                 // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
+constexpr double TOLERANCES[] = {0.3, 0.21};  // of the local step, for a link; the second if the first contradicts itself. Chosen
+constexpr double SLOPE = 4.0;                 // weight of the squared step across against the squared step along. Chosen
+constexpr double COHERENCE = 0.15;            // mean resultant length of the directions below which dots form no grid. Chosen
+constexpr double CELL = 2.0;                  // pitches, side of the cells; steps are averaged over three by three cells. Chosen
+constexpr double LOCAL = 1.3;                 // pitches: longer pairs are not used for directions. Chosen: less than a diagonal
+constexpr std::ptrdiff_t MOST_CELLS = 16;     // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
+constexpr std::ptrdiff_t SAMPLE = 40;         // dots from whose nearest neighbours the pitch is estimated. Chosen
+constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells against that of three by three cells. Chosen
 
 struct Pair {
     std::int32_t from, to;
@@ -34,7 +34,7 @@ struct Pair {
 
 // Mean values over blocks of three by three cells of the image, which dilute a single outlier.
 class CellMeans {
-   public:
+ public:
     CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
         double low[2], high[2];
         for (int axis = 0; axis < 2; ++axis) {
@@ -87,7 +87,7 @@ class CellMeans {
         return found;
     }
 
-   private:
+ private:
     std::vector<std::ptrdiff_t> at_;
     std::ptrdiff_t rows_, columns_;
     std::vector<Complex> sums_;
@@ -127,7 +127,7 @@ std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vect
 }
 
 class Search {
-   public:
+ public:
     Search(const double* places, std::ptrdiff_t count) : places_(places), count_(count) {}
 
     Lattice run(double hint) {
@@ -148,7 +148,7 @@ class Search {
         return lattice;
     }
 
-   private:
+ private:
     Complex place(std::ptrdiff_t i) const { return {places_[2 * i], places_[2 * i + 1]}; }
 
     // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.

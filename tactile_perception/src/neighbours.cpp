@@ -13,7 +13,7 @@ constexpr double MOST_CELLS = 1 << 20;  // bounds the memory. Chosen
 
 // A grid of square cells over the positions; each cell heads a linked list of the positions put into it.
 class Cells {
-   public:
+ public:
     Cells(const double* places, std::ptrdiff_t count, double side) : cell_(count, -1), next_(count, -1) {
         double low[2] = {0, 0}, high[2] = {0, 0};
         bool any = false;
@@ -48,7 +48,7 @@ class Cells {
         }
     }
 
-   private:
+ private:
     std::ptrdiff_t columns_;
     std::vector<std::ptrdiff_t> cell_;
     std::vector<std::int32_t> next_, first_;

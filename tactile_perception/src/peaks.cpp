@@ -13,10 +13,16 @@ namespace {
 // Rows of the image, or of the sums of its blocks of two by two pixels, as whole-numbered floats; a ring buffer keeps the last few.
 // Borders are replicated: outer columns fill the margin left and right, outer rows stand for rows above and below.
 class Rows {
-   public:
+ public:
     Rows(const Image& image, int step, std::ptrdiff_t margin_, std::ptrdiff_t kept)
-        : count(image.rows / step), columns(image.columns / step), margin(margin_), stride(columns + 2 * margin),
-          image_(image), step_(step), kept_(kept), values_(kept * stride) {}
+        : count(image.rows / step),
+          columns(image.columns / step),
+          margin(margin_),
+          stride(columns + 2 * margin),
+          image_(image),
+          step_(step),
+          kept_(kept),
+          values_(kept * stride) {}
 
     // The left end of row k with its margin; k is less than the number of kept rows behind the last row requested.
     const float* row(std::ptrdiff_t k) {
@@ -26,7 +32,7 @@ class Rows {
     }
     const std::ptrdiff_t count, columns, margin, stride;
 
-   private:
+ private:
     void make(std::ptrdiff_t k) {
         float *row = values_.data() + (k % kept_) * stride, *out = row + margin;
         const std::uint8_t *first = image_.pixels + step_ * k * image_.columns, *second = first + image_.columns;
@@ -64,11 +70,16 @@ std::vector<float> gaussian(int half) {
 
 // Contrast of each smoothed pixel to the mean of the square around it, grey levels, row by row.
 class Relief {
-   public:
+ public:
     Relief(Rows& rows, const PeakSearch& search)
-        : rows_(rows), reach_(search.box / 2), weights_(gaussian(search.smooth / 2)),
+        : rows_(rows),
+          reach_(search.box / 2),
+          weights_(gaussian(search.smooth / 2)),
           level_(static_cast<float>(search.sign) / static_cast<float>(search.step * search.step)),
-          share_(level_ / static_cast<float>(search.box * search.box)), down_(rows.stride, 0), across_(rows.columns), smooth_(rows.stride) {
+          share_(level_ / static_cast<float>(search.box * search.box)),
+          down_(rows.stride, 0),
+          across_(rows.columns),
+          smooth_(rows.stride) {
         for (std::ptrdiff_t k = -reach_ - 1; k < reach_; ++k) {
             const float* row = rows.row(k);
             for (std::ptrdiff_t c = 0; c < rows.stride; ++c) down_[c] += static_cast<std::int32_t>(row[c]);
@@ -84,7 +95,7 @@ class Relief {
         for (std::ptrdiff_t c = 0; c < rows_.columns; ++c) out[c] = level * out[c] - share * static_cast<float>(across[c]);
     }
 
-   private:
+ private:
     // Running sums over the rows, then over the columns, of the square around each pixel; integers, so that no rounding accumulates.
     void sum_square(std::ptrdiff_t r) {
         const float *leaves = rows_.row(r - reach_ - 1), *enters = rows_.row(r + reach_);
@@ -132,7 +143,7 @@ double top(float before, float middle, float after) {
 
 // Finds the peaks of the middle one of three adjacent rows, px of the rows.
 class PeakRow {
-   public:
+ public:
     PeakRow(std::ptrdiff_t columns, float lowest) : columns_(columns), lowest_(lowest), needed_(columns + BLOCK) {}
 
     // Appends column and row of each peak in row r to found. Of equal neighbours, the first is the peak.
@@ -154,7 +165,7 @@ class PeakRow {
         }
     }
 
-   private:
+ private:
     static constexpr std::ptrdiff_t BLOCK = 16;  // pixels tested together, since most blocks have no peak. Chosen
     const std::ptrdiff_t columns_;
     const float lowest_;
