@@ -59,7 +59,7 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
         get_logger('tactile').fatal(str(error))
         return WRONG
     except Exception:
-        if rclpy.ok():  # else ROS is shutting down
+        if not _is_ending():
             raise
     finally:
         signal.signal(signal.SIGINT, lambda *_: None)  # a second SIGINT (terminal and launch) must not interrupt the cleanup
@@ -73,10 +73,10 @@ def _spin(nodes: list[Node]) -> None:
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
-    while rclpy.ok():
-        try:
-            executor.spin()
-        except RuntimeError as error:  # rclpy raises it for a transition that the lifecycle state does not allow, and amid its own end
-            time.sleep(_ENDING_S)
-            if rclpy.ok():
-                nodes[0].get_logger().warning(f'a request was refused: {error}')
+    executor.spin()
+
+
+def _is_ending() -> bool:
+    """Whether ROS is shutting down; an executor may notice it before the context does."""
+    time.sleep(_ENDING_S)
+    return not rclpy.ok()
