@@ -18,7 +18,7 @@ _DISTRO = 'ros_distro: jazzy'
 _RECORDED_BY_LIBRARY = 'ros_distro: rosbags'
 _FOR_EVER = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE of rmw
 _DEPTH = 10  # chosen
-_LATCHED = ('/tf_static', '/description')
+_LATCHED = ('/tf_static', '/description', '/camera_info')
 
 
 def usual_qos(topic: str) -> Qos:

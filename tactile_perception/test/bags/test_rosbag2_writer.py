@@ -9,10 +9,11 @@ from string_messages import STORE, TYPE, encoded
 from tactile_perception.bags.rosbag2_writer import Rosbag2Writer, recorded_qos, usual_qos
 
 OTHER = usual_qos('/other')._replace(reliability=QosReliability.BEST_EFFORT)
-OFFERED = {'/pad/image_raw': [], '/pad/description': [], '/tf_static': [], '/other/image': [OTHER, OTHER]}
+OFFERED = {'/pad/image_raw': [], '/pad/description': [], '/pad/camera_info': [], '/tf_static': [], '/other/image': [OTHER, OTHER]}
 #: topic -> (reliability, durability) of its publishers
 WANTED = {'/pad/image_raw': [('reliable', 'volatile')], '/pad/description': [('reliable', 'transient_local')],
-          '/tf_static': [('reliable', 'transient_local')], '/other/image': [('best_effort', 'volatile')] * 2}
+          '/pad/camera_info': [('reliable', 'transient_local')], '/tf_static': [('reliable', 'transient_local')],
+          '/other/image': [('best_effort', 'volatile')] * 2}
 FOR_EVER = {'sec': 9223372036, 'nsec': 854775807}
 
 
