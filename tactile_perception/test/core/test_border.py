@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from tactile_perception import _core
+from tactile_perception.markers.mechanics.mesh import SheetMesh
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
@@ -21,10 +22,21 @@ def call_find_lattice(places=PLACES):
     return _core.find_lattice(places) or ()
 
 
+SHEET = {name: getattr(SheetMesh(np.zeros(2), np.array([0.03, 0.03]), 8e-3, 2), name)
+         for name in ('value', 'slope', 'laplacian', 'weight', 'rest')} | {'depths': np.array([5e-4, 1e-3])}
+
+
+def call_press_sheet(**arrays):
+    """A small sheet, pressed."""
+    return _core.press_sheet(**SHEET | arrays, place=(0.0, 0.0), radius=7e-3, prestretch=1.05, bending=2e-7, friction=0.5, slides=False,
+                             drag=(0.0, 0.0))
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
+    'press_sheet': (call_press_sheet, SHEET),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -39,6 +39,6 @@ def pressed(x, y, depth, radius=7e-3, material=MATERIAL):
     """(K, 3) shift and growth of one press, on a finer mesh and way than the library's."""
     plan = LibraryPlan(PLAN.half, 7e-3, depth, n=9, levels=12)
     mesh = SheetMesh((x, y), plan.half, plan.scale, plan.n)
-    solved = press_sheet(mesh, plan.load_steps(np.array([depth])), radius, material)[-1]
+    solved = press_sheet(mesh, plan.load_steps(np.array([depth])), radius, material)[0][-1]
     field = uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3)
     return disc_appearance(read_field(field, plan, (x, y), disc_points(GRID, MARKER)), GRID, EYE, MARKER)

@@ -196,7 +196,7 @@ def _solve(plan: LibraryPlan, radius: float, material: SheetMaterial, group: Pre
     """(M, side * side, 3) fields of the M presses at one place."""
     way = plan.load_steps(group.depth)
     mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
-    solved = press_sheet(mesh, way, radius, material)[np.searchsorted(way, group.depth)]
+    solved = press_sheet(mesh, way, radius, material)[0][np.searchsorted(way, group.depth)]
     return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
 
 

@@ -82,7 +82,7 @@ def uniform(fields: np.ndarray) -> np.ndarray:
 
 
 class SheetMesh:
-    """Elements, integration points and unknowns of a sheet of half (2,) m pressed at place (2,) m.
+    """Elements and integration points of a sheet of half (2,) m pressed at place (2,) m.
 
     Coefficients of a field are (side * side, 3) with side = 2 n + 2, those at the clamp zero. At the four points g of each element e:
     value (E, 4, 9), slope (E, 4, 2, 9) 1/m and laplacian (E, 4, 9) 1/m^2 of its nine functions, weight (E, 4) m^2, rest (E, 4, 2) m;
@@ -96,7 +96,6 @@ class SheetMesh:
         first = np.arange(self.spans)
         pairs = (first[:, None] + np.arange(3))
         self.nodes = (pairs[:, None, :, None] * self.side + pairs[None, :, None, :]).reshape(-1, 9)
-        self._number()
 
     def _integrate(self) -> None:
         width = 1 / self.spans
@@ -121,18 +120,3 @@ class SheetMesh:
 
     def _pair(self, a: np.ndarray, b: np.ndarray, what) -> np.ndarray:
         return what(a.reshape(-1, 1, 2, 1), b.reshape(1, -1, 1, 2)).reshape(-1, 4)
-
-    def _number(self) -> None:
-        """Unknowns: three for each free node; and the slot of each entry of an element's matrix in the sparse matrix."""
-        inside = np.zeros((self.side, self.side), bool)
-        inside[1:-1, 1:-1] = True
-        self.free = np.flatnonzero(np.repeat(inside.ravel(), 3))
-        number = np.full(3 * self.side**2, -1)
-        number[self.free] = np.arange(len(self.free))
-        self.unknowns = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(-1, 27)
-        of = number[self.unknowns]
-        row, column = np.repeat(of, 27, axis=1).ravel(), np.tile(of, (1, 27)).ravel()
-        self.kept = np.flatnonzero((row >= 0) & (column >= 0))
-        key, self.slot = np.unique(column[self.kept].astype(np.int64) * len(self.free) + row[self.kept], return_inverse=True)
-        self.indices = (key % len(self.free)).astype(np.int32)
-        self.indptr = np.searchsorted(key // len(self.free), np.arange(len(self.free) + 1)).astype(np.int32)

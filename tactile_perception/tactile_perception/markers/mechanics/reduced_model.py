@@ -159,7 +159,7 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
 def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> list[np.ndarray]:
     """Fields of the presses at one place, for each radius and depth."""
     mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.load_steps(plan.depths)
-    return [press_sheet(mesh, way, radius, material)[np.searchsorted(way, plan.depths)] for radius in plan.radii]
+    return [press_sheet(mesh, way, radius, material)[0][np.searchsorted(way, plan.depths)] for radius in plan.radii]
 
 
 def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:

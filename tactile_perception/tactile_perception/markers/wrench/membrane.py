@@ -16,7 +16,7 @@ import numpy as np
 from ...common.parallel import in_parallel
 from ...errors import BadCalibration
 from ..mechanics.membrane_fem import SheetMaterial, press_sheet
-from ..mechanics.mesh import SheetMesh, least_length, spread
+from ..mechanics.mesh import SheetMesh, least_length
 
 NODES, LEVELS, SUBSTEPS = 4, 8, 3   # simulated places along a quarter of the sheet; depths; load steps between depths. Chosen
 DEGREES = (3, 3, 5)                 # of the polynomials in nearness to the clamp along x, y, and in the root of depth. Chosen
@@ -25,44 +25,6 @@ DEEPER = 1.08                       # simulated depth over the deepest calibrate
 SPANS, SCALE = 7, 8e-3              # of the mesh: spans from the tip to the clamp; m, span at the tip, less on a small sheet. Chosen
 SOLVED, RIDGE = 0.9, 1e-7           # least share of converged simulations; ridge of the polynomial fit. Chosen
 _NUMBERS = ('half', 'reach', 'deepest', 'radius', 'weights')
-
-
-def press_wrenches(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial) -> np.ndarray:
-    """(D, 6) force, m, and moment about the tip, m^2 (times shear modulus and thickness: N and N m), of a tip at mesh.place at rising
-    depths (D,) m; NaN where the simulation does not converge.
-    """
-    wrench = np.full((len(depths), 6), np.nan)
-    for k, field in enumerate(press_sheet(mesh, depths, radius, material)):
-        if np.isfinite(field).all():
-            push = _nodal_forces(mesh, field, material)
-            places = _node_places(mesh) + field - [*mesh.place, -depths[k]]
-            wrench[k] = np.concatenate([push.sum(axis=0), np.cross(places, push).sum(axis=0)])
-    return wrench
-
-
-def _nodal_forces(mesh: SheetMesh, field: np.ndarray, material: SheetMaterial) -> np.ndarray:
-    """(side * side, 3) external force on each free node in equilibrium: gradient of the sheet's energy."""
-    u = field[mesh.nodes]
-    edges = np.einsum('egai,eik->egak', mesh.slope, u) + np.eye(2, 3)
-    a, b = edges[..., 0, :], edges[..., 1, :]
-    aa, bb, ab = (np.sum(p * q, axis=-1)[..., None] for p, q in ((a, a), (b, b), (a, b)))
-    thinning = material.prestretch**-6 / (aa * bb - ab**2)**2
-    stress = np.stack([a - thinning * (bb * a - ab * b), b - thinning * (aa * b - ab * a)], axis=2)
-    force = np.einsum('egai,egak,eg->eik', mesh.slope, stress, mesh.weight)
-    force += np.einsum('egi,egk->eik', mesh.laplacian, np.einsum('egj,ejk,eg->egk', mesh.laplacian, u, mesh.weight * material.bending))
-    total = np.zeros((mesh.side**2, 3))
-    np.add.at(total, mesh.nodes, force)
-    free = np.zeros(3 * mesh.side**2, bool)
-    free[mesh.free] = True
-    return np.where(free.reshape(-1, 3), total, 0.0)
-
-
-def _node_places(mesh: SheetMesh) -> np.ndarray:
-    """(side * side, 3) m: Greville points of the nodes' splines in the untouched sheet."""
-    knots = np.concatenate([[-1.0] * 2, np.linspace(-1, 1, mesh.spans + 1), [1.0] * 2])
-    xi = (knots[1:-2] + knots[2:-1]) / 2
-    x, y = (spread(xi, mesh.place[axis], mesh.half[axis], mesh.scale)[0] for axis in (0, 1))
-    return np.stack([*(part.ravel() for part in np.meshgrid(x, y, indexing='ij')), np.zeros(mesh.side**2)], axis=1)
 
 
 class SheetWrench:
@@ -76,7 +38,7 @@ class SheetWrench:
         self._far = _nearness(self.reach / self.half)
 
     def __call__(self, place: np.ndarray, depth: float, radius: float = float('nan')) -> np.ndarray:
-        """(6,) force and moment about the tip at place (2,) and depth m, in the units of press_wrenches; radius: m, NaN the calibrated."""
+        """(6,) force and moment about the tip at place (2,) and depth m, in the units of press_sheet; radius: m, NaN the calibrated."""
         x, y = share = np.clip(place, -self.reach, self.reach) / self.half
         tip = np.log(radius / self.radius) if radius > 0 else 0.0
         stiff, way_x, way_y, off_x, off_y, twist = self._basis(share, np.array([depth]), tip)[0] @ self.weights
@@ -117,7 +79,7 @@ class SheetWrench:
         share, tip = where
         mesh = SheetMesh(self.half * share, self.half, scale, SPANS)
         way = self.deepest * (np.arange(1, LEVELS * SUBSTEPS + 1) / (LEVELS * SUBSTEPS))**1.5
-        wrench = press_wrenches(mesh, way, self.radius * np.exp(tip), material)[SUBSTEPS - 1::SUBSTEPS]
+        wrench = press_sheet(mesh, way, self.radius * np.exp(tip), material)[1][SUBSTEPS - 1::SUBSTEPS]
         depths, (x, y) = way[SUBSTEPS - 1::SUBSTEPS], share
         stiff, force = np.log(np.maximum(-wrench[:, 2], 1e-12) / depths), wrench / wrench[:, 2:3]
         values = np.stack([stiff, force[:, 0] / x, force[:, 1] / y, force[:, 4] / x, force[:, 3] / y, force[:, 5] / (x * y)], axis=1)

@@ -19,7 +19,7 @@ from tactile_perception.markers.mechanics.reduced_model import build_library, li
 @pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 3e-3, 7e-3), ((0.011, -0.006), 5e-3, 8e-3), ((-0.014, 0.009), 2e-3, 6e-3)])
 def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
-    solved = press_sheet(mesh, PLAN.load_steps(np.array([depth])), radius, MATERIAL)[-1]
+    solved = press_sheet(mesh, PLAN.load_steps(np.array([depth])), radius, MATERIAL)[0][-1]
     exact = read_field(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
     found = read_field(library().fields(place, depth, np.log(radius / PLAN.radius))[:, 0], PLAN, place, GRID)[:, 0]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
@@ -49,7 +49,7 @@ def test_the_way_goes_through_its_stops():
 
 
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
-    monkeypatch.setattr(reduced_model, 'press_sheet', lambda mesh, way, *more: np.full((len(way), mesh.side**2, 3), np.nan))
+    monkeypatch.setattr(reduced_model, 'press_sheet', lambda mesh, way, *more: (np.full((len(way), mesh.side**2, 3), np.nan), None))
     with pytest.raises(BadCalibration, match='converge'):
         build_library(PLAN, MATERIAL)
 
@@ -60,7 +60,7 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
     def ramp(mesh, way, radius, material):
         field = np.ones((mesh.side**2, 3)) * way[:, None, None]
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
-        return field
+        return field, None
     monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
     nodes = build_library(plan, MATERIAL).fields(plan.reach * plan.nodes[0], plan.depth, 0.0)[:, 0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-6)

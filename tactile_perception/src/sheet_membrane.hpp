@@ -1,0 +1,33 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// A clamped sheet under a round tip: incompressible neo-Hookean membrane with bending, contact and friction, in equilibrium.
+#pragma once
+
+#include <cstddef>
+
+namespace tactile {
+
+// Elements of a sheet: spans * spans, each with four integration points and nine quadratic B-splines, of side * side with
+// side = spans + 2; those at the border are clamped.
+struct SheetElements {
+    std::ptrdiff_t spans;
+    const double *value, *slope, *laplacian;  // of the splines (E, 4, 9), (E, 4, 2, 9) 1/m and (E, 4, 9) 1/m^2
+    const double *weight, *rest;              // of the points: (E, 4) m^2 and (E, 4, 2) m
+};
+
+// A round tip that presses straight down at place, m. Energies are per shear modulus times thickness.
+struct SheetLoad {
+    double place[2], radius;
+    double squeeze;   // prestretch^-6
+    double bending;   // m^2
+    double friction;  // Coulomb's coefficient, of a tip that comes straight down
+    bool slides;      // whether all of the contact slides instead, with a traction of drag times the pressure
+    double drag[2];   // traction over pressure in the plane of the sheet
+};
+
+// Equilibria at rising depths (count,), m: displacement of the splines (count, side * side, 3), m, and the force of the tip on the
+// sheet with its moment about the tip (count, 6), m and m^2. From the first depth without convergence on they stay as given.
+void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double* depths, std::ptrdiff_t count, double* fields,
+                 double* wrenches);
+
+}  // namespace tactile
