@@ -13,4 +13,10 @@ struct Image {
     std::ptrdiff_t rows, columns;
 };
 
+// Pixels of three bytes each, blue, green, red, in row-major order.
+struct ColourImage {
+    const std::uint8_t* pixels;
+    std::ptrdiff_t rows, columns;
+};
+
 }  // namespace tactile

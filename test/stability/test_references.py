@@ -250,7 +250,7 @@ def beer_lambert():
     path = LightPath(-0.011, -0.040, 0.014, 0.3, (0.0, 0.0, -0.040))
     model = WaterModel(path, constants, absorptions, np.array([[4e-4, 1e-4], [1e-4, 3e-4]]), 8.0)
     ratios = [[float(constants[k] - absorptions[k] * mp.mpf(length)) for k in (0, 1)] for length in lengths]
-    found, _ = model.path_lengths(RingColours(np.array(ratios), np.full(5, 16), np.zeros(5)))
+    found, _ = model.path_lengths(RingColours(np.array(ratios), np.zeros(5), np.full(5, 16), np.zeros(5)))
     return found, lengths, 1
 
 

@@ -17,7 +17,6 @@ from .membrane.solver import Membrane, MembraneState
 from .optics.absorption import RestLight, WaterModel
 from .optics.colour import log_ratios
 from .optics.identification import fit_rest, update_constants
-from .optics.surface_shape import SurfaceShape
 from .sensor import Touchpad
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
@@ -60,12 +59,11 @@ class DotPlaces:
         self._scale: RangeScale | None = None
         self._light: RestLight | None = None
         self._bled: np.ndarray | None = None
-        self._shape = SurfaceShape()
         self._initialised = False
 
     def renew(self) -> None:
         """Identify the water's colour again in the next image, which is the new reference."""
-        self._water, self._initialised, self._last, self._shape = self._calibrated, False, None, SurfaceShape()
+        self._water, self._initialised, self._last = self._calibrated, False, None
 
     def locate(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
@@ -84,7 +82,7 @@ class DotPlaces:
         if moved or self._light is None:
             self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
-        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._shape)
+        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]
         xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan
@@ -110,5 +108,5 @@ class DotPlaces:
         self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
         bled, self._bled = self._water.bled(image, tracks, self._camera), None
         if bled is not None:
-            self._bled = np.zeros(len(self._rest.xyz), np.float32)
+            self._bled = np.zeros(len(self._rest.xyz))
             self._bled[tracks.id] = bled

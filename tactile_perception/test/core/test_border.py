@@ -32,11 +32,38 @@ def call_press_sheet(**arrays):
                              drag=(0.0, 0.0))
 
 
+COLOURS = np.random.default_rng(3).integers(0, 256, (60, 80, 3), dtype=np.uint8)
+PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
+PAD = {
+    'path': PATH, 'lengths': np.full(12, 0.036), 'rays': np.random.default_rng(4).normal((0, 0, 1), (0.1, 0.1, 0), (12, 3)),
+    'id': np.arange(12), 'rest_ranges': np.full(12, 0.05), 'rest_normals': np.tile([0.0, 0.0, 1.0], (12, 1)),
+}
+LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
+
+
+def call_ring_colours(image=COLOURS, uv=PLACES):
+    """Colours with the arguments that are no arrays as they are in use."""
+    return _core.ring_colours(image, uv, 8.0)
+
+
+def call_path_lengths(**arrays):
+    """Lengths of paths, with the arrays given in place of the good ones."""
+    return _core.path_lengths(**{**LIGHT, **arrays})
+
+
+def call_water_ranges(**arrays):
+    """Ranges on a grid of 3 x 4 dots, with the arrays given in place of the good ones."""
+    return _core.water_ranges(**{**PAD, **arrays}, rows=3, columns=4, ring_share=0.45)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
+    'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
+    'path_lengths': (call_path_lengths, LIGHT),
+    'water_ranges': (call_water_ranges, PAD),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from .colour import POINTS, RING, RingColours, log_ratios
+from ..._core import water_ranges
 from ...common.camera import CameraModel
 from ...common.dots import DotTracks
 from ...common.spherical_cap import Cap
-from ...common.vectors import dot
 from ...errors import BadArgument
 from .light_path import LightPath
-from .surface_shape import SurfaceShape
 
 PATCHY = 2.5  # times the noise variance of ring points above which blue/red around a ring shows glare or an edge; chosen
 IN_PLACE = 0.7  # px; chosen: a dot that has moved by more lies differently in the blocks of pixels that share a stored colour
@@ -25,19 +23,15 @@ DISAGREE = 2.5  # standard deviations of disagreement between the two ratios abo
 
 @dataclass(frozen=True)
 class RestLight:
-    """Untouched dots: ranges (N,), m; normals (3, N); slants, changes (N,): LightPath.slants there; bled: (N,) m, range error by colour
-    bleeding, None without. Single precision."""
+    """Untouched dots: ranges (N,), m; normals (N, 3); bled: (N,) m, range error by colour bleeding, None without."""
 
     ranges: np.ndarray
     normals: np.ndarray
-    slants: np.ndarray
-    changes: np.ndarray
     bled: np.ndarray | None = None
 
     def take(self, ids: np.ndarray) -> RestLight:
         """The same of dots ids (M,)."""
-        bled = None if self.bled is None else self.bled[ids]
-        return RestLight(self.ranges[ids], self.normals.take(ids, axis=1), self.slants[ids], self.changes[ids], bled)
+        return RestLight(self.ranges[ids], self.normals[ids], None if self.bled is None else self.bled[ids])
 
 
 @dataclass(frozen=True)
@@ -76,26 +70,17 @@ class WaterModel:
         return self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)
 
     def at_rest(self, xyz: np.ndarray) -> RestLight:
-        """Ranges, normals and light paths at untouched positions xyz (N, 3), m."""
-        places = np.ascontiguousarray(xyz.T, np.float32)
-        away, normals = places - np.float32(self.path.centre)[:, None], places.copy()
-        normals[2] -= self.cap.centre_z
-        normals /= np.float32(self.cap.curvature_radius)
-        ranges = np.sqrt(dot(away, away))
-        return RestLight(ranges, normals, *self.path.slants(places, normals, away / ranges))
+        """Ranges and normals at untouched positions xyz (N, 3), m."""
+        ranges = np.sqrt(np.square(xyz - np.array(self.path.centre)).sum(axis=1))
+        return RestLight(ranges, (xyz - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius)
 
-    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks,
-              shape: SurfaceShape | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
-
-        shape: the surface's shape, kept between frames. Single precision inside: 2 nm of a range.
-        """
+    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,). Kernel: src/water_ranges.cpp."""
         length, sigma = self.path_lengths(colours)
-        length, rays, centre = np.float32(length), np.ascontiguousarray(rays.T, np.float32), np.float32(self.path.centre)[:, None]
-        first, _ = self._march(length, centre, rays, rest.ranges, (rest.slants, rest.changes))
-        facing, curvature = (shape or SurfaceShape()).at(first, rays, centre, rest, tracks)
-        second, slope = self._march(length, centre, rays, first, self.path.slants(centre + first * rays, facing, rays))
-        ranges = second - curvature * np.float32(self.ring_share**2 / 4) - self.ring_offset
+        ranges, slope = water_ranges(
+            self.path.numbers, length, rays=rays, id=tracks.id, rest_ranges=rest.ranges, rest_normals=rest.normals, rows=tracks.rows,
+            columns=tracks.columns, ring_share=self.ring_share)
+        ranges -= self.ring_offset
         if rest.bled is not None:
             ranges -= rest.bled * np.exp(-np.square(tracks.duv).sum(1) / (2 * IN_PLACE**2))
         return ranges, sigma / slope
@@ -109,31 +94,20 @@ class WaterModel:
             return None
         rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.uv)))
         error = self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)[0] - rest.ranges
-        return np.where(np.abs(error) < LARGEST_BLED, error, np.float32(0))
+        return np.where(np.abs(error) < LARGEST_BLED, error, 0.0)
 
     def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
         Glare and sharp edges make the two ratios disagree and blue/red vary around the ring: both widen the standard deviation.
         """
-        gain, apart, scale = self._explanation
-        short = self.constants[:, None] - colours.ratios.T
-        length = gain @ short
-        share = np.maximum(colours.count, 1) * (1 / POINTS)
-        widen = np.maximum(np.square(apart @ short) * share, 1.0)
-        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
-        return length, np.sqrt(np.square(widen) / (share * scale) + patches)
-
-    @cached_property
-    def _explanation(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """For the two log ratios minus their constants: weights (2,) of the path length, weights (2,) of the residual in units of DISAGREE
-        standard deviations (one degree of freedom), and the information about the length, 1/m^2."""
         weight, (blue, green) = np.linalg.inv(self.noise), self.absorptions
         gain = weight @ self.absorptions
         information = float(self.absorptions @ gain)
-        return gain / information, np.array([green, -blue]) * np.sqrt(np.linalg.det(weight) / information) / DISAGREE, information
-
-    def _march(self, length, centre, rays, start, slants) -> tuple[np.ndarray, np.ndarray]:
-        """Ranges (N,) along rays at which the path has that length, by one Newton step from start, and the path's derivative (N,) there."""
-        here, slope = self.path.from_slants(centre[2] + start * rays[2], rays[2], *slants)
-        return start + (length - here) / slope, slope
+        apart = np.array([green, -blue]) * np.sqrt(np.linalg.det(weight) / information) / DISAGREE
+        short = self.constants[:, None] - colours.ratios.T
+        length = gain / information @ short
+        share = np.maximum(colours.count, 1) * (1 / POINTS)
+        widen = np.maximum(np.square(apart @ short) * share, 1.0)
+        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
+        return length, np.sqrt(np.square(widen) / (share * information) + patches)

@@ -8,21 +8,16 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ..._core import ring_colours
 from ...common.statistics import robust_sigma
 from ...errors import BadFrame
 
-POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels; chosen
+POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/ring_colour.cpp)
 RING_PIXELS = 9 * POINTS
-# A point with blue below/above these shares of its ring's upper quartile is ink/glare (white light raises blue, the weakest channel in red
-# water, first); chosen: shading across the flank of a dent stays between them.
-INK, GLARE = 0.75, 1.2
 GROUND = 0.93  # share of the brightest surrounding pixel from which a pixel is background, at rest, where shading varies slowly; chosen
-SATURATED = 9 * 254.0  # of a sum of nine pixels of red, the brightest channel in red water
 RING = 0.45  # radius over the pitch; chosen: the farthest from the dot without the rim of the next one
 WIDE = 0.55  # the same where dots bleed into the background: colour at reduced resolution (4:2:0, 4:2:2, JPEG); chosen
 BLED = 2e-3  # difference of log blue/red between the two rings from which colour bleeds; chosen: four times that of a dented surface
-HARMONIC = np.float32([np.cos(np.arange(POINTS) * (2 * np.pi / POINTS)), np.sin(np.arange(POINTS) * (2 * np.pi / POINTS))])
-_ONES = np.ones((1, POINTS), np.float32)
 NOISE_FLOOR = 0.5  # grey levels, mean below which a channel has no information; chosen
 
 
@@ -60,30 +55,13 @@ def ring_share(image: np.ndarray, uv: np.ndarray) -> float:
     return WIDE if abs(middle) > BLED + 4 * sigma else RING
 
 
-_ANGLE = np.arange(POINTS)[:, None] * (2 * np.pi / POINTS)
-_CIRCLE = np.float32(np.cos(_ANGLE)), np.float32(np.sin(_ANGLE))
-_BLOCK = (np.repeat([-1, 0, 1], 3) * 2**16 + np.tile([-1, 0, 1], 3)).astype(np.int32)[:, None, None]  # 3x3 pixels as rows and columns
-_FAR = 2.0**14  # px: positions are clipped to this, within int16; no image is that large
-
-
-def ring_sums(image: np.ndarray, uv: np.ndarray, radius: float) -> np.ndarray:
-    """Sums of 3x3 pixels (POINTS, N, 3), uint16, at points on a ring of radius px around each uv (N, 2); 0 outside of the image."""
-    u, v = np.clip(uv.T, -_FAR, _FAR).astype(np.float32)
-    column = np.rint(u + np.float32(radius) * _CIRCLE[0]).astype(np.int32)
-    row = np.rint(v + np.float32(radius) * _CIRCLE[1]).astype(np.int32)
-    row *= 2**16  # column and row as the int16 pairs of cv2.remap
-    row += column
-    places = (_BLOCK + row).view(np.int16).reshape(9 * POINTS, -1, 2)
-    pixels = cv2.remap(image, places, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
-    return np.add.reduce(pixels.reshape(9, -1), 0, np.uint16).reshape(POINTS, -1, 3)
-
-
 @dataclass
 class RingColours:
-    """ratios: (N, 2) logarithms of blue/red and green/red; count: (N,) ring points used; patchiness: (N,) relative variance of blue/red
-    around the ring without its linear gradient: noise, glare, sharp edges."""
+    """ratios: (N, 2) logarithms of blue/red and green/red; brightness: (N,) logarithm of red, grey levels; count: (N,) ring points used;
+    patchiness: (N,) relative variance of blue/red around the ring without its linear gradient: noise, glare, sharp edges."""
 
     ratios: np.ndarray
+    brightness: np.ndarray
     count: np.ndarray
     patchiness: np.ndarray
 
@@ -92,37 +70,9 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     """Colour of the background around dots.
 
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on glare or outside the image are not used; ratios
-    are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image.
+    are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image. Kernel: src/ring_colour.cpp.
     """
-    if len(uv) == 0:
-        return RingColours(np.zeros((0, 2)), np.zeros(0, int), np.zeros(0))
-    sums = np.ascontiguousarray(ring_sums(check_image(image), uv, radius).transpose(2, 0, 1), np.float32)
-    blue, _, red = sums
-    level = np.sort(np.ascontiguousarray(blue.T), axis=1)[:, 3 * POINTS // 4]
-    keep = blue > np.float32(INK) * level
-    keep &= blue < np.float32(GLARE) * level
-    keep &= red < np.float32(SATURATED)
-    keep = keep.astype(np.float32)
-    count = _around(keep)
-    most = np.maximum(count, 1)
-    mean = _around(sums * keep) / most
-    good = (count >= POINTS // 4) & (mean.min(0) > NOISE_FLOOR * 9)
-    logs = np.log(np.where(good, mean, np.nan).astype(float))
-    return RingColours((logs[:2] - logs[2]).T, count.astype(int), _patchiness(blue / np.maximum(red, 1), keep, most))
-
-
-def _around(values: np.ndarray) -> np.ndarray:
-    """Sums (..., N) over the rings' points of values (..., POINTS, N), as a product, which is faster; whole numbers stay exact."""
-    return (_ONES @ values)[..., 0, :]
-
-
-def _patchiness(ratio: np.ndarray, keep: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Relative variance (N,) of blue/red, ratio (POINTS, N), around the ring without mean and first harmonic; keep (POINTS, N): used."""
-    uneven = ratio * keep
-    uneven /= np.maximum(_around(uneven) / count, np.float32(1e-6))
-    uneven -= keep
-    first = HARMONIC @ uneven
-    return np.einsum('pn,pn->n', uneven, uneven) / POINTS - np.einsum('pn,pn->n', first, first) * (2 / POINTS**2)
+    return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius)))
 
 
 def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tactile_perception.errors import BadFrame
 from tactile_perception.touchpad.optics.colour import (
-    RING, WIDE, background_ratios, check_image, log_ratios, pitch_px, ring_share, ring_sums)
+    POINTS, RING, WIDE, background_ratios, check_image, log_ratios, pitch_px, ring_share)
 
 GROUND = np.array([50, 75, 200])
 RATIOS = np.log(GROUND[:2] / GROUND[2])
@@ -48,7 +48,8 @@ def test_ratios_of_a_plain_ground_are_exact_beside_dark_dots():
     image[57:64, 77:84] = 6
     rings = log_ratios(image, np.array([[80.0, 60.0]]), 8.0)
     assert rings.ratios[0] == pytest.approx(RATIOS, abs=1e-6)
-    assert rings.count[0] == 16
+    assert rings.count[0] == POINTS
+    assert rings.brightness[0] == pytest.approx(np.log(GROUND[2]), abs=1e-6)
 
 
 def test_ink_of_a_neighbour_is_left_out():
@@ -97,12 +98,6 @@ def test_no_dots_give_empty_arrays():
 def test_images_without_colour_are_named(image):
     with pytest.raises(BadFrame, match='colour image'):
         check_image(image)
-
-
-def test_sums_are_of_nine_pixels():
-    image = np.arange(40 * 40 * 3, dtype=np.uint32).reshape(40, 40, 3).astype(np.uint8)
-    sums = ring_sums(image, np.array([[20.0, 20.0]]), 5.0)
-    assert sums[0, 0] == pytest.approx(image[19:22, 24:27].reshape(9, 3).sum(0, dtype=float))
 
 
 def test_background_leaves_dots_out():
