@@ -14,6 +14,7 @@ from tactile_bringup.installed import share  # noqa: E402
 from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_bringup.simulate.psd import write_psd_scene  # noqa: E402
 from tactile_bringup.simulate.taxel import write_taxel_scene  # noqa: E402
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME  # noqa: E402
 from tactile_perception.bags.rosbag import RawMessage  # noqa: E402
 from tactile_perception.bags.stream import KEPT, FrameDone, Task, stream  # noqa: E402
 from tactile_perception.nodes.contact_point_node import ContactPointNode  # noqa: E402
@@ -28,7 +29,7 @@ MARKERS = (DotTrackerNode, ContactPointNode)
 # sensor type: writer of a scene, the scene, rate in Hz, number of raw messages, and the nodes
 SENSORS = {'touchpad': (write_scene, 'disc_twist', 10.0, 24, (DotTrackerNode, ContactRegionNode)),
            'areal_single': (write_scene, 'areal_single_demo', 5.0, 20, MARKERS),
-           'areal_dual': (write_scene, 'areal_dual_demo', 5.0, 20, MARKERS),
+           'areal_dual': (write_scene, 'areal_dual_fast', 10.0, 60, MARKERS),
            'air_cushion': (write_scene, 'air_cushion_demo', 5.0, 20, MARKERS),
            'psd_finger': (write_psd_scene, 'taps', 1000.0, 120, (PsdContactNode,)),
            'taxel_array': (write_taxel_scene, 'drag', 20.0, 60, (TaxelContactNode,))}
@@ -99,7 +100,7 @@ def test_estimates_are_those_of_the_live_nodes(sensor):
     offline = frames_of(stream(task))[:count]
     kinds = {topic: items[0][0] for frame in offline for topic, items in frame.items()}
     with task.open(replay) as reader:
-        raw = {f'/{name}/{replay.raw}', f'/{name}/camera_info'} & set(reader.topics)
+        raw = {f'/{name}/{topic}' for topic in (replay.raw, 'camera_info', RIGHT_TIME)} & set(reader.topics)
         bench = Bench(name, task, {topic: reader.topics[topic] for topic in raw})
         try:
             bench.listen(kinds)

@@ -12,6 +12,7 @@ from tactile_driver.frame import Frame, pinhole_calibration
 from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import TouchNumbers, truth_messages
 from tactile_driver.simulation.scene.scene import TwoCameraScene
+from tactile_driver.simulation.scene.shutters import Shutters
 from tactile_driver.simulation.sensors.scenes import open_dual_scene, open_scene
 from tactile_perception.bags.message_bag import write_messages
 from tactile_perception.nodes.messages.description import camera_pose, description_messages, static_transform
@@ -22,12 +23,14 @@ _SECOND_NS = 10**9
 _TWO_CAMERAS = tuple(f'{name}_' for name, kind in MARKER_SENSOR_TYPES.items() if kind.cameras == 2)  # prefixes of the scenes' names
 
 
-def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0) -> int:
+def write_scene(path: Path, name: str, rate: float, seed: int = 0, namespace: str = '', frames: int = 0,
+                shutters: Shutters | None = None) -> int:
     """Write a scene to a new bag at rate Hz under namespace (empty: the sensor's type); the number of frames written.
 
-    frames: how many to write, 0 for the whole scene. Raises BadArgument for an unknown scene or an existing bag.
+    frames: how many to write, 0 for the whole scene; shutters: of two cameras, None for those of the scene.
+    Raises BadArgument for an unknown scene or an existing bag.
     """
-    scene = _open(name, rate, seed)
+    scene = open_dual_scene(name, rate, seed, shutters) if name.startswith(_TWO_CAMERAS) else open_scene(name, rate, seed)
     numbers, namespace, count = TouchNumbers(), namespace or scene.sensor, frames or scene.frames
     described = _description(scene, namespace, {'scene': name, 'seed': seed, 'rate': rate})
     frames_of = chain.from_iterable(_messages(scene, number, numbers, namespace) for number in range(count))
@@ -46,18 +49,13 @@ def _description(scene, frame_id: str, about: dict) -> Iterator[tuple[int, str, 
     return description_messages(_FIRST_NS, scene.sensor, frame_id, about, poses)
 
 
-def _open(name: str, rate: float, seed: int):
-    """Open a scene of one camera or two. Raises BadArgument for an unknown name."""
-    return (open_dual_scene if name.startswith(_TWO_CAMERAS) else open_scene)(name, rate, seed)
-
-
 def _messages(scene, number: int, numbers: TouchNumbers, frame_id: str) -> Iterator[tuple[int, str, object]]:
     """Yield (stamp in ns, topic, message) of one frame; ground truth has the stamp of the only or the left view."""
     stamp_ns = _FIRST_NS + round(number / scene.rate * _SECOND_NS)
     if isinstance(scene, TwoCameraScene):
         left, right, truth = scene.render(number / scene.rate)
-        late_ns = stamp_ns + round(scene.trigger_delay * _SECOND_NS)
-        views = (('left/', left, scene.cameras[0], stamp_ns), ('right/', right, scene.cameras[1], late_ns))
+        right_ns = stamp_ns + round(scene.right_delay(number) * _SECOND_NS)
+        views = (('left/', left, scene.cameras[0], stamp_ns), ('right/', right, scene.cameras[1], right_ns))
     else:
         seen = scene.render(number / scene.rate)
         truth, views = seen.truth, (('', seen.image, scene.camera, stamp_ns),)

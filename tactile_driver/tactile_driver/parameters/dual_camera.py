@@ -27,8 +27,8 @@ _OWN = (
     Parameter('topic', str, 'left/image_raw', '', 'sources bag and topics: topic of the left images, or of those with both views'),
     Parameter('right_topic', str, 'right/image_raw', '', 'sources bag and topics: topic of the right images'),
     replace(SCENE, default='areal_dual_demo'),
-    Parameter('max_skew', float, 0.008, 's', 'sources device, bag and topics: largest difference of the stamps of a pair; half a frame '
-              'period at most', 0.0, 10.0),
+    Parameter('max_skew', float, -1.0, 's', 'sources device, bag and topics: largest difference of the stamps of a pair; -1: half a frame '
+              'period, which is always the most', -1.0, 10.0),
     Parameter('width', int, 0, 'px', "source device: image width; 0: the camera's own", 0, 8192),
     Parameter('height', int, 0, 'px', "source device: image height; 0: the camera's own", 0, 8192),
     Parameter('stitching', str, 'plane', '', 'method that makes image_raw: plane (metric; the seam runs between markers) or middle (the '

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 
 from ..common.progress import Progress
 from ..errors import BadFrame, BadRecording
@@ -133,7 +134,7 @@ class JudgedBag:
     def _anew(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the truth, and of estimates computed from raw data."""
         codec, replay = MessageCodec(), self._replay
-        topics = {self.prefix + name for name in (replay.raw, 'camera_info', *(TRUE + name for name in self.true))}
+        topics = {self.prefix + name for name in (replay.raw, 'camera_info', RIGHT_TIME, *(TRUE + name for name in self.true))}
         with self._open(self._bag) as reader:
             for raw in Progress(reader.messages(topics), 'messages'):
                 name = raw.topic.removeprefix(self.prefix)
@@ -143,6 +144,8 @@ class JudgedBag:
                     continue
                 if name == 'camera_info':
                     replay.on_camera_info(message)
+                elif name == RIGHT_TIME:
+                    replay.on_right_time(message)
                 elif name == replay.raw:
                     yield from self._timed(replay, message, begin)
                 else:

@@ -56,6 +56,12 @@ class Replay:
         for stage in self.stages:
             stage.on_camera_info(message)
 
+    def on_right_time(self, message) -> None:
+        """Pass the right exposure of a picture of two cameras to the dots. Raises BadFrame for an invalid time."""
+        for stage in self.stages:
+            if isinstance(stage, DotReplay):
+                stage.on_right_time(message)
+
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
         """Yield all estimates from one raw message. Raises TactileError where a node would refuse it."""
         yield from self._from_stage(0, message)
@@ -115,6 +121,10 @@ class DotReplay:
     def on_camera_info(self, message) -> None:
         """See ReplayStage."""
         self._dots.on_camera_info(message)
+
+    def on_right_time(self, message) -> None:
+        """Use the right exposure of a picture of two cameras. Raises BadFrame for an invalid time."""
+        self._dots.on_right_time(message)
 
     def on_raw(self, message) -> Iterator[tuple[str, object]]:
         """Yield the dots of one image."""

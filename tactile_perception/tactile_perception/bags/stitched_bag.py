@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame, as_encoding
-from tactile_driver.nodes.messages.conversions import calibration_to_message, header_of, image_to_message
+from tactile_driver.nodes.messages.conversions import (RIGHT_TIME, calibration_to_message, header_of, image_to_message,
+                                                       right_time_message)
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS
 from tactile_driver.sources.dual_camera.pairing import Pairer
 from tactile_driver.stitching.calibration import Stitching, stitching_from_dict
@@ -22,14 +23,15 @@ from ..parameters.file import read_parameters
 from .rosbag import BagReader, RawMessage
 
 VIEWS = ('left/image_raw', 'right/image_raw')
-_IMAGE, _INFO = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CameraInfo'
+_MADE = {'image_raw': 'sensor_msgs/msg/Image', 'camera_info': 'sensor_msgs/msg/CameraInfo', RIGHT_TIME: 'sensor_msgs/msg/TimeReference'}
 
 
 class StitchedBag(BagReader):
-    """A bag in which left/image_raw and right/image_raw of a sensor appear as its image_raw and camera_info.
+    """A bag in which left/image_raw and right/image_raw of a sensor appear as its image_raw, camera_info and right/time_reference.
 
-    stitching, method: of the stitched picture; max_skew: largest difference of the stamps of a pair, s. A picture has the stamp of the left
-    view. Recorded pictures of the same sensor, unusable views and views without a pair are left out. Raises as BagReader does.
+    stitching, method: of the stitched picture; max_skew: largest difference of the stamps of a pair, s (see Pairer). A picture has the
+    stamp of the left view. Recorded pictures of the same sensor, unusable views and views without a pair are left out. Raises as BagReader
+    does.
     """
 
     def __init__(self, path: str | Path, stitching: Stitching, method: str, max_skew: float):
@@ -44,7 +46,7 @@ class StitchedBag(BagReader):
         recorded = super().topics
         for prefix in self._prefixes(recorded):
             recorded = {name: kind for name, kind in recorded.items() if name not in [prefix + view for view in VIEWS]}
-            recorded |= {prefix + 'image_raw': _IMAGE, prefix + 'camera_info': _INFO}
+            recorded |= {prefix + name: kind for name, kind in _MADE.items()}
         return recorded
 
     def count(self, topics: set[str]) -> int:
@@ -56,7 +58,7 @@ class StitchedBag(BagReader):
         """Yield the messages of the given topics (None: all); a picture comes once both views have been read."""
         prefixes = [prefix for prefix in self._prefixes(super().topics) if topics is None or prefix + 'image_raw' in topics]
         sides = {prefix + view: (prefix, side) for prefix in prefixes for side, view in enumerate(VIEWS)}
-        made = {prefix + name for prefix in prefixes for name in ('image_raw', 'camera_info')}
+        made = {prefix + name for prefix in prefixes for name in _MADE}
         pairers = {prefix: Pairer(self._max_skew) for prefix in prefixes}
         wanted = set(super().topics) if topics is None else topics
         for raw in super().messages((wanted - made) | set(sides)):
@@ -76,16 +78,17 @@ class StitchedBag(BagReader):
             yield from self._pictures(prefix, partial(pairer.take, last=True))
             pairer.clear()
             if pairer.unpaired:
-                self.left_out.add(f'{prefix}left and right/image_raw', 'one camera\'s view without the other\'s', count=pairer.unpaired)
+                why = pairer.shutters.remark or 'one camera\'s view without the other\'s'
+                self.left_out.add(f'{prefix}left and right/image_raw', why, count=pairer.unpaired)
 
     @staticmethod
     def _prefixes(topics: dict[str, str]) -> list[str]:
         """'/ns/' of each sensor that has both views."""
         lefts = [name.removesuffix(VIEWS[0]) for name in topics if name.endswith('/' + VIEWS[0])]
-        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _IMAGE for view in VIEWS))
+        return sorted(prefix for prefix in lefts if all(topics.get(prefix + view) == _MADE['image_raw'] for view in VIEWS))
 
     def _pictures(self, prefix: str, take: Callable[[], PairFrame | None]) -> Iterator[RawMessage]:
-        """Yield camera_info and the stitched picture of each complete pair."""
+        """Yield camera_info, right/time_reference and the stitched picture of each complete pair."""
         while (pair := take()) is not None:
             header = header_of(pair.stamp_ns, self._frame_ids[prefix])
             encoding = 'mono8' if pair.left.encoding == pair.right.encoding == 'mono8' else 'bgr8'
@@ -96,7 +99,7 @@ class StitchedBag(BagReader):
                 continue
             info = calibration_to_message(CameraCalibration(*self._stitcher.size))
             info.header = header
-            for name, message in (('camera_info', info),
+            for name, message in (('camera_info', info), (RIGHT_TIME, right_time_message(pair.right.stamp_ns, header)),
                                   ('image_raw', image_to_message(Frame(picture, pair.stamp_ns, encoding), '', header))):
                 type_name, data = self._codec.encode(message)
                 yield RawMessage(prefix + name, type_name, pair.stamp_ns, data)

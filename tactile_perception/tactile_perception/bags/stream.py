@@ -3,18 +3,19 @@
 """Streams a recording with the results that the stages of a sensor compute from it."""
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.recordings.left_out import LeftOut
 
 from .definitions import known_as
 from ..errors import BadFrame, BadRecording, TactileError
 from ..nodes.messages.serialization import MessageCodec
-from .replay import Replay, ReplayStage, TaxelReplay, make_replay
+from .replay import DotReplay, Replay, ReplayStage, TaxelReplay, make_replay
 from .rosbag import BagReader, RawMessage
 from .stamped import find_prefix
 from .stitched_bag import bag_opener
@@ -85,7 +86,7 @@ def stream(task: Task) -> Iterator[Item]:
         head = Head(prefix, reader.count({prefix + replay.raw}), definitions, next(reader.messages(camera), None) if camera else None)
         yield head
         told = {*kept, *TRANSFORMS} if any(isinstance(stage, TaxelReplay) for stage in replay.stages) else kept
-        items: Iterator[Item] = reader.messages({*told, prefix + replay.raw})
+        items: Iterator[Item] = reader.messages({*told, prefix + replay.raw, prefix + RIGHT_TIME})
         for number, stage in enumerate(replay.stages):
             items = _computed(items, _begun(stage, head, codec), number == 0, prefix, codec)
         yield from items
@@ -98,19 +99,22 @@ def _computed(items: Iterator[Item], stage: ReplayStage, first: bool, prefix: st
     for item in items:
         if isinstance(item, RawMessage) and item.topic in TRANSFORMS:
             if isinstance(stage, TaxelReplay):
-                yield from _transformed(item, stage, codec)
+                yield from _tried(stage.on_transforms, item, codec)
             if item.topic in KEPT:
                 yield item
+        elif isinstance(item, RawMessage) and item.topic == prefix + RIGHT_TIME:
+            if isinstance(stage, DotReplay):
+                yield from _tried(stage.on_right_time, item, codec)
         elif isinstance(item, RawMessage) and item.topic in (raw, camera):
             yield from _taken(item, stage, item.topic == camera, first, prefix, codec)
         else:
             yield item
 
 
-def _transformed(item: RawMessage, stage: TaxelReplay, codec: MessageCodec) -> Iterator[Item]:
-    """Pass transforms to the stage; yield Skipped for unusable ones."""
+def _tried(take: Callable[[object], None], item: RawMessage, codec: MessageCodec) -> Iterator[Item]:
+    """Pass a message beside the raw ones to take; yield Skipped for an unusable one."""
     try:
-        stage.on_transforms(codec.decode(item.data, item.type_name))
+        take(codec.decode(item.data, item.type_name))
     except BadFrame as error:
         yield Skipped(item.topic, str(error), item.stamp_ns)
 

@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import Image, TimeReference
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 from tactile_driver.nodes.runtime.host import Host
 from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import DotTracks
@@ -23,6 +24,16 @@ class DotTrackerNode(StageNode):
         super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
         self.stage = DotMessages(self.settings.values())
         self.offer_reference(lambda: self.stage.set_reference())
+
+    def listen_beside(self) -> list[Callable[[], None]]:
+        """Of two cameras: when the right view of each picture was exposed."""
+        if self.stage.seam is None:
+            return []
+        return [self._host.listen(self, TimeReference, RIGHT_TIME, self._take_right_time, CAMERA_QUEUE)]
+
+    def _take_right_time(self, message: TimeReference, _received_ns: int) -> None:
+        with self._host.lock:
+            self.try_to(lambda: self.stage.on_right_time(message), RIGHT_TIME)
 
     def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The dots of one image."""

@@ -78,21 +78,25 @@ class StageNode(Node):
                 self.log.restart_gaps()
                 cameras = [self._host.listen(self, CameraInfo, 'camera_info', self._take_camera_info, _INFO_QUEUE)] \
                     if self.with_camera else []
-                self._inputs = [*cameras, self._host.listen(self, kind, topic, self._take, qos)]
+                self._inputs = [*cameras, *self.listen_beside(), self._host.listen(self, kind, topic, self._take, qos)]
             elif not self.wanted and self._inputs:
                 for end in self._inputs:
                     end()
                 self._inputs = []
 
+    def listen_beside(self) -> list[Callable[[], None]]:
+        """Subscribe to what belongs to the input and comes before it; the functions that end it."""
+        return []
+
     def _take_camera_info(self, message: CameraInfo, _received_ns: int) -> None:
         with self._host.lock:
-            self._try(lambda: self.stage.on_camera_info(message), 'camera_info')
+            self.try_to(lambda: self.stage.on_camera_info(message), 'camera_info')
 
     def _take(self, message, received_ns: int) -> None:
         with self._host.lock:
-            self._try(lambda: self._process_in_time(message, received_ns), self._source[0])
+            self.try_to(lambda: self._process_in_time(message, received_ns), self._source[0])
 
-    def _try(self, work: Callable[[], None], topic: str) -> None:
+    def try_to(self, work: Callable[[], None], topic: str) -> None:
         """Process a message; count and report whatever it raises."""
         try:
             work()

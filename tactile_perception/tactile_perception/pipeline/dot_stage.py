@@ -15,6 +15,7 @@ from ..dots.index.methods import REGISTER
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
+from .shutters import RightShutter
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.places import DotPlaces
 from ..touchpad.sensor import Touchpad
@@ -52,11 +53,13 @@ class DotStage:
     """Tracks and locates dots frame by frame.
 
     camera: None if not calibrated, then a touchpad's dots get no 3D positions; values: of DOT_PARAMETERS; places: 3D positions of the
-    dots of other sensors; pattern, rest: see make_tracker.
+    dots of other sensors; pattern, rest: see make_tracker; seam: px, of an image stitched from two cameras.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
-                 places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None):
+                 places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
+                 seam: float | None = None):
+        self._right = None if seam is None else RightShutter(seam, sensor.rows * sensor.columns)
         self._tracker, self._places = make_tracker(sensor, values, pattern, rest), places
         if sensor.cap is not None and camera is not None:
             self._places = DotPlaces(sensor, camera, values['pace'], water)
@@ -72,9 +75,12 @@ class DotStage:
         if self._places is not None:
             self._places.renew()
 
-    def process(self, image: np.ndarray, stamp_s: float) -> DotTracks:
-        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s. Raises BadFrame for an unusable image or stamp."""
+    def process(self, image: np.ndarray, stamp_s: float, skew_s: float = 0.0) -> DotTracks:
+        """Dots of an image, uint8 (H, W) or (H, W, 3) BGR, exposed at stamp_s, s; skew_s: s, from it to the exposure of the right view of
+        two cameras. Raises BadFrame for an unusable image or stamp."""
         tracks = self._tracker.process(image, stamp_s)
+        if self._right is not None:
+            tracks = self._right.process(tracks, stamp_s, skew_s)
         if self._places is not None:
             tracks.xyz = self._places.locate(image, tracks)
         return tracks

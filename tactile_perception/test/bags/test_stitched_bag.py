@@ -13,7 +13,7 @@ from tactile_perception.calibration.stitching import fit_stitching
 from tactile_perception.nodes.messages.conversions import image_to_array
 from tactile_perception.nodes.messages.serialization import MessageCodec
 
-from dual_bags import DISTORTION, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
+from dual_bags import DISTORTION, LATE, MATRIX, PARAMETERS, PERIOD, SENSOR, pair, write_pairs
 
 pytestmark = pytest.mark.ros
 
@@ -50,6 +50,8 @@ def test_pairs_are_pictures_under_the_left_views_stamp(bag, stitching, method):
         assert message.header.frame_id == 'pad' and message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == stamp
     infos = [message for topic, _, message in found if topic == '/pad/camera_info']
     assert len(infos) == 6 and (infos[0].width, infos[0].height) == stitcher.size and not infos[0].k.any()
+    times = [(stamp, m.time_ref.sec * 10**9 + m.time_ref.nanosec) for topic, stamp, m in found if topic == '/pad/right/time_reference']
+    assert times == [(stamp, stamp + LATE) for stamp, _ in pictures]
     assert sum(topic == '/pad/ground_truth/contacts' for topic, _, _ in found) == 8
 
 
@@ -58,6 +60,13 @@ def test_views_without_a_pair_are_counted(bag, stitching):
         assert reader.count({'/pad/image_raw'}) == 7 and reader.count({'/pad/ground_truth/contacts'}) == 8
         assert [m.topic for m in reader.messages({'/pad/image_raw'})].count('/pad/image_raw') == 6
         assert reader.left_out.lines() == ["2 of /pad/left and right/image_raw: one camera's view without the other's"]
+
+
+def test_views_that_are_too_far_apart_are_told(bag, stitching):
+    with StitchedBag(bag, stitching, 'plane', 0.003) as reader:
+        assert not list(reader.messages({'/pad/image_raw'}))
+        line, = reader.left_out.lines()
+    assert line.startswith('14 of /pad/left and right/image_raw: ')
 
 
 def test_only_what_is_asked_for_is_read(bag, stitching):

@@ -8,17 +8,25 @@ from array import array
 import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, Vector3
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, TimeReference
 from std_msgs.msg import Header
 
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, as_encoding, frame_of_bytes
 from ...sources.base.pacing import NS
 
+#: topic of two cameras: when the right view of a picture was exposed
+RIGHT_TIME = 'right/time_reference'
+
 
 def header_of(stamp_ns: int, frame_id: str) -> Header:
     """A header with the stamp stamp_ns, ns."""
     return Header(stamp=Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS), frame_id=frame_id)
+
+
+def right_time_message(right_ns: int, header: Header) -> TimeReference:
+    """The time right_ns, ns, at which the right view of the picture with this header was exposed."""
+    return TimeReference(header=header, time_ref=Time(sec=right_ns // NS, nanosec=right_ns % NS), source='right camera')
 
 
 def stamp_ns_of(header: Header) -> int:

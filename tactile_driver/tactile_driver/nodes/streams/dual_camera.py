@@ -3,23 +3,28 @@
 """The stream of image pairs: both views, and the picture stitched from them."""
 from __future__ import annotations
 
+from dataclasses import replace
+
 from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import TimeReference
 from std_msgs.msg import Header
 
 from .base import BaseStream
 from ...errors import BadFrame
 from ...frame import CameraCalibration, Frame, PairFrame, as_encoding
 from .image import ImagePublishers, ImageTopic, info_of_size, size_remark
-from ..messages.conversions import header_of
+from ..messages.conversions import RIGHT_TIME, header_of, right_time_message
+from ..runtime.diagnostics import Health
+from ..runtime.ros_defaults import STREAM_QOS
 from ...sources.dual_camera.pairs import NAMES, DualSource
 from ...stitching.calibration import Stitching
 from ...stitching.methods import MiddleStitcher, Stitcher, make_stitcher
 
 
 class DualPublishers(ImagePublishers):
-    """image_raw and camera_info of the stitched picture and of each view, under left/ and right/.
+    """image_raw and camera_info of the stitched picture and of each view, under left/ and right/, and right/time_reference.
 
-    views: (left, right); empty if the node subscribes to the views.
+    views: (left, right); empty if the node subscribes to the views; right_time: exposure of the right view of each picture.
     """
 
     def __init__(self, node: LifecycleNode):
@@ -27,6 +32,7 @@ class DualPublishers(ImagePublishers):
         self._node = node
         self.views: tuple[ImageTopic, ...] = ()
         self._made: tuple[ImageTopic, ...] = ()
+        self.right_time = node.create_lifecycle_publisher(TimeReference, RIGHT_TIME, STREAM_QOS)
 
     def choose_views(self, published: bool) -> None:
         """Publish both views, or only the stitched picture."""
@@ -57,6 +63,17 @@ class DualStream(BaseStream):
             self._remark('stitching_path is empty: the views are cut and put side by side, image_raw is not metric; calibrate an untouched '
                          'pair and give its file')
 
+    def health(self) -> Health:
+        """For /diagnostics: with the offset of the cameras' exposures; an offset at which frames do not pair is logged too."""
+        health, shutters = super().health(), self.source.shutters
+        if shutters is None:
+            return health
+        if shutters.remark:
+            self._log.warning('shutters', shutters.remark)
+        else:
+            self._log.forget('shutters')
+        return replace(health, values={**health.values, **shutters.numbers()})
+
     def _publish(self, pair: PairFrame) -> None:
         header = header_of(pair.stamp_ns, self._values['frame_id'])
         self._log_missing(pair)
@@ -66,6 +83,8 @@ class DualStream(BaseStream):
                 own = header_of(frame.stamp_ns, self._values['frame_id'])
                 topic.publish(frame, self._values['encoding'], own, self._infos[name])
         if self._publishers.picture.wanted:
+            if pair.left is not None and pair.right is not None:
+                self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
             self._publish_picture(pair, header)
         if pair.truth is not None:
             self._publishers.truth.publish(pair.truth, 1 / self.source.describe()['rate'], header)

@@ -10,6 +10,7 @@ import numpy as np
 
 from .observe import Observation, Observer, off_tool
 from ..skin.contact import FrictionalContact
+from .shutters import Shutters
 from ..skin.motion import Motion
 from .specimen import Specimen
 from ..truth import SimulatedFrame, TruthFrame
@@ -100,14 +101,16 @@ class Scene:
 
 
 class TwoCameraScene(Scene):
-    """A scene seen by two cameras; the right one is triggered later than the left one.
+    """A scene seen by two cameras, which expose at different times.
 
-    Other attributes: cameras: (left, right); trigger_delay: s, from the time of a frame to the exposure of the right camera.
+    shutters: None for triggered ones. Other attributes: cameras: (left, right).
     """
 
-    def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float):
+    def __init__(self, specimen: Specimen, motions: list[Motion], duration: float, rate: float, friction: float,
+                 shutters: Shutters | None = None):
         super().__init__(specimen, motions, duration, rate, friction)
-        self.cameras, self.trigger_delay = specimen.cameras, specimen.trigger_delay
+        self.cameras = specimen.cameras
+        self._delays = (shutters or Shutters(specimen.trigger_delay)).delays(self.frames, rate)
         self._renderers = specimen.renderers
         self._right_untouched = self._glance(None)
         self._known_right: list[Glance] = []
@@ -124,6 +127,10 @@ class TwoCameraScene(Scene):
         """As render, without sensor noise."""
         return self._draw(math.floor(t * self.rate + 0.5), None)
 
+    def right_delay(self, number: int) -> float:
+        """Time, s, from the left to the right exposure of the frame number; negative where the right one is earlier."""
+        return float(self._delays[number % self.frames])
+
     def right_dot_uv(self, number: int) -> np.ndarray:
         """Pixels (K, 2) of the dots in the right image of the frame number."""
         self.observe(number)
@@ -137,13 +144,20 @@ class TwoCameraScene(Scene):
         return left_image, right_image, seen.truth
 
     def _next(self) -> Observation:
-        """Compute the next frame, and the right view after trigger_delay."""
+        """Compute the next frame: both views, in the order of their exposures."""
+        if self.right_delay(len(self._known)) < 0:
+            self._look_right()
+            return super()._next()
         seen = super()._next()
-        late = len(self._known) / self.rate + self.trigger_delay
-        motion = self._move_to(late)
+        self._look_right()
+        return seen
+
+    def _look_right(self) -> None:
+        """Compute the right view of the next frame."""
+        number = len(self._known)
+        motion = self._move_to(number / self.rate + self.right_delay(number))
         pressed = motion is not None and len(self._contact.state.touching) > 0
         self._known_right.append(self._glance(motion) if pressed else self._right_untouched)
-        return seen
 
     def _glance(self, motion: Motion | None) -> Glance:
         """The present view of the right camera; motion: of the touching tool, None without one."""

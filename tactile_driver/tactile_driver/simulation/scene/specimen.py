@@ -11,6 +11,7 @@ from ..optics.pattern import DotPattern
 from ..optics.rendering import Renderer
 from ..skin.grid import Skin
 from ..skin.motion import Key
+from .shutters import Shutters
 
 Act = tuple[str, list[Key]]
 
@@ -24,7 +25,8 @@ _ABOVE, _COMING = -0.0015, 0.25
 
 @dataclass(frozen=True)
 class Specimen:
-    """sensor: type; cameras, renderers: one or two each, in the same order; trigger_delay: s, delay of the second camera."""
+    """sensor: type; cameras, renderers: one or two each, in the same order; trigger_delay: s, delay of the
+    second camera where a trigger starts both."""
 
     sensor: str
     skin: Skin
@@ -37,12 +39,13 @@ class Specimen:
 @dataclass(frozen=True)
 class Script:
     """build: function of (seed) or (seed, width in px) that makes a specimen; acts: (tool name, keys), in order; friction: coefficient;
-    duration: s, lower limit."""
+    duration: s, lower limit; shutters: of two cameras that run free, None for triggered ones."""
 
     build: Callable[..., Specimen]
     acts: tuple[Act, ...] = ()
     friction: float = 0.35
     duration: float = 0.0
+    shutters: Shutters | None = None
 
 
 def act(tool: str, start: float, *places: dict, x: float = 0.0, y: float = 0.0) -> Act:

@@ -12,6 +12,7 @@ from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers,
 from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
+from ..scene.shutters import Shutters
 from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
 from ..skin.sheet import Sheet
 
@@ -26,6 +27,8 @@ _DISTORTION = (-0.04, 0.005, 2e-4, 3e-4, 0.0)
 _OFF_CENTRE = 0.0292  # m, along x, from the centre of the sheet to each camera; chosen
 #: Exposure of the right camera relative to the left one; chosen.
 _EXPOSURE = 1.2
+#: Cameras without a trigger: the right one is 6 ms earlier to 12 ms later than the left one; as USB cameras of 30 Hz may be. Chosen.
+_FREE = Shutters(offset=0.003, swing=0.009, jitter=2e-4)
 
 
 def _cameras(rng: np.random.Generator) -> tuple[SimulatedCamera, SimulatedCamera]:
@@ -77,12 +80,19 @@ def _two() -> tuple[Act, ...]:
                                 for mm, x, y in ((46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5)
 
 
+def _fast() -> tuple[Act, ...]:
+    """Presses at 30, 65 and 100 mm/s, under each camera and at the seam."""
+    depth, rows, columns = 0.0045, ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)), (-0.034, 0.002, 0.037)
+    return one_after_the_other([partial(press, _TIP, x, y, depth, move=depth / speed) for speed, y in rows for x in columns], pause=0.3)
+
+
 AREAL_DUAL_SCENES: dict[str, Script] = {
-    'areal_dual_demo': Script(areal_dual, _demo()),
+    'areal_dual_demo': Script(areal_dual, _demo(), shutters=_FREE),
     'areal_dual_rest': Script(areal_dual, duration=10.0),
     'areal_dual_press': Script(areal_dual, one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)])),
     'areal_dual_drag': Script(areal_dual, one_after_the_other([partial(drag, _TIP, -0.020, 0.010, 0.0035, 0.040, -0.015)])),
     'areal_dual_two': Script(areal_dual, _two()),
+    'areal_dual_fast': Script(areal_dual, _fast(), shutters=_FREE),
     'areal_dual_calibration': Script(areal_dual, _calibration()),
     'areal_dual_test': Script(areal_dual, _test()),
 }

@@ -10,6 +10,7 @@ from .areal_dual import AREAL_DUAL_SCENES
 from .areal_single import AREAL_SINGLE_SCENES
 from ...errors import BadArgument
 from ..scene.scene import Scene, TwoCameraScene
+from ..scene.shutters import Shutters
 from ..scene.specimen import Script, Specimen
 from ..skin.motion import Motion
 from ..skin.tools import tool_named
@@ -51,12 +52,13 @@ def open_scene(name: str = 'demo', rate: float = 30.0, seed: int = 0, width: int
     return Scene(specimen, *_play(script, specimen), rate, script.friction)
 
 
-def open_dual_scene(name: str = 'areal_dual_demo', rate: float = 30.0, seed: int = 0) -> TwoCameraScene:
-    """The scene of that name, for a sensor with two cameras, at rate pairs/s in native size. seed: as in open_scene. Raises BadArgument for
-    an unknown name, a rate that is not positive and finite, and a sensor with one camera."""
+def open_dual_scene(name: str = 'areal_dual_demo', rate: float = 30.0, seed: int = 0,
+                    shutters: Shutters | None = None) -> TwoCameraScene:
+    """The scene of that name, for a sensor with two cameras, at rate pairs/s in native size. seed: as in open_scene; shutters: None for
+    those of the scene. Raises BadArgument for an unknown name, a rate that is not positive and finite, and a sensor with one camera."""
     script = _script(name, rate)
     if name not in AREAL_DUAL_SCENES:
         two = ', '.join(sorted(AREAL_DUAL_SCENES))
         raise BadArgument(f'simulation: scene {name!r} is of a sensor with one camera; those with two are {two}')
     specimen = script.build(seed)
-    return TwoCameraScene(specimen, *_play(script, specimen), rate, script.friction)
+    return TwoCameraScene(specimen, *_play(script, specimen), rate, script.friction, shutters or script.shutters)

@@ -3,9 +3,10 @@
 """Simulated sensors with one or two cameras as sources, with ground truth for every frame."""
 from __future__ import annotations
 
-from ..base.pacing import NS
+from ..base.pacing import NS, wait_until
 from ..base.protocol import Clock
 from ..base.scene_source import SceneSource
+from ..base.shutter_offset import ShutterOffset
 from ...frame import CameraCalibration, Frame, PairFrame, pinhole_calibration
 from ...simulation.sensors import scenes
 
@@ -41,20 +42,25 @@ class SimulatedSource(SceneSource):
 
 
 class DualSimulatedSource(SimulatedSource):
-    """A scene of a simulated sensor with two cameras; the right one is triggered slightly later. Parameters as in SimulatedSource, without
-    size."""
+    """A scene of a simulated sensor with two cameras, which expose at different times. Parameters as in SimulatedSource, without size;
+    shutters: see DualSource."""
 
     def __init__(self, scene: str, rate: float, seed: int, clock: Clock):
         super().__init__(scene, rate, seed, (0, 0), clock)
+        self.shutters = ShutterOffset()
 
     def _open_scene(self):
         return scenes.open_dual_scene(self._name, self.rate, self._seed)
 
+    def _make(self, number: int):
+        return *super()._make(number), round(self._scene.right_delay(number) * NS)
+
     def _handed_over(self, made, due_ns: int) -> PairFrame:
-        left, right, truth = made
+        left, right, truth, delay_ns = made
+        wait_until(due_ns + delay_ns)
         stamp_ns = self._stamp(due_ns)
-        later = stamp_ns + int(self._scene.trigger_delay * NS)
-        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, later, 'bgr8'), truth)
+        self.shutters.add(stamp_ns, stamp_ns + delay_ns)
+        return PairFrame(Frame(left, stamp_ns, 'bgr8'), Frame(right, stamp_ns + delay_ns, 'bgr8'), truth)
 
     def calibrations(self) -> tuple[CameraCalibration | None, CameraCalibration | None]:
         """Calibrations of the simulated cameras; None before open."""

@@ -16,7 +16,7 @@ class TwoFilesSource:
     file."""
 
     live = False
-    remark = ''
+    remark, shutters = '', None
 
     def __init__(self, left: str, right: str, rate: float, loop: bool, clock: Clock):
         self._left = FileSource(left, rate, False, clock)

@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from ..base.shutter_offset import ShutterOffset
 from ...frame import Frame, PairFrame
 
 LEFT, RIGHT = 0, 1
@@ -14,19 +15,24 @@ _LONGEST_QUEUE = 8  # frames of one camera that may wait for their counterparts;
 _INTERVALS, _FEWEST_INTERVALS = 30, 4  # latest intervals that determine the period; how many are needed; chosen
 _SHORT = 20  # percentile of the intervals used as the period, below the median because lost frames lengthen intervals; chosen
 _BEGIN_ANEW_NS = 1_000_000_000  # a stamp further back than this restarts the pairing; chosen
+_HYSTERESIS = 0.1  # frame periods by which offsets may exceed one half before frames pair in the other way; chosen: jitter is less
 
 
 class Pairer:
-    """Pairs frames whose stamps differ by at most max_skew_ns, ns, and by at most half the frame period.
+    """Pairs each frame with the nearest one of the other camera, at most max_skew_ns, ns, and half a frame period away.
 
-    At a skew beyond half a period an adjacent frame would match better, and that frame may be late or lost. So no pair is formed before
-    the period is known. nominal_ns: period reported by the cameras, ns, None if unknown; the period is measured as well. unpaired: number
-    of frames without a counterpart or out of order.
+    max_skew_ns: negative for half a period. At a skew beyond half a period an adjacent frame would match better, and that frame may be late
+    or lost. So no pair is formed before the period is known. Near half a period, where jitter would pair a frame now with the one before
+    and now with the one after it, a hysteresis keeps the order of the last pair. nominal_ns: period reported by the cameras, ns, None if
+    unknown; the period is measured as well. unpaired: number of frames without a counterpart or out of order; shutters: offset of the
+    nearest frames, also where it is beyond max_skew_ns.
     """
 
     def __init__(self, max_skew_ns: int, nominal_ns: float | None = None):
         self.unpaired = 0
-        self._max_skew, self._nominal = max_skew_ns, nominal_ns
+        self._max_skew, self._nominal = max_skew_ns if max_skew_ns >= 0 else np.inf, nominal_ns
+        self.shutters = ShutterOffset(self._max_skew)
+        self._skew = 0  # ns, of the last nearest frames
         self._queues: tuple[deque[Frame], deque[Frame]] = deque(), deque()
         self._intervals = deque(maxlen=_INTERVALS), deque(maxlen=_INTERVALS)
         self._last: list[int | None] = [None, None]
@@ -57,12 +63,19 @@ class Pairer:
         while left and right:
             if not self._knows_period and not last:
                 return None
-            limit = min(self._max_skew, (self.period_ns or np.inf) / 2)
             skew = right[0].stamp_ns - left[0].stamp_ns
-            if abs(skew) <= limit:
-                return PairFrame(left.popleft(), right.popleft())
+            if self._are_nearest(skew):
+                self._skew = skew
+                self.shutters.add(left[0].stamp_ns, right[0].stamp_ns, self.period_ns or np.inf)
+                if abs(skew) <= self._max_skew:
+                    return PairFrame(left.popleft(), right.popleft())
             self._drop(LEFT if skew > 0 else RIGHT)
         return None
+
+    def _are_nearest(self, skew: int) -> bool:
+        """Whether no adjacent frame matches better than one with this skew, ns."""
+        period = self.period_ns
+        return period is None or abs(skew - np.sign(self._skew) * _HYSTERESIS * period) <= period / 2
 
     def take_single(self, side: int) -> PairFrame | None:
         """The next frame of one camera as an incomplete pair, or None; used while the other camera is lost."""

@@ -12,6 +12,7 @@ from typing import Protocol
 from ..base.capture import Capture, CaptureStatus
 from ..base.pacing import NS
 from ..base.protocol import EndOfSource, NothingYet, Source
+from ..base.shutter_offset import ShutterOffset
 from ...errors import BadRecording, DeviceLost
 from ...frame import CameraCalibration, Frame, PairFrame
 from .pairing import LEFT, RIGHT, Pairer
@@ -23,7 +24,12 @@ _SILENCE_PERIODS, _SHORTEST_SILENCE = 5, 1.0  # frame periods, and s: a camera s
 
 
 class DualSource(Source, Protocol):
-    """A source whose frames are PairFrames."""
+    """A source whose frames are PairFrames.
+
+    shutters: how far apart the two cameras expose; None where each pair has one stamp.
+    """
+
+    shutters: ShutterOffset | None
 
     def calibrations(self) -> Calibrations:
         """Calibrations of the left and the right camera, None where unknown; valid once open."""
@@ -32,8 +38,9 @@ class DualSource(Source, Protocol):
 class PairedSource:
     """Two sources of one kind, each read in its own thread; frames are paired by stamps.
 
-    left, right: not yet open; max_skew: largest stamp difference of a pair, s (see Pairer). If one of two live cameras is lost or silent,
-    read returns incomplete pairs of the other one and remark reports it; the lost camera is reopened automatically.
+    left, right: not yet open; max_skew: largest stamp difference of a pair, s, negative for half a frame period (see Pairer). If one of
+    two live cameras is lost or silent, read returns incomplete pairs of the other one and remark reports it; the lost camera is reopened
+    automatically.
     """
 
     def __init__(self, left: Source, right: Source, max_skew: float):
@@ -172,7 +179,12 @@ class PairedSource:
     def remark(self) -> str:
         """Warnings about missing cameras and faulty images, '' without any."""
         told = (self._told(*camera) for camera in zip(NAMES, self._captures, self._sources))
-        return '; '.join(text for text in told if text)
+        return '; '.join(text for text in (*told, self.shutters.remark) if text)
+
+    @property
+    def shutters(self) -> ShutterOffset:
+        """See DualSource."""
+        return self._pairer.shutters
 
     def _told(self, name: str, capture: Capture, source: Source) -> str:
         """Warning about one camera, '' without one."""
@@ -209,6 +221,8 @@ def _say_nothing(_level: str, _text: str) -> None:
 
 class SplitSource:
     """One source whose images hold both views side by side, the left view in the left half."""
+
+    shutters = None
 
     def __init__(self, source: Source):
         self.live, self.on_demand, self._source = source.live, source.on_demand, source

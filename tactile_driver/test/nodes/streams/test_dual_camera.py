@@ -11,13 +11,14 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image, TimeReference  # noqa: E402
 from stitchings import SIZE, stitching  # noqa: E402
 
 from tactile_driver.frame import CameraCalibration, Frame, PairFrame  # noqa: E402
 from tactile_driver.nodes.streams.dual_camera import DualPublishers, DualStream  # noqa: E402
 from tactile_driver.parameters.dual_camera import DUAL_CAMERA_PARAMETERS  # noqa: E402
 from tactile_driver.parameters.table import defaults  # noqa: E402
+from tactile_driver.sources.base.shutter_offset import ShutterOffset  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -27,7 +28,8 @@ class TwoCameras:
 
     live, on_demand, skipped, corrupt, remark = True, False, 0, 0, ''
 
-    def __init__(self, size=SIZE, sides=('left', 'right')):
+    def __init__(self, size=SIZE, sides=('left', 'right'), shutters=None):
+        self.shutters = shutters
         self.size, self.sides, self.count, self.exposures = size, sides, 0, []
 
     def read(self, wanted=True):
@@ -86,6 +88,26 @@ def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
     assert set(left.data) == {50} and set(right.data) == {90} and {50, 90} <= set(whole.data)
     assert (whole.width, whole.height) == (121, 61) and {m.header.frame_id for m in found} == {'pad'}
     assert streamed.stream.remark == ''
+
+
+def test_the_right_exposure_of_each_picture_is_told(node):
+    found, image = Streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
+    assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad' and found.source == 'right camera'
+    assert found.time_ref.sec * 10**9 + found.time_ref.nanosec == stamp(found) + 10**6
+
+
+def test_diagnostics_tell_the_offset_and_warn_beyond_the_limit(node):
+    shutters = ShutterOffset(limit_ns=8e6)
+    for k in range(20):
+        shutters.add(k * 10**7, k * 10**7 + 9_000_000)
+    stream = Streamed(node, TwoCameras(shutters=shutters)).stream
+    logged = []
+    stream._log.warning = lambda key, text: logged.append(text)
+    assert stream.health().values['shutter offset (ms)'] == pytest.approx(9.0)
+    assert logged == [shutters.remark] and 'max_skew' in shutters.remark
+    stream.source.shutters = None
+    assert 'shutter offset (ms)' not in stream.health().values
+    stream.stop()
 
 
 def test_the_views_are_grey_or_coloured_as_asked(node):

@@ -58,4 +58,4 @@ def test_seed_makes_the_specimen(scene):
     for a, b in zip(same.render(0)[:2], scene.render(0)[:2]):
         np.testing.assert_array_equal(a, b)
     assert not np.array_equal(other.render(0)[0], scene.render(0)[0])
-    assert 0.003 <= other.trigger_delay <= 0.004 and other.trigger_delay != scene.trigger_delay
+    assert 0.003 <= other.right_delay(0) <= 0.004 and other.right_delay(0) == other.right_delay(9) != scene.right_delay(0)

@@ -102,15 +102,17 @@ def test_an_unknown_scene_and_no_rate():
         SimulatedSource('demo', 0.0, 0, (0, 0), time.time_ns)
 
 
-def test_two_cameras_are_a_pair_the_right_one_a_little_later(monkeypatch):
+@pytest.mark.parametrize('delay', [0.0035, -0.006])
+def test_two_cameras_are_a_pair_at_their_own_times(monkeypatch, delay):
     pictures = np.full((4, 6, 3), 1, np.uint8), np.full((4, 6, 3), 2, np.uint8)
-    fake = type('Two', (), {'trigger_delay': 0.0035, 'render': lambda self, t: (*pictures, f'truth {t}')})()
+    fake = type('Two', (), {'right_delay': lambda self, number: delay, 'render': lambda self, t: (*pictures, f'truth {t}')})()
     monkeypatch.setattr(simulated.scenes, 'open_dual_scene', lambda name, rate, seed: fake)
     source = DualSimulatedSource('areal_dual_demo', 50.0, 0, time.time_ns)
     assert source.calibrations() == (None, None)
     source.open()
     pair = source.read()
-    assert pair.right.stamp_ns - pair.left.stamp_ns == 3_500_000 and pair.truth == 'truth 0.0' and pair.stamp_ns == pair.left.stamp_ns
+    assert pair.right.stamp_ns <= time.time_ns() and pair.right.stamp_ns - pair.left.stamp_ns == round(delay * 1e9)
+    assert pair.truth == 'truth 0.0' and pair.stamp_ns == pair.left.stamp_ns
     assert (pair.left.image == 1).all() and (pair.right.image == 2).all()
 
 

@@ -103,3 +103,36 @@ def test_one_camera_alone_is_handed_over_and_does_not_pile_up():
     assert pairer.take_single(LEFT) is None
     pairer.forget()
     assert pairer.waiting(RIGHT) == 0 and pairer.unpaired == 12
+
+
+@pytest.mark.parametrize('offset', [0.0, 0.2, 0.345, 0.49, 0.51, 0.8])
+def test_at_any_offset_every_frame_pairs_with_the_nearest(offset):
+    period = 33.3 * MS
+    pairer = Pairer(-1)
+    fed(pairer, cameras(period, offset * period, jitter=0.01 * period, seed=3))
+    events = cameras(period, offset * period, count=200, jitter=0.01 * period, seed=4)
+    stamps = [dict((number, stamp) for _, s, stamp, number in events if s == side) for side in (LEFT, RIGHT)]
+    pairer = Pairer(-1)
+    pairs = fed(pairer, [(max(arrival, stamp), side, stamp, number) for arrival, side, stamp, number in events])
+    assert len(pairs) >= 194, 'jitter near half a period makes no frame unpaired'
+    skews = np.array([stamps[RIGHT][right] - stamps[LEFT][left] for left, right in pairs])
+    assert np.abs(skews).max() <= 0.56 * period and len(set(np.sign(skews))) == 1 or offset == 0.0
+
+
+@pytest.mark.parametrize('ppm', [2000.0, -2000.0])
+def test_a_drift_through_half_a_period_costs_one_frame(ppm):
+    period, count = 33 * MS, 1000
+    events = [(k * period * (1 + 1e-6 * ppm * side), side, k * period * (1 + 1e-6 * ppm * side), k)
+              for side in (LEFT, RIGHT) for k in range(count)]
+    pairer = Pairer(-1)
+    pairs = fed(pairer, events)
+    beats = abs(1e-6 * ppm) * count
+    assert pairer.unpaired <= 1 + beats and len(pairs) >= count - 3 - beats
+    assert pairer.shutters.numbers()['shutter drift (ppm)'] == pytest.approx(ppm, rel=0.01)
+
+
+def test_an_offset_beyond_the_limit_is_measured_and_told():
+    pairer = Pairer(8 * MS)
+    assert fed(pairer, cameras(33 * MS, 11.5 * MS, jitter=0.2 * MS)) == []
+    assert pairer.shutters.numbers()['shutter offset (ms)'] == pytest.approx(11.5, abs=0.2)
+    assert '11.' in pairer.shutters.remark and 'max_skew is 8.0 ms' in pairer.shutters.remark

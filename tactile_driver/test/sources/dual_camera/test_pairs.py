@@ -62,8 +62,8 @@ def paired():
     """Opens a source of two and closes it at the end."""
     made = []
 
-    def make(left, right):
-        made.append(PairedSource(left, right, 0.008))
+    def make(left, right, max_skew=0.008):
+        made.append(PairedSource(left, right, max_skew))
         made[-1].open()
         return made[-1]
     yield make
@@ -195,6 +195,17 @@ def test_what_nobody_wants_is_passed_over(paired):
     left.asked.clear()
     assert read(source, 4, wanted=False) == [None] * 4
     assert not any(left.asked[1:] + right.asked[1:])
+
+
+def test_cameras_beyond_max_skew_give_no_pair_and_say_so(paired):
+    source = paired(Camera(1), Camera(2, delay=7_000_000), 0.004)
+    end = time.monotonic() + 10
+    while not source.remark and time.monotonic() < end:
+        with pytest.raises(NothingYet):
+            source.read()
+    assert source.remark.startswith('the exposures of the two cameras are 7.0 ms apart, but max_skew is 4.0 ms')
+    pairs = read(paired(Camera(1), Camera(2, delay=7_000_000), -1), 3)
+    assert {pair.right.stamp_ns - pair.left.stamp_ns for pair in pairs} == {7_000_000}
 
 
 def test_what_is_wrong_with_one_camera_s_pictures_is_told(paired):

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import Image, TimeReference
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ...calibration.files.format import read_calibration
@@ -24,6 +24,8 @@ from ...pipeline.dot_stage import DotStage
 from ...touchpad.sensor import Touchpad, camera_pose
 
 RESULTS = {'contact_region': ContactRegion, 'contacts': Contacts, 'slip': Slip, 'wrench': WrenchStamped}
+
+_SKEWS = 32  # pictures whose right exposure is kept; chosen: more than wait in the subscription
 
 
 class _TouchpadSide(CameraSide):
@@ -55,6 +57,7 @@ class DotMessages(_TouchpadSide):
             self._surface = marker_sensor(values)
         markers = values['sensor_type'] in MARKER_SENSORS and values['calibration']
         self._markers = read_touch(values['calibration'], values['sensor_type']) if markers else None
+        self._skews: dict[int, float] = {}  # s, of the right view, by the picture's stamp, ns
 
     @property
     def needs_places(self) -> bool:
@@ -66,7 +69,7 @@ class DotMessages(_TouchpadSide):
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, **known)
+            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, seam=self.seam, **known)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water, **known)
@@ -93,8 +96,22 @@ class DotMessages(_TouchpadSide):
         if self.stage is not None:
             self.stage.set_reference()
 
+    @property
+    def seam(self) -> float | None:
+        """Column, px, beyond which the calibrated picture of two cameras comes from the right one; None for one camera."""
+        return float(self._markers.stitching['seam']) if self._markers and self._markers.stitching else None
+
+    def on_right_time(self, message: TimeReference) -> None:
+        """Take the exposure of the right view of a picture that follows. Raises BadFrame for an invalid time."""
+        self._skews[convert.stamp_ns_of(message.header)] = convert.skew_of(message)
+        while len(self._skews) > _SKEWS:
+            del self._skews[next(iter(self._skews))]
+
     def on_image(self, message: Image) -> DotTracks:
-        """The dots of one image under its header. Raises BadFrame for an image that cannot be used."""
+        """The dots of one image under its header; those of the right one of two views at the header's stamp too.
+
+        Raises BadFrame for an image that cannot be used.
+        """
         if self.needs_camera:
             raise BadFrame('no camera_info: 3D positions need the camera; publish camera_info beside image_raw, or set surface to none')
         image = convert.image_to_array(message)
@@ -102,8 +119,9 @@ class DotMessages(_TouchpadSide):
         if self.stage is None:
             self.stage = self.make_stage(None, None)
         self.check_size(image)
+        skew_s = self._skews.get(convert.stamp_ns_of(message.header), 0.0)
         with self.stamp_of(message) as stamp_s:
-            tracks = self.stage.process(image, stamp_s)
+            tracks = self.stage.process(image, stamp_s, skew_s)
         return convert.tracks_to_message(tracks, message.header)
 
 

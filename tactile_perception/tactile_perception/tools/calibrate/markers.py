@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.nodes.messages.conversions import RIGHT_TIME
 
 from ...bags.stamped import TRUE_WRENCH, TRUTH, pairs_of
 from ...bags.stitched_bag import bag_opener, stitching_in
@@ -32,6 +33,7 @@ from ...parameters.file import read_parameters
 from ...parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
 from ...parameters.touchpad import DOT_PARAMETERS
 from ...pipeline.dot_stage import find_pattern, make_tracker
+from ...pipeline.shutters import RightShutter
 from .stitching import find_stitching, tell_truth, write_stitching
 from ...touchpad.sensor import Touchpad, camera_pose
 
@@ -59,13 +61,17 @@ class PressReader:
     def read(self, bag: Path) -> None:
         """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker, rest = None, None
+        right = self.stitching and RightShutter(self.stitching.seam, self.sensor.rows * self.sensor.columns)
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
             stamp_s, image = convert.stamp_seconds(found['image_raw'].header), convert.image_to_array(found['image_raw'])
             try:
                 if rest is None:
                     tracker, rest = self._begin(image, self._view_maker(bag))
-                field = rest.field(tracker.process(image, stamp_s))
+                tracks = tracker.process(image, stamp_s)
+                if right is not None and RIGHT_TIME in found:
+                    tracks = right.process(tracks, stamp_s, convert.skew_of(found[RIGHT_TIME]))
+                field = rest.field(tracks)
                 self._rows.append((field, *_truth(found)))
                 self.names[id(field)] = name
             except BadFrame as error:

@@ -1,0 +1,73 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Markers of the right view at the left exposure, against markers whose motion is known."""
+import numpy as np
+import pytest
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.pipeline.shutters import RightShutter
+
+SEAM, PERIOD, SIGMA = 50.0, 1 / 30, 0.02
+REST = np.array([[10.0, 5.0], [40.0, 20.0], [60.0, 5.0], [95.0, 30.0]])  # two on each side of the seam
+SPEED = np.array([[90.0, 0.0], [30.0, -60.0], [-60.0, 30.0], [120.0, 45.0]])  # px/s
+
+
+def seen(left_s, skew_s, speed=SPEED, accelerated=0.0, noise=None):
+    """Tracks of all four markers, each where it is when its camera exposes; area in proportion to 1 + time."""
+    time_s = np.where(REST[:, 0] > SEAM, left_s + skew_s, left_s)
+    moved = speed * time_s[:, None] + 0.5 * accelerated * time_s[:, None]**2
+    moved = moved + (0.0 if noise is None else noise.normal(0, SIGMA, moved.shape))
+    return DotTracks(2, 2, np.arange(4), REST + moved, 12.0 * (1 + time_s), np.full(4, SIGMA), moved)
+
+
+@pytest.mark.parametrize('share', [-0.5, -0.3, -0.1, 0.1, 0.345, 0.5])
+def test_even_motion_is_followed_at_any_offset(share):
+    shutter, skew = RightShutter(SEAM, 4), share * PERIOD
+    for k in range(4):
+        tracks = shutter.process(seen(k * PERIOD, skew), k * PERIOD, skew)
+    true = REST + SPEED * 3 * PERIOD
+    assert np.abs(tracks.uv - true).max() < 0.01 and np.abs(tracks.duv - (true - REST)).max() < 0.01
+    assert tracks.area == pytest.approx(np.full(4, 12.0 * (1 + 3 * PERIOD)), rel=1e-3)
+    assert np.abs(seen(3 * PERIOD, skew).uv - true).max() > 0.3, 'without the correction'
+    assert tracks.sigma[2] == pytest.approx(SIGMA * np.hypot(1 - share, share), rel=0.01) and tracks.sigma[0] == SIGMA
+
+
+def test_an_accelerated_marker_is_followed_to_half_an_interval_squared():
+    shutter, skew, pull = RightShutter(SEAM, 4), PERIOD / 3, 900.0  # px/s^2
+    for k in range(4):
+        tracks = shutter.process(seen(k * PERIOD, skew, accelerated=pull), k * PERIOD, skew)
+    true = REST + SPEED * 3 * PERIOD + 0.5 * pull * (3 * PERIOD)**2
+    assert np.abs(tracks.uv - true).max() < 0.5 * pull * skew * (PERIOD - skew) * 1.1  # error of a linear interpolation
+
+
+def test_a_synchronised_pair_is_left_as_it_is():
+    shutter = RightShutter(SEAM, 4)
+    for k in range(3):
+        given = seen(k * PERIOD, 0.0)
+        assert shutter.process(given, k * PERIOD, 0.0) is given
+
+
+def test_the_left_view_is_never_changed():
+    shutter = RightShutter(SEAM, 4)
+    for k in range(3):
+        given = seen(k * PERIOD, 0.01)
+        found = shutter.process(given, k * PERIOD, 0.01)
+        assert (found.uv[:2] == given.uv[:2]).all() and (found.area[:2] == given.area[:2]).all()
+
+
+@pytest.mark.parametrize('share', [-0.5, 0.5])
+def test_markers_at_rest_get_little_more_noise(share):
+    shutter, skew, noise = RightShutter(SEAM, 4), share * PERIOD, np.random.default_rng(1)
+    off = []
+    for k in range(500):
+        tracks = shutter.process(seen(k * PERIOD, skew, speed=0 * SPEED, noise=noise), k * PERIOD, skew)
+        off.append(tracks.uv[2:] - REST[2:])
+    assert np.std(off) < 1.3 * SIGMA, 'going on by half a motion makes it 1.58 times'
+
+
+def test_a_marker_without_an_earlier_place_stays_where_it_is_seen():
+    shutter, skew = RightShutter(SEAM, 4), 0.01
+    first = seen(0.0, skew)
+    assert (shutter.process(first, 0.0, skew).uv == first.uv).all()
+    shutter.process(seen(PERIOD, skew).take(np.array([0, 1, 2])), PERIOD, skew)
+    found = shutter.process(seen(2 * PERIOD, skew), 2 * PERIOD, skew)
+    assert np.abs(found.uv - (REST + SPEED * 2 * PERIOD)).max() < 0.02, 'a marker that was missed once goes on from its last place'
