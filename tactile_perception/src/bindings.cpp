@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels. Each function checks its arguments (border.hpp), releases the GIL, and returns new arrays.
 #include <array>
+#include <limits>
 
 #include "border.hpp"
+#include "dot_judge.hpp"
 #include "lattice.hpp"
 #include "peaks.hpp"
 #include "ring_colour.hpp"
@@ -66,6 +68,44 @@ py::object lattice(const py::object& places, double angle_hint) {
     }
     const std::vector<bool> member(found.member.begin(), found.member.end());
     return py::make_tuple(indices, output<bool>(member, {count}), found.angle, found.pitch);
+}
+
+// Dots.
+constexpr double LARGEST_DISC = 200, LARGEST_LEVEL = 1e6;  // px, grey levels. Chosen: beyond any dot, and far from overflow
+
+py::tuple measured_dots(const py::object& image, const py::object& places, const py::object& basis, const py::object& estimators,
+                        const py::object& modes, const py::object& gains, const py::object& levers, const py::object& profile, int half,
+                        double per_square, double smallest, double largest, double blur, double typical, double contrast, double ground,
+                        double noise, double usual) {
+    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
+    const Input<double> given(places, "places", {ANY, 2});
+    const Input<float> rows(estimators, "estimators", {ANY, ANY, ANY, ESTIMATES, DIMENSIONS});
+    const py::ssize_t sizes = rows.length(0), phases = rows.length(1);
+    if (sizes < 2 || phases < 2 || rows.length(2) != phases)
+        throw py::value_error("estimators: at least two sizes and as many phases down as across are needed");
+    const Input<float> shapes(modes, "modes", {sizes, phases, phases, MODES, DIMENSIONS});
+    const Input<double> gain(gains, "gains", {sizes, phases, phases}), lever(levers, "levers", {sizes, 2});
+    within(half, "half", 1, LARGEST_DISC);
+    const Input<float> base(basis, "basis", {DIMENSIONS, padded((half + 1) * (half + 1))}), along(profile, "profile", {ANY, ANY});
+    within(std::min(along.length(0), along.length(1)), "profile", 2, 1e6);
+    within(smallest, "smallest", 0.1, LARGEST_DISC), within(largest, "largest", smallest + 1e-3, 2 * LARGEST_DISC);
+    DiscModel model{half, smallest, largest, within(blur, "blur", 0, LARGEST_DISC), sizes, phases};
+    model.basis = base.data(), model.estimators = rows.data(), model.modes = shapes.data();
+    model.gains = gain.data(), model.levers = lever.data();
+    model.profiles = along.length(0), model.profile_length = along.length(1), model.profile = along.data();
+    model.per_square = within(per_square, "per_square", 1e-3, 1e3);
+    const DotLook look{within(typical, "typical", 0.5, LARGEST_DISC), within(contrast, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
+                       within(ground, "ground", -LARGEST_LEVEL, LARGEST_LEVEL), within(noise, "noise", 0, LARGEST_LEVEL)};
+    JudgedDots judged;
+    {
+        py::gil_scoped_release others_run;
+        const Image seen = as_image(pixels);
+        judged = judge_dots(seen, fit_dots(seen, given.data(), given.length(), model, look), model, look, usual);
+    }
+    py::array_t<double> dots({static_cast<py::ssize_t>(judged.dots.size()), py::ssize_t{4}});
+    double* out = dots.mutable_data();
+    for (const Dot& dot : judged.dots) *out++ = dot.u, *out++ = dot.v, *out++ = dot.area, *out++ = dot.sigma;
+    return py::make_tuple(dots, judged.outgrown, judged.usual);
 }
 
 // Sheets.
@@ -169,6 +209,17 @@ PYBIND11_MODULE(_core, module) {
         "Rough places (N, 2) float64 of dots, px, in an image (H, W) uint8: peaks against their local ground.\n\n"
         "step: 1, or 2 to average two by two pixels into one first; smooth, box: px after that, odd: sides of the Gaussian that\n"
         "takes the noise off and of the square whose mean is the ground; sign: 1 for bright dots, -1 for dark; lowest: grey levels.");
+    module.def(
+        "measure_dots", &measured_dots, py::arg("image"), py::arg("places"), py::kw_only(), py::arg("basis"), py::arg("estimators"),
+        py::arg("modes"), py::arg("gains"), py::arg("levers"), py::arg("profile"), py::arg("half"), py::arg("per_square"),
+        py::arg("smallest"), py::arg("largest"), py::arg("blur"), py::arg("typical"), py::arg("contrast"), py::arg("ground"),
+        py::arg("noise"), py::arg("usual"),
+        "Dots (M, 4) float64 near places (N, 2) float64, px, in an image (H, W) uint8: u, v, px, area, px^2, standard deviation of u and "
+        "v,\n"
+        "px; whether larger ones than the model's were left out; median ratio of residual to contrast when usual was NaN, else usual.\n\n"
+        "basis, estimators, modes, gains, levers, profile, half, per_square, smallest, largest, blur: tables and numbers of "
+        "disc_model.DiscModel;\n"
+        "typical, contrast, ground, noise: of the dots, appearance.Look.");
     module.def(
         "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
         "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"

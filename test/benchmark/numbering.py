@@ -41,7 +41,7 @@ def measure(frames: int) -> list[dict]:
     counts, times = defaultdict(lambda: np.zeros(3)), defaultdict(list)
     for frame in range(frames):
         scene = scenes[frame % len(scenes)]
-        still = Numbered(scene.uv[scene.present], (scene.row * scene.columns + scene.column)[scene.present], PITCH)
+        still = Numbered(scene.uv[scene.present], (scene.row * scene.columns + scene.column)[scene.present])
         for shift in SHIFTS:
             uv, number = spoiled(scene, rng, shift)
             true = number >= 0

@@ -40,7 +40,7 @@ class FromNothing:
         numbers = self._number(dots.uv, 23, 23, self._previous, image.shape[1::-1])
         if self._keep and numbers.certain:
             seen = numbers.id >= 0
-            self._previous = Numbered(dots.uv[seen], numbers.id[seen], numbers.pitch)
+            self._previous = Numbered(dots.uv[seen], numbers.id[seen])
         return dots, numbers.id
 
 

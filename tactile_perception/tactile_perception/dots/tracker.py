@@ -10,7 +10,6 @@ from tactile_perception.dots.detect.methods import DotDetector
 from tactile_perception.dots.index.grid import Numbered
 from tactile_perception.dots.index.methods import WITHOUT_GRID, numbering_method
 from tactile_perception.dots.reference.drift import Reference
-from tactile_perception.dots.warm import WarmStart
 from tactile_perception.errors import BadArgument, BadFrame
 
 
@@ -31,8 +30,6 @@ class DotTracker:
         self.reference = Reference() if reference is None else reference
         self._detector = DotDetector(polarity, detection) if detector is None else detector
         self._number_grid, self._linker = self._numbering(numbering, pattern)
-        warm = rows and numbering == 'lattice' and getattr(self._detector, 'can_refind', False)
-        self._warm = WarmStart(self._detector, (rows, columns)) if warm else None
         self._previous: Numbered | None = None
         self._stamp_s = -np.inf
         self._size: tuple | None = None
@@ -64,11 +61,7 @@ class DotTracker:
         return DotTracks(self.rows, self.columns, id, uv, dots.area[seen], sigma, duv)
 
     def find(self, image: np.ndarray, stamp_s: float) -> tuple[Dots, np.ndarray]:
-        """Dots of a checked image and their indices (N,), -1 for none. Searches near the predicted positions first. See process."""
-        found = None if self._warm is None else self._warm.refind(image)
-        if found is not None:
-            self._previous = Numbered(found[0].uv, found[1], self._previous.pitch)
-            return found
+        """Dots of a checked image and their indices (N,), -1 for none. See process."""
         dots = self._detector.detect(image)
         if not len(dots):
             raise BadFrame('no dots found: check light, the parameter polarity and the view')
@@ -92,7 +85,5 @@ class DotTracker:
         if not numbers.certain:
             raise BadFrame(f'dots not indexed: {numbers.reason}')
         seen = numbers.id >= 0
-        self._previous = Numbered(dots.uv[seen], numbers.id[seen], numbers.pitch)
-        if self._warm is not None:
-            self._warm.remember(self._previous.id, self._previous.uv, dots.area[seen], numbers.pitch)
+        self._previous = Numbered(dots.uv[seen], numbers.id[seen])
         return numbers.id

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tactile_perception import _core
 from tactile_perception.markers.mechanics.mesh import SheetMesh
+from tactile_perception.dots.detect.disc_model import DiscModel
 
 IMAGE = np.random.default_rng(0).integers(0, 256, (60, 80), dtype=np.uint8)
 PLACES = np.random.default_rng(1).uniform(5, 55, (40, 2))
@@ -54,11 +55,21 @@ def call_path_lengths(**arrays):
 def call_water_ranges(**arrays):
     """Ranges on a grid of 3 x 4 dots, with the arrays given in place of the good ones."""
     return _core.water_ranges(**{**PAD, **arrays}, rows=3, columns=4, ring_share=0.45)
+TABLES = DiscModel(4.0, 8.0, 0.9).tables
+DISC_ARRAYS = {name: table for name, table in TABLES.items() if isinstance(table, np.ndarray)}
+DISC_NUMBERS = {name: number for name, number in TABLES.items() if name not in DISC_ARRAYS}
+LOOK = {'typical': 6.0, 'contrast': -100.0, 'ground': 150.0, 'noise': 2.0, 'usual': 0.5}
+
+
+def call_measure_dots(image=IMAGE, places=PLACES, **tables):
+    """Dots with numbers as they are in use."""
+    return _core.measure_dots(image, places, **(DISC_ARRAYS | tables), **DISC_NUMBERS, **LOOK)
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
+    'measure_dots': (call_measure_dots, {'image': IMAGE, 'places': PLACES, **DISC_ARRAYS}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
@@ -145,3 +156,10 @@ def test_numbers_of_find_peaks_are_checked(wrong):
     given = {'step': 2, 'smooth': 3, 'box': 9, 'sign': -1, 'lowest': 10.0} | wrong
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
         _core.find_peaks(IMAGE, **given)
+
+
+@pytest.mark.parametrize('wrong', [{'half': 0}, {'half': 1000}, {'per_square': np.nan}, {'smallest': -1.0}, {'largest': 4.0},
+                                   {'blur': np.inf}, {'typical': 0.0}, {'contrast': np.nan}, {'ground': 1e9}, {'noise': -1.0}])
+def test_numbers_of_measure_dots_are_checked(wrong):
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.measure_dots(IMAGE, PLACES, **(TABLES | LOOK | wrong))

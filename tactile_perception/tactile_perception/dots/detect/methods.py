@@ -36,21 +36,6 @@ class DotDetector:
         check_frame(image)
         return self._method.detect(image)
 
-    @property
-    def can_refind(self) -> bool:
-        """Whether the method can refine predicted positions."""
-        return hasattr(self._method, 'refind')
-
-    def refind(self, image: np.ndarray, uv: np.ndarray, area: np.ndarray) -> tuple[Dots, np.ndarray] | None:
-        """Dots within about 1.5 px of predicted positions uv (N, 2) px with areas (N,) px^2, and the index of each one's position, (M,)
-        int64.
-
-        The results equal those of detect() there. None where the method cannot, or has not measured the dots' appearance yet. Raises
-        BadFrame.
-        """
-        check_frame(image)
-        return self._method.refind(image, uv, area) if self.can_refind else None
-
 
 def check_frame(image: np.ndarray):
     """Raise BadFrame for an array that is no image of uint8, is too small, or is constant."""

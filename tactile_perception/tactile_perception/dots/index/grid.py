@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_perception.dots.index.follow import follow
 from tactile_perception.dots.index.grid_origin import anchor_lattice
 from tactile_perception.dots.index.lattice import find_lattice
 from tactile_perception.dots.index.repair import complete_grid, reject_outliers
@@ -37,17 +36,16 @@ class GridNumbers:
 
 @dataclass
 class Numbered:
-    """Indexed dots of an earlier frame: uv (N, 2) px, id (N,) int64, pitch: px."""
+    """Indexed dots of an earlier frame: uv (N, 2) px, id (N,) int64."""
 
     uv: np.ndarray
     id: np.ndarray
-    pitch: float
 
 
 def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None = None, image_size: tuple | None = None) -> GridNumbers:
     """Row and column of dots at uv (N, 2) px, in any order, on a printed grid of rows x columns; row 0 on top, column 0 left.
 
-    previous: the last certain frame, for speed and where outer rows are hidden; image_size: (width, height) px, to detect that an outer row
+    previous: the last certain frame, used where outer rows are hidden; image_size: (width, height) px, to detect that an outer row
     left the image. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
@@ -71,14 +69,6 @@ def _checked(uv: np.ndarray, rows: int, columns: int) -> np.ndarray:
 
 
 def _number(uv, shape, previous, image_size) -> GridNumbers:
-    if previous is not None and len(uv) and len(previous.id):
-        id = follow(uv, previous.uv, previous.id, shape, previous.pitch)
-        if id is not None:
-            return GridNumbers(complete_grid(id, uv, shape), '', previous.pitch)
-    return _number_anew(uv, shape, previous, image_size)
-
-
-def _number_anew(uv, shape, previous, image_size) -> GridNumbers:
     id = np.full(len(uv), -1)
     lattice = find_lattice(uv)
     if lattice is None:

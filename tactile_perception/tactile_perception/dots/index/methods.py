@@ -44,7 +44,7 @@ def nearest(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None =
     id = np.full(len(uv), -1)
     taken = np.flatnonzero(closest >= 0)
     id[closest[taken]] = previous.id[taken]
-    return GridNumbers(id, '', previous.pitch)
+    return GridNumbers(id, '', np.nan)
 
 
 def tracks(pattern: np.ndarray | None = None) -> Linker:

@@ -162,15 +162,7 @@ def test_a_look_measured_in_a_frame_without_dots_is_not_kept_but_the_one_before_
     blurred = cv2.GaussianBlur(image, (0, 0), 12)
     with pytest.raises(BadFrame):
         detector.detect(blurred)
-    assert detector.refind(image, uv, np.pi / 4 * diameter**2) is None
-    dots = detector.detect(image)
-    before, _ = detector.refind(image, dots.uv, dots.area)
+    before = detector.detect(image)
     with pytest.raises(BadFrame):
         detector.detect(blurred)
-    after, _ = detector.refind(image, dots.uv, dots.area)
-    assert np.array_equal(after.uv, before.uv)
-
-
-@pytest.mark.parametrize('method, can', [('likelihood', True), ('blobs', False), ('paper', False)])
-def test_whether_dots_are_looked_for_where_they_are_expected(method, can):
-    assert DotDetector('dark', method).can_refind == can
+    assert np.array_equal(detector.detect(image).uv, before.uv)

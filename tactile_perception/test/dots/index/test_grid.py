@@ -36,7 +36,7 @@ def test_a_fast_move_between_two_frames_changes_no_number(pitches):
     for scene in ('plain', 'missing, merged and false', 'dragged'):
         for way in ((1, 0), (-1, 0), (0, 1), (0, -1)):
             uv, number = make_grid(rng)
-            previous = Numbered(uv, number, 18.0)
+            previous = Numbered(uv, number)
             uv, number = make_grid(rng, **SCENES[scene], shift=np.array(way) * pitches)
             wrong, missed, count = score(number_grid(uv, 23, 23, previous, SIZE), number)
             assert wrong == 0
@@ -137,4 +137,4 @@ def test_all_markers_seen_in_the_deepest_presses_are_numbered_from_one_image(nam
         numbers, id = number_grid(uv[seen].astype(float), rows, columns), number[seen] @ [columns, 1]
         assert numbers.certain and np.array_equal(numbers.id, id)
         assert np.array_equal(number_grid(uv[seen].astype(float), rows, columns, previous).id, id)
-        previous = Numbered(uv[seen], id, numbers.pitch)
+        previous = Numbered(uv[seen], id)

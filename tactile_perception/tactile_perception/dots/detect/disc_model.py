@@ -1,0 +1,113 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables for the maximum-likelihood fit of blurred discs in small patches (kernel measure_dots).
+
+A dot is a blurred disc (dot_profile.py) of unknown position, diameter, amplitude and background. The model is linearised at nodes of
+sub-pixel position and diameter. At each node, the weighted least-squares estimate of the differences from the node is a matrix applied to
+the patch. The rows of these matrices span few dimensions, so a patch is projected onto them once, and every Gauss-Newton step works on
+these dimensions. Each of them is even or odd along both axes: nodes in one quadrant serve all four, and a patch is folded first.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from .dot_profile import blurred_disc, disc_modes
+
+_PHASES = 4  # nodes from 0 to 1 px along each axis: the model is linear between them to 0.001 px
+_NODE_DIAMETERS = 0.6  # px, greatest spacing of the nodes' diameters: the model is linear between them to 0.001 px
+_TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the information about its position lies beyond
+_TAPER = 2.0  # px over which the window falls from one to zero. Chosen
+_SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
+_LANES = 8  # of the kernel: rows of the basis are padded to a multiple
+_MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression, so that its loss causes no bias. Chosen
+_PER_SQUARE = 16.0  # entries of a profile per px^2 of squared radius. Chosen
+_PER_DIAMETER = 20.0  # profiles per px of diameter. Chosen
+_BEYOND = 3.5  # blurs outside its edge where a dot's image ends. Chosen
+
+
+class DiscModel:
+    """Discs of a range of diameters, imaged with a known blur.
+
+    smallest, largest: diameters, px; blur: standard deviation, px. Construction takes some hundredths of a second.
+    tables: arguments of the kernel: basis (K, S) of folded patches with sides of 2 half + 1 px; estimators (D, 4, 4, 5, K) for D
+    diameters and distances down and across from the middle pixel, of amplitude times du, dv and ddiameter, amplitude and ground; modes
+    (D, 4, 4, 10, K), orthonormal, of a dot's image; gains (D, 4, 4) px^2, variance of a position for unit contrast and noise; levers
+    (D, 2) px^2, shift by slopes of ground and dot; profile (P, L): images along the squared radius, per_square entries per px^2.
+    """
+
+    def __init__(self, smallest: float, largest: float, blur: float):
+        self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / _NODE_DIAMETERS))
+        self._tail, self._blur = _TAIL * np.hypot(blur, 0.3), blur
+        self.half = int(np.ceil(largest / 2 + self._tail - 0.3))
+        self.tables = {'half': self.half, 'smallest': float(smallest), 'largest': float(largest), 'blur': float(blur),
+                       'per_square': _PER_SQUARE, 'profile': self._profiles(smallest, largest), **self._nodes()}
+
+    def _profiles(self, smallest, largest) -> np.ndarray:
+        """(P, L) float32 images of discs along the squared radius, zero at the end."""
+        length = int((largest / 2 + _BEYOND * np.hypot(self._blur, 0.3)) ** 2 * _PER_SQUARE) + 1
+        radius = np.sqrt(np.arange(length) / _PER_SQUARE)
+        diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) * _PER_DIAMETER))
+        profile = np.array([blurred_disc(radius, diameter, self._blur) for diameter in diameters], np.float32)
+        profile[:, -1] = 0.0
+        return profile
+
+    def _nodes(self) -> dict:
+        """The tables of all nodes."""
+        reach = np.arange(-self.half, self.half + 1, dtype=float)
+        modes, windows = (np.concatenate(parts) for parts in zip(*(self._linearised(reach, d) for d in self.diameters)))
+        models = modes[:, :, :5]
+        weighted = models * windows[:, :, None]
+        rows = np.linalg.solve(weighted.transpose(0, 2, 1) @ models, weighted.transpose(0, 2, 1))
+        basis, folded = _compression(rows, models[:, :, 0], self.half)
+        shape = len(self.diameters), _PHASES, _PHASES
+        gains = np.einsum('nij,nij->n', rows[:, 1:3], rows[:, 1:3]) / 2
+        central, x = slice(None, None, _PHASES**2), np.tile(reach, len(reach))
+        levers = np.stack([rows[central, 1] @ x, (rows[central, 1] * models[central, :, 0]) @ x], axis=1)
+        explained = np.linalg.qr(basis.T @ modes)[0].transpose(0, 2, 1)
+        estimators = (rows @ basis)[:, [1, 2, 3, 0, 4]]
+        return {'basis': folded, 'estimators': np.ascontiguousarray(estimators.reshape(*shape, 5, -1), np.float32), 'levers': levers,
+                'modes': np.ascontiguousarray(explained.reshape(*shape, 10, -1), np.float32), 'gains': gains.reshape(shape)}
+
+    def _linearised(self, reach, diameter):
+        """(nodes, pixels, 10) derivatives of a dot's image by amplitude, u, v, diameter, background, its two slopes, two components of
+        ellipticity, and blur; and (nodes, pixels) windows."""
+        phases = np.linspace(0, 1, _PHASES)
+        v, u, y, x = np.meshgrid(phases, phases, reach, reach, indexing='ij')
+        x, y = (x - u).reshape(_PHASES**2, -1), (y - v).reshape(_PHASES**2, -1)
+        m = disc_modes(x, y, diameter, self._blur)
+        edge = np.clip((diameter / 2 + self._tail - np.hypot(x, y)) / _TAPER + 0.5, 0, 1)
+        stack = np.stack([m.shape, m.by_u, m.by_v, m.by_diameter, np.ones_like(x), x, y, m.oval, m.oval_oblique, m.by_blur], 2)
+        return stack, edge * edge * (3 - 2 * edge)
+
+
+def _compression(rows, images, half):
+    """(pixels, K) orthonormal basis of the dots' images and, with less weight, of the rows: leading principal directions of each parity;
+    and (K, S) float32, the same for sums of mirrored pixels, where those on an axis count twice, padded with zeros."""
+    flat = rows.reshape(-1, rows.shape[2])
+    flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
+    images = images / np.linalg.norm(images, axis=1, keepdims=True)
+    even = np.full((1, rows.shape[2]), rows.shape[2] ** -0.5)
+    directions = np.concatenate([flat, np.sqrt(_MODELS_FIRST) * images, np.sqrt(_MODELS_FIRST * len(images)) * even])
+    parts = []
+    for parity, dimensions in _SECTORS.items():
+        mirrored = _mirrored(parity, half)
+        part = directions @ mirrored
+        parts.append(mirrored @ np.linalg.eigh(part.T @ part)[1][:, :-dimensions - 1:-1])
+    basis = np.concatenate(parts, axis=1)
+    folded = basis.reshape(2 * half + 1, 2 * half + 1, -1)[half:, half:].copy()
+    folded[0] /= 2
+    folded[:, 0] /= 2
+    padded = np.zeros((basis.shape[1], -(-(half + 1) ** 2 // _LANES) * _LANES), np.float32)
+    padded[:, :(half + 1) ** 2] = folded.reshape(-1, basis.shape[1]).T
+    return basis, padded
+
+
+def _mirrored(parity, half):
+    """(pixels, n) orthonormal patches with this parity, 1 or -1, down and across: one for each pixel and those that mirror it."""
+    line = np.arange(-half, half + 1)
+    axes = []
+    for sign in parity:
+        part = np.where(np.abs(line)[:, None] == np.arange(half + 1), np.where(line < 0, sign, 1)[:, None], 0.0)
+        part = part if sign > 0 else part[:, 1:]
+        axes.append(part / np.linalg.norm(part, axis=0))
+    return np.kron(*axes)
