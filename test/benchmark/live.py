@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nodes over ROS, from the driver to the contacts: latency from the stamp, lost frames, CPU and memory of each process.
 
-    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--pace full] [--composed true]
+    python test/benchmark/live.py [--sensor touchpad] [--duration 60] [--rate 60] [--scene ...] [--composed true]
 
 The driver (simulated), dot_tracker_node and contact_region_node or contact_point_node run in one process, or with --composed false each in
 its own, in a ROS domain of their own; sheets and cushion use the calibration that ships. At first nothing subscribes (--idle s), then this
@@ -149,10 +149,10 @@ def text(result: dict) -> str:
     return '\n'.join(lines) + '\n'
 
 
-def parameters_of(sensor: str, scene: str, rate: float, pace: str) -> dict:
+def parameters_of(sensor: str, scene: str, rate: float) -> dict:
     """A parameter file's content for the nodes of a simulated sensor; scene: '' for the demo."""
     if sensor == 'touchpad':
-        own = {'source': 'sim', 'scene': scene or 'demo', 'rate': rate, 'pace': pace}
+        own = {'source': 'sim', 'scene': scene or 'demo', 'rate': rate}
         return {'/**': {'ros__parameters': {**scene_parameters(open_scene(own['scene'])), **own}}}
     calibration = share('calibration', f'{sensor}_sim.yaml')
     chosen = {'rate': rate, 'calibration': calibration} | ({'scene': scene} if scene else {})
@@ -194,11 +194,10 @@ def main() -> None:
     parser.add_argument('--sensor', default='touchpad', choices=SENSORS)
     parser.add_argument('--scene', default='', help='of the simulated sensor; its demo where none is given')
     parser.add_argument('--composed', default='true', choices=('true', 'false'), help='one process for all nodes, or one for each')
-    parser.add_argument('--pace', default='full', help='of the membrane: full or fast')
     parser.add_argument('--out', type=Path, default=Path('out/benchmark'), help='folder for live.md and live.json')
     given = parser.parse_args()
     try:
-        parameters = parameters_of(given.sensor, given.scene, given.rate, given.pace)
+        parameters = parameters_of(given.sensor, given.scene, given.rate)
         result = run(given.sensor, parameters, given.composed, given.duration, given.idle, given.settle)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit('interrupted')

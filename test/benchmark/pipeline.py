@@ -36,10 +36,9 @@ from region_scores import contact_counts, slip_counts, true_loops  # noqa: E402
 
 #: name: parameters that differ from the defaults. Methods with the same detection share the tracker, so that it runs once a frame.
 METHODS = {
-    'membrane, full': {},
-    'membrane, fast': {'pace': 'fast'},
+    'membrane': {},
     'paper': {'contact': 'paper'},
-    "paper's dots and contact": {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper', 'pace': 'fast'},
+    "paper's dots and contact": {'contact': 'paper', 'detection': 'paper', 'numbering': 'paper'},
 }
 STAGES = ('dots', 'places', 'contact')
 HEAD = ('source', 'method', 'contact F1', 'stick F1', 'slip F1', 'IoU', 'false frames', 'xyz mm', 'depth mm', 'force %', 'missed',
@@ -100,7 +99,7 @@ class Method:
     """The stages behind the dots of one method, and its score."""
 
     def __init__(self, sensor: Touchpad, camera, values: dict, water):
-        self.places, self.contact = DotPlaces(sensor, camera, values['pace'], water), ContactStage(sensor, camera, values)
+        self.places, self.contact = DotPlaces(sensor, camera, water), ContactStage(sensor, camera, values)
         self.score = Score()
 
     def process(self, image: np.ndarray, tracks, seconds: float, stamp: float, truth: dict, frame: int) -> None:

@@ -52,7 +52,7 @@ def test_nothing_came():
 
 @pytest.mark.parametrize('sensor', live.SENSORS)
 def test_parameters_of_each_sensor(sensor):
-    page = live.parameters_of(sensor, '', 60.0, 'fast')
+    page = live.parameters_of(sensor, '', 60.0)
     told = {name: value for section in page.values() for name, value in section['ros__parameters'].items()}
     assert told['source'] == 'sim' and told['rate'] == 60.0
     assert told['scene'] == ('demo' if sensor == 'touchpad' else f'{sensor}_demo')

@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='ROS is not sourced')
 sys.path.insert(0, str(Path(__file__).parent))
 from parts import PARTS, Plan  # noqa: E402
 
-OURS = {'dots': 'likelihood', 'numbers': 'with a previous frame', 'touchpad': 'membrane, full', 'sheets and dome': 'model', 'finger': 'map',
+OURS = {'dots': 'likelihood', 'numbers': 'with a previous frame', 'touchpad': 'membrane', 'sheets and dome': 'model', 'finger': 'map',
         'taxels': 'mechanics'}
 BASELINES = {'dots': 'SimpleBlobDetector', 'numbers': 'SimpleBlobDetector, nearest', 'taxels': 'Lucas-Kanade'}
 

@@ -15,7 +15,7 @@ pipeline = importlib.util.module_from_spec(_SPEC)
 sys.modules['pipeline_benchmark'] = pipeline  # dataclasses look their module up
 _SPEC.loader.exec_module(pipeline)
 
-OURS = {name: pipeline.METHODS[name] for name in ('membrane, full', 'paper')}
+OURS = {name: pipeline.METHODS[name] for name in ('membrane', 'paper')}
 
 
 def rows(source, calibration=None, methods=OURS, **more):
@@ -43,7 +43,7 @@ RECORDINGS = {'tp_rect_drag': (0.93, 0.85, 0.85, 0.80), 'tp_ring_press': (0.87, 
 @pytest.mark.parametrize('name', RECORDINGS)
 def test_contact_on_recordings_from_the_rest_shape_alone(name):
     found = rows(name)
-    ours, papers = found['membrane, full'], found['paper']
+    ours, papers = found['membrane'], found['paper']
     for key, least in zip(('contact F1', 'stick F1', 'slip F1', 'IoU'), RECORDINGS[name]):
         assert not ours[key] < least, (key, ours[key])
     assert ours['contact F1'] > papers['contact F1'] - 0.01 and ours['IoU'] > papers['IoU']
@@ -53,7 +53,7 @@ def test_contact_on_recordings_from_the_rest_shape_alone(name):
 
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
 def test_contact_on_recordings_when_calibrated(name, calibration):
-    found = rows(name, calibration, {'membrane, full': {}})['membrane, full']
+    found = rows(name, calibration, {'membrane': {}})['membrane']
     assert found['xyz mm'] < 0.03 and found['depth mm'] < 0.03 and found['force %'] < 5
     assert found['contact F1'] > 0.92 and found['IoU'] > 0.78
 
@@ -73,7 +73,7 @@ SCENES = {'ring_press': (0.85, 0.58), 'two_spheres': (0.74, 0.58), 'rectangle_dr
 @pytest.mark.parametrize('name', SCENES)
 def test_contact_in_our_own_scenes(name):
     found = rows(f'scene:{name}', rate=8.0)
-    ours, papers = found['membrane, full'], found['paper']
+    ours, papers = found['membrane'], found['paper']
     assert ours['contact F1'] > SCENES[name][0] and ours['IoU'] > SCENES[name][1]
     assert ours['contact F1'] > papers['contact F1'] and ours['IoU'] > papers['IoU']
     assert ours['xyz mm'] < 0.12 and ours['false frames'] == ours['refused'] == 0

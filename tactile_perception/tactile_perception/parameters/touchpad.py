@@ -13,7 +13,6 @@ from tactile_driver.parameters.table import Parameter
 from ..dots.detect.methods import METHODS, POLARITIES
 from ..dots.index.methods import METHODS as NUMBERING, WITHOUT_GRID
 from ..touchpad.contact.methods import CONTACT_METHODS
-from ..touchpad.membrane.solver import PACES
 
 _fixed = partial(Parameter, read_only=True)
 
@@ -45,8 +44,6 @@ DOT_PARAMETERS = SENSOR_PARAMETERS + SHEET_PARAMETERS + (
     _fixed('detection', str, 'likelihood', '', 'dot detection method', choices=tuple(METHODS)),
     _fixed('numbering', str, 'lattice', '', 'dot indexing method; tracks, register: for patterns that are not a grid',
            choices=(*NUMBERING, *WITHOUT_GRID)),
-    _fixed('pace', str, 'full', '',
-           'solver iterations for places in 3D; fast: fewer iterations, more false contacts', choices=tuple(PACES)),
     _fixed('reference.frames', int, 10, '', 'untouched frames averaged for the reference', 1, 1000),
     _fixed('reference.time_constant', float, 30.0, 's',
            'time constant with which the reference follows drift while nothing touches', 0.1, 1e6),

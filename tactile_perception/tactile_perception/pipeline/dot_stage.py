@@ -62,7 +62,7 @@ class DotStage:
         self._right = None if seam is None else RightShutter(seam, sensor.rows * sensor.columns)
         self._tracker, self._places = make_tracker(sensor, values, pattern, rest), places
         if sensor.cap is not None and camera is not None:
-            self._places = DotPlaces(sensor, camera, values['pace'], water)
+            self._places = DotPlaces(sensor, camera, water)
 
     @property
     def suspicion(self) -> str:

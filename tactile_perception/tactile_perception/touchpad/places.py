@@ -13,7 +13,8 @@ from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
 from ..errors import BadArgument, BadFrame
 from .membrane.range_scale import RangeScale
-from .membrane.solver import Membrane, MembraneState
+from .membrane.solver import Membrane
+from .membrane.state import MembraneState
 from .optics.absorption import RestLight, WaterModel
 from .optics.colour import log_ratios
 from .optics.identification import fit_rest, update_constants
@@ -45,13 +46,13 @@ class RestPlaces:
 
 
 class DotPlaces:
-    """Positions frame by frame. pace: a name in PACES; water: a calibrated model, None: fitted to the first untouched image.
+    """Positions frame by frame. water: a calibrated model, None: fitted to the first untouched image.
 
     Grey images have no ranges by colour: their dots have no positions.
     """
 
-    def __init__(self, sensor: Touchpad, camera: CameraModel, pace: str = 'full', water: WaterModel | None = None):
-        self._sensor, self._camera, self._pace = sensor, camera, pace
+    def __init__(self, sensor: Touchpad, camera: CameraModel, water: WaterModel | None = None):
+        self._sensor, self._camera = sensor, camera
         self._calibrated = self._water = water
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._membrane: Membrane | None = None
@@ -99,7 +100,7 @@ class DotPlaces:
         return True
 
     def _new_membrane(self) -> Membrane:
-        return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material, self._pace)
+        return Membrane(self._rest.xyz, self._sensor.rows, self._sensor.columns, self._sensor.material)
 
     def _initialise(self, image: np.ndarray, tracks: DotTracks) -> None:
         """Identify the water's colour from an untouched image, or adapt the calibrated model to today's illumination and white balance."""

@@ -66,6 +66,19 @@ def call_measure_dots(image=IMAGE, places=PLACES, **tables):
     return _core.measure_dots(image, places, **(DISC_ARRAYS | tables), **DISC_NUMBERS, **LOOK)
 
 
+GRID = {'rows': 6, 'columns': 7}
+DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.zeros(42)], axis=1)
+AT_REST = _core.membrane_at_rest(DOTS, stiffness=90.0, area_share=0.8, **GRID)
+UP = np.tile([0.0, 0.0, 1.0], (42, 1))
+
+
+def call_solve_membrane(rays=UP, measured=np.full(42, 0.04), weight=np.full(42, 1e9), ranges=np.full(42, 0.04), touched=np.zeros(42),
+                        change=np.zeros(42), triangles=AT_REST, residual=np.zeros((42, 3)), response=np.full((42, 42), 1e-9, np.float32),
+                        origin=np.zeros(3)):
+    return _core.solve_membrane(rays, measured, weight, ranges, touched, change, triangles, residual, response, origin, pressure=2000.0,
+                                fresh=False, **GRID)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
@@ -75,6 +88,20 @@ CALLS = {
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
     'path_lengths': (call_path_lengths, LIGHT),
     'water_ranges': (call_water_ranges, PAD),
+    'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
+    'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
+                        {'places': DOTS, 'triangles': AT_REST}),
+    'membrane_slopes': (lambda places=DOTS, rays=UP, triangles=AT_REST, residual=0 * UP: [
+        _core.membrane_slopes(places, rays, triangles, residual, pressure=2000.0, **GRID)],
+        {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
+    'membrane_loads': (lambda places=DOTS, triangles=AT_REST, residual=0 * UP: _core.membrane_loads(
+        places, triangles, residual, rest_pressure=2000.0, **GRID), {'places': DOTS, 'triangles': AT_REST, 'residual': 0 * UP}),
+    'solve_membrane': (call_solve_membrane, {
+        'rays': UP, 'measured': np.full(42, 0.04), 'weight': np.full(42, 1e9), 'ranges': np.full(42, 0.04), 'touched': np.zeros(42),
+        'change': np.zeros(42), 'triangles': AT_REST, 'residual': 0 * UP, 'response': np.full((42, 42), 1e-9, np.float32),
+        'origin': np.zeros(3)}),
+    'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
+        _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -64,10 +64,9 @@ def errors(xyz, truth, tracks):
     return np.linalg.norm(xyz - truth.dot_xyz[tracks.id], axis=1)
 
 
-@pytest.mark.parametrize('pace', ['full', 'fast'])
-def test_places_of_a_press_from_the_rest_shape_alone(ball, seen, pace):
+def test_places_of_a_press_from_the_rest_shape_alone(ball, seen):
     rest, pressed = seen
-    places = DotPlaces(ball.sensor, ball.camera, pace)
+    places = DotPlaces(ball.sensor, ball.camera)
     assert np.sqrt(np.mean(errors(places.locate(ball.rest[0], rest), ball.untouched, rest)**2)) < 0.08e-3
     for _ in range(3):
         off = errors(places.locate(ball.pressed, pressed), ball.truth, pressed)

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...common.contour import label_score
-from ...common.dot_grid import to_grid
-from .contact_score import around, contact_score
+from ...common.dot_grid import around, to_grid
+from .contact_score import contact_score
 from .loads import DotLoads, LoadEstimator
 from ..membrane.forces import MembraneMaterial
 from .published import PaperRegion
@@ -58,10 +58,9 @@ class MembraneMethod:
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """Classify dots ids (N,) at xyz (N, 3), m."""
-        moved, seen = self._estimator.displacements(ids, xyz)
-        if self._estimator.unloaded(moved):
-            return self._untouched(self._estimator.membrane.rest + moved, seen, ids)
-        loads = self._estimator.loads(moved, seen)
+        loads = self._estimator.loads(*self._estimator.displacements(ids, xyz))
+        if loads.none:
+            return self._untouched(loads.xyz, loads.seen, ids)
         score = contact_score(self._estimator.membrane, loads)
         state = self._states.update(loads, score)
         carries = self._carrying(loads, score)
@@ -78,8 +77,7 @@ class MembraneMethod:
         """(K,) 1 for loaded dots and their neighbours, which carry a part of a border's load, 0 for others and without contact."""
         if not (score > 0.5).any():
             return np.zeros(len(score))
-        loaded = (loads.load > 0.5).astype(float).reshape(self._shape)
-        return np.minimum(around(loaded) + loaded, 1).ravel()
+        return np.minimum(around((loads.load > 0.5).astype(float).reshape(self._shape)), 1).ravel()
 
 
 class PaperMethod:

@@ -115,7 +115,7 @@ def test_a_file_of_the_first_version_is_read_without_what_it_does_not_say(path):
 
 def test_other_parameters_are_warned_of_once(path, caplog, monkeypatch):
     monkeypatch.setattr(logging.getLogger('tactile_perception.calibration.files.format'), 'propagate', True)
-    same = {'rows': 23, 'camera.translation': [0.0, 0.0, 0.3], 'pace': 'full'}
+    same = {'rows': 23, 'camera.translation': [0.0, 0.0, 0.3], 'contact': 'membrane'}
     read_calibration(path, 'touchpad', same)
     assert caplog.messages == []
     for _ in range(2):
@@ -134,5 +134,5 @@ def test_edited_parameters_are_refused(path):
 
 def test_each_sensor_has_its_parameters():
     assert set(BELONGS_TO) == {'touchpad', 'areal_single', 'areal_dual', 'air_cushion', 'psd_finger', 'taxel_array'}
-    assert Specimen('1', {'rows': 9, 'pitch': [1, 2], 'pace': 'full'}).parameters('areal_single') == {'rows': 9, 'pitch': [1, 2]}
+    assert Specimen('1', {'rows': 9, 'pitch': [1, 2], 'contact': 'membrane'}).parameters('areal_single') == {'rows': 9, 'pitch': [1, 2]}
     assert Specimen().parameters('touchpad') == {}

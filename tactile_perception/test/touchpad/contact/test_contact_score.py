@@ -5,38 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tactile_perception.common.spherical_cap import Cap
-from tactile_perception.touchpad.contact.contact_score import contact_score, heights_over_face, load_share
+from tactile_perception.touchpad.contact.contact_score import contact_score
 from tactile_perception.touchpad.contact.loads import LoadEstimator
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
-
-PITCH = 1.4e-3
-
-
-def _scene(shape=(12, 12)):
-    row, column = np.mgrid[:shape[0], :shape[1]] * PITCH
-    xyz = np.stack([column, row, 0.01 + 0.2 * column - 5.0 * row**2], -1)
-    normal = np.stack([-0.2 + 0 * row, 10 * row, 1 + 0 * row], -1)
-    return xyz, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-
-
-def test_dots_on_a_curved_face_lie_on_it_and_those_beyond_the_edge_stand_out():
-    xyz, normal = _scene()
-    loaded = np.zeros((12, 12), bool)
-    loaded[3:9, 2:10] = True
-    xyz[3, 2:10] += 0.25e-3 * normal[3, 2:10]
-    xyz += np.random.default_rng(0).normal(size=xyz.shape) * 5e-6
-    heights = heights_over_face(loaded, xyz, normal)
-    assert np.abs(heights[4:9, 2:10]).max() < 60e-6
-    assert heights[3, 2:10].min() > 150e-6
-    assert np.isnan(heights[~loaded]).all()
-
-
-def test_a_patch_too_small_for_a_face_is_left_alone():
-    xyz, normal = _scene()
-    loaded = np.zeros((12, 12), bool)
-    loaded[3:5, 3:6] = True
-    assert np.isnan(heights_over_face(loaded, xyz, normal)).all()
-
 
 ORIGIN = np.array([0.0, 0.0, -0.04])
 
@@ -85,23 +56,6 @@ def test_dots_of_a_recording_seen_without_error(recording, name, least):
         judged = touched | (truth['dot_gap'][frame] > 50e-6)
         counts += [(found & touched).sum(), (found & ~touched & judged).sum(), (~found & touched).sum()]
     assert 2 * counts[0] / (2 * counts[0] + counts[1] + counts[2]) > least
-
-
-def test_full_contact_is_what_the_dots_around_carry():
-    load = np.zeros((7, 7))
-    load[2:5, 2:5] = 3.0
-    load[2:5, 5] = 1.2
-    share = load_share(load)
-    assert share[3, 3] == 1 and share[2, 2] == 1
-    assert share[3, 5] == pytest.approx(1.2 / (29.88 / 11.4), abs=1e-9)
-    assert share[0, 0] == 0
-
-
-def test_dots_beside_a_ridge_that_the_mesh_has_loaded_do_not_touch():
-    load = np.zeros((9, 9))
-    load[3:6, 1:8] = np.array([1.3, 4.3, 1.3])[:, None]
-    share = load_share(load)
-    assert share[4, 1:8].min() > 0.9 and share[[3, 5], 2:7].max() < 0.4
 
 
 def test_one_dot_alone_is_no_contact():

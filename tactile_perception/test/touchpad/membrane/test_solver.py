@@ -32,16 +32,11 @@ def test_rest_places_of_another_shape_or_mostly_unknown_are_refused():
         Membrane(rest, 15, 17)
 
 
-def test_an_unknown_pace_is_refused_with_the_known_ones():
-    with pytest.raises(BadArgument, match='full, fast'):
-        Membrane(_rest()[0], 15, 17, pace='slow')
-
-
 def _carried(membrane, state):
     """Force (K, 3), N, of the object on each inner dot, and normal load (K,) over the fluid's pressure."""
-    residual, share = membrane.forces.evaluate(state.places, state.fluid_pressure)
-    load = (residual * share).sum(0) / (state.fluid_pressure * (share * share).sum(0))
-    return np.where(membrane.mesh.inner, -residual, 0.0).T, np.where(membrane.mesh.inner, load, 0.0)
+    residual, share = membrane.forces.evaluate(state.xyz, state.fluid_pressure)
+    load = (residual * share).sum(axis=1) / (state.fluid_pressure * (share * share).sum(axis=1))
+    return np.where(membrane.mesh.inner[:, None], -residual, 0.0), np.where(membrane.mesh.inner, load, 0.0)
 
 
 def test_numbers_outside_the_grid_are_refused():
@@ -99,6 +94,17 @@ def test_unknown_ranges_unseen_dots_and_empty_frames_leave_finite_numbers():
     assert np.abs(state.ranges - ranges)[membrane.mesh.inner].max() < 2e-5
     empty = membrane.solve(ORIGIN, np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0, int), state)
     assert np.isfinite(empty.xyz).all() and not empty.seen.any()
+
+
+def test_dots_not_seen_move_as_their_neighbours():
+    membrane, rays, ranges = _at_rest()
+    ids = np.setdiff1d(np.arange(255), [120, 121])
+    turned = rays + [0.01, 0, 0]
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    state = membrane.solve(ORIGIN, turned[ids], ranges[ids], np.full(253, SPREAD), ids)
+    away = state.xyz[[120, 121]] - ORIGIN
+    assert not state.seen[[120, 121]].any()
+    np.testing.assert_allclose(away / np.linalg.norm(away, axis=1, keepdims=True), turned[[120, 121]], atol=1e-4)
 
 
 def _follow(pad, frames, seed=0, **errors):

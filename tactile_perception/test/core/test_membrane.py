@@ -1,0 +1,200 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The membrane's kernels against its energy, worked out triangle by triangle, and against the same steps with dense matrices."""
+import numpy as np
+import pytest
+from tactile_perception import _core
+
+ROWS, COLUMNS, STIFFNESS, SHARE, PRESSURE = 9, 8, 90.0, 0.8, 2000.0
+SIZE, GRID = ROWS * COLUMNS, {'rows': ROWS, 'columns': COLUMNS}
+ORIGIN = np.array([0.0, 0.0, -0.04])
+ROW, COLUMN = np.divmod(np.arange(SIZE), COLUMNS)
+INNER = (ROW > 0) & (ROW < ROWS - 1) & (COLUMN > 0) & (COLUMN < COLUMNS - 1)
+
+
+def rest_places(seed=0, uneven=30e-6):
+    x, y = (COLUMN - 3.5) * 1.3e-3, (ROW - 4) * 1.2e-3
+    even = np.stack([x, y, -(x**2 + y**2) / 0.04], axis=1)
+    return even + np.random.default_rng(seed).normal(size=even.shape) * uneven
+
+
+def rays_to(places):
+    away = places - ORIGIN
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def triangles():
+    """Corners (T, 3): each cell is cut along both diagonals."""
+    a = (np.arange(ROWS - 1)[:, None] * COLUMNS + np.arange(COLUMNS - 1)).ravel()
+    b, c, d = a + 1, a + COLUMNS, a + COLUMNS + 1
+    return np.stack([[a, b, c], [b, d, c], [a, b, d], [a, d, c]]).transpose(2, 0, 1).reshape(-1, 3)
+
+
+def energy(rest, places):
+    """G/2 (tr C + a (A0/A)^2) A0 of all triangles, each of which counts half."""
+    total = 0.0
+    for corners in triangles():
+        before, now = np.diff(rest[corners], axis=0), np.diff(places[corners], axis=0)
+        shape, metric = before @ before.T, now @ now.T
+        area0, area = np.sqrt(np.linalg.det(shape)) / 2, np.sqrt(np.linalg.det(metric)) / 2
+        total += STIFFNESS / 4 * (np.trace(np.linalg.solve(shape, metric)) + SHARE * (area0 / area)**2) * area0
+    return total
+
+
+def slope_of(function, places, step=1e-8):
+    """Central differences of a function (scalar or (K,)) by each coordinate of places."""
+    found = []
+    for k in np.ndindex(*places.shape):
+        moved = np.zeros_like(places)
+        moved[k] = step
+        found.append((function(places + moved) - function(places - moved)) / (2 * step))
+    return np.array(found).reshape(*places.shape, *np.shape(found[0]))
+
+
+@pytest.fixture(scope='module')
+def pad():
+    rest = rest_places()
+    of = _core.membrane_at_rest(rest, stiffness=STIFFNESS, area_share=SHARE, **GRID)
+    force, share = _core.membrane_forces(rest, of, **GRID)
+    return rest, of, share + force / PRESSURE
+
+
+def test_the_force_is_the_slope_of_the_energy(pad):
+    rest, of, _ = pad
+    places = rest + np.random.default_rng(1).normal(size=rest.shape) * 0.1e-3
+    force, _ = _core.membrane_forces(places, of, **GRID)
+    expected = -slope_of(lambda x: energy(rest, x), places)
+    np.testing.assert_allclose(force, expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_the_shares_of_a_plane_add_up_to_its_area():
+    flat = rest_places(uneven=0.0) * [1, 1, 0]
+    of = _core.membrane_at_rest(flat, stiffness=STIFFNESS, area_share=SHARE, **GRID)
+    share = _core.membrane_forces(flat, of, **GRID)[1]
+    assert share.sum(axis=0) == pytest.approx([0, 0, 8 * 7 * 1.3e-3 * 1.2e-3], abs=1e-15)
+    np.testing.assert_allclose(share[INNER, 2], 1.3e-3 * 1.2e-3)
+
+
+def normal_load(pad, places, pressure, normal=None):
+    """Load along the normals (those held, where given) times the area, over pressure and area at places."""
+    _, of, residual = pad
+    force, share = _core.membrane_forces(places, of, **GRID)
+    normal = share / np.linalg.norm(share, axis=1, keepdims=True) if normal is None else normal
+    return ((force + pressure * (share - residual)) * normal).sum(axis=1), normal, np.linalg.norm(share, axis=1)
+
+
+def dense_slopes(pad, places, rays, pressure):
+    """(K, K): derivatives of the loads by the ranges, by differences."""
+    _, normal, area = normal_load(pad, places, pressure)
+    found = np.zeros((SIZE, SIZE))
+    for k in range(SIZE):
+        moved = np.zeros_like(places)
+        moved[k] = 1e-8 * rays[k]
+        found[:, k] = (normal_load(pad, places + moved, pressure, normal)[0] - normal_load(pad, places - moved, pressure, normal)[0]) / 2e-8
+    return np.where(INNER[:, None], found / (pressure * area)[:, None], 0.0)
+
+
+def test_slopes_are_those_of_the_loads(pad):
+    rest, of, residual = pad
+    places = rest + np.random.default_rng(2).normal(size=rest.shape) * 0.1e-3
+    rays = rays_to(places)
+    slopes = _core.membrane_slopes(places, rays, of, residual, pressure=3000.0, **GRID)
+    expected = dense_slopes(pad, places, rays, 3000.0)
+    for k in np.flatnonzero(INNER):
+        near = [k + i * COLUMNS + j for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        np.testing.assert_allclose(slopes[k], expected[k, near], atol=1e-5 * np.abs(expected).max())
+    assert not slopes[~INNER].any()
+
+
+def test_loads_are_what_the_object_must_carry(pad):
+    rest, of, residual = pad
+    dented = rest - np.outer(0.4e-3 * np.exp(-((ROW - 4.0)**2 + (COLUMN - 3.5)**2) / 2), [0, 0, 1])
+    normal, force, load = _core.membrane_loads(dented, of, residual, rest_pressure=PRESSURE, **GRID)
+    held = np.hypot(ROW - 4, COLUMN - 3.5) < 1
+    assert load[held].min() > 1 and np.abs(load[~INNER]).max() == 0
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1)
+    elastic, share = _core.membrane_forces(dented, of, **GRID)
+    pressures = np.linalg.lstsq((share - residual)[INNER].reshape(-1, 1), -(force + elastic)[INNER].ravel(), rcond=None)[0]
+    np.testing.assert_allclose(force[INNER], -(elastic + pressures * (share - residual))[INNER], atol=1e-9)
+    np.testing.assert_allclose(load[INNER], -(force * share).sum(axis=1)[INNER] / (pressures * (share**2).sum(axis=1)[INNER]), rtol=1e-9)
+
+
+def log_ratio(load, misfit, variance):
+    wide, narrow = 0.8**2 + variance, misfit**2 + variance
+    return (load**2 / narrow - (load - 1.3)**2 / wide + np.log(narrow / wide)) / 2
+
+
+def expected_load(load, touched, misfit):
+    free, held = (1 - touched) / misfit**2, touched / 0.8**2
+    return free + held, (free + held) * load - held * 1.3
+
+
+def reference(pad, rays, measured, weight, ranges, response):
+    """Steps from nothing, with dense matrices and differences: ranges, probabilities, pressure."""
+    pressure, touched, anchor, last = PRESSURE, np.zeros(SIZE), ranges.copy(), 1.0
+    variance = 1 / np.maximum(response.T @ weight, 1e-3)
+    for number, misfit in enumerate((1.0, .7, .4, .25, .15, .2)):
+        places = ORIGIN + ranges[:, None] * rays
+        total, normal, area = normal_load(pad, places, pressure)
+        load = np.where(INNER, total / (pressure * area), 0.0)
+        if number:
+            gain = log_ratio(load + variance * expected_load(load, touched, last)[1], misfit, variance)
+            wide = np.pad(touched.reshape(ROWS, COLUMNS), 1)
+            beside = (wide[2:, 1:-1] + wide[:-2, 1:-1] + wide[1:-1, 2:] + wide[1:-1, :-2]).ravel() / 4
+            touched = np.where(INNER, 1 / (1 + np.exp(-np.clip(gain + 4 * (2 * beside - 1), -30, 30))), 0.0)
+        last = misfit
+        w, pull = (part * INNER for part in expected_load(load, touched, misfit))
+        slopes = np.column_stack([dense_slopes(pad, places, rays, pressure),
+                                  np.where(INNER, ((_core.membrane_forces(places, pad[1], **GRID)[1] - pad[2]) * normal).sum(axis=1)
+                                           / (pressure * area), 0.0)])
+        off = ranges - measured
+        trust = weight / (1 + off**2 * weight / 16) if number else weight
+        matrix = slopes.T @ (w[:, None] * slopes) + np.diag(np.append(trust + 1e6, 0.0))
+        gradient = slopes.T @ pull + np.append(trust * off + 1e6 * (ranges - anchor), 0.0)
+        step = np.linalg.solve(matrix, gradient)
+        change = np.clip(-step[-1], -400, 400)
+        moved = np.linalg.solve(matrix[:-1, :-1], gradient[:-1] + matrix[:-1, -1] * change)
+        ranges, pressure = ranges - np.clip(moved, -4e-4, 4e-4), pressure + change
+    return ranges, touched, pressure
+
+
+def solved(pad, rays, measured, weight, ranges, response, **changes):
+    given = {'touched': np.zeros(SIZE), 'change': np.zeros(SIZE), 'fresh': True} | changes
+    return _core.solve_membrane(rays, measured, weight, ranges, given['touched'], given['change'], pad[1], pad[2], response, ORIGIN,
+                                pressure=PRESSURE, fresh=given['fresh'], **GRID)
+
+
+def test_a_press_from_nothing_is_solved_as_with_dense_matrices(pad):
+    rest, rng = pad[0], np.random.default_rng(3)
+    rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
+    pressed = start - 0.5e-3 * np.exp(-((ROW - 4.0)**2 + (COLUMN - 3.5)**2) / 4) + rng.normal(size=SIZE) * 5e-6
+    weight, response = np.full(SIZE, 1 / 20e-6**2), (rng.random((SIZE, SIZE)) * 1e-9).astype(np.float32)
+    weight[10] = 0
+    ranges, touched, kept, pressure, moved, lifted = solved(pad, rays, pressed, weight, start, response)
+    expected = reference(pad, rays, pressed, kept, np.where(kept > 0, pressed, start), response.astype(float))
+    np.testing.assert_allclose(ranges, expected[0], atol=1e-8)
+    assert pressure == pytest.approx(expected[2], rel=1e-4)
+    np.testing.assert_allclose(touched, expected[1], atol=1e-3)
+    assert touched.max() > 0.99 and not moved.any() and lifted == 0
+
+
+def test_the_response_is_the_change_of_the_solution(pad):
+    rest = pad[0]
+    rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
+    weight, response = np.full(SIZE, 1 / 20e-6**2), np.full((SIZE, SIZE), 1e-12, np.float32)
+    change = 5e-6 * np.cos(ROW)
+    still = {'fresh': False, 'change': change}
+    before, after = (solved(pad, rays, start + factor * change, weight, start, response, **still) for factor in (0.0, 0.2))
+    np.testing.assert_allclose(after[0] - before[0], 0.2 * before[4], atol=2e-8)
+    assert after[3] - before[3] == pytest.approx(0.2 * before[5], abs=0.05 * abs(before[5]) + 1e-3)
+
+
+def test_a_range_that_goes_alone_is_left_out_and_an_edge_is_not(pad):
+    rest = pad[0]
+    rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
+    weight, response = np.full(SIZE, 1 / 20e-6**2), np.full((SIZE, SIZE), 1e-9, np.float32)
+    spoiled, edge = start.copy(), start.copy()
+    spoiled[COLUMNS * 4 + 3] += 0.4e-3
+    edge[ROW == 4] -= 0.4e-3
+    assert np.flatnonzero(solved(pad, rays, spoiled, weight, start, response)[2] == 0).tolist() == [COLUMNS * 4 + 3]
+    assert (solved(pad, rays, edge, weight, start, response)[2] > 0).all()
