@@ -27,7 +27,7 @@ class DotTrackerNode(StageNode):
 
     def listen_beside(self) -> list[Callable[[], None]]:
         """Of two cameras: when the right view of each picture was exposed."""
-        if self.stage.seam is None:
+        if not self.stage.two_cameras:
             return []
         return [self._host.listen(self, TimeReference, RIGHT_TIME, self._take_right_time, CAMERA_QUEUE)]
 

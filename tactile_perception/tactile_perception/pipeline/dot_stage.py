@@ -15,7 +15,6 @@ from ..dots.index.methods import REGISTER
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..dots.reference.drift import Reference
 from ..dots.tracker import DotTracker
-from .shutters import RightShutter
 from ..touchpad.optics.absorption import WaterModel
 from ..touchpad.places import DotPlaces
 from ..touchpad.sensor import Touchpad
@@ -49,17 +48,24 @@ class Places(Protocol):
         """Discard all state that depends on the reference."""
 
 
+class RightView(Protocol):
+    """Brings dots of the right one of two views to the exposure of the left one: RightShutter."""
+
+    def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
+        """The tracks of a stitched image at the left exposure, stamp_s, s; skew_s: s, from it to the right one."""
+
+
 class DotStage:
     """Tracks and locates dots frame by frame.
 
     camera: None if not calibrated, then a touchpad's dots get no 3D positions; values: of DOT_PARAMETERS; places: 3D positions of the
-    dots of other sensors; pattern, rest: see make_tracker; seam: px, of an image stitched from two cameras.
+    dots of other sensors; pattern, rest: see make_tracker; right: of an image stitched from two cameras.
     """
 
     def __init__(self, sensor: Touchpad, camera: CameraModel | None, values: Mapping, water: WaterModel | None = None,
                  places: Places | None = None, pattern: np.ndarray | None = None, rest: np.ndarray | None = None,
-                 seam: float | None = None):
-        self._right = None if seam is None else RightShutter(seam, sensor.rows * sensor.columns)
+                 right: RightView | None = None):
+        self._right = right
         self._tracker, self._places = make_tracker(sensor, values, pattern, rest), places
         if sensor.cap is not None and camera is not None:
             self._places = DotPlaces(sensor, camera, water)

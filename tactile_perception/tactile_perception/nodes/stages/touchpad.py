@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Image, TimeReference
+from tactile_driver.stitching.calibration import stitching_from_dict
 from tactile_msgs.msg import ContactRegion, Contacts, DotTracks, Slip
 
 from ...calibration.files.format import read_calibration
@@ -69,10 +70,18 @@ class DotMessages(_TouchpadSide):
         known = {name: self._markers and getattr(self._markers, name) for name in ('pattern', 'rest')}
         if self._surface is not None:
             make_view = view_maker(self._surface, matrices, self._markers and self._markers.stitching, camera_pose(self.values))
-            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None, seam=self.seam, **known)
+            return DotStage(self.sensor, None, self.values, places=self._places(make_view) if make_view else None,
+                            right=self._right_shutter(), **known)
         camera = self._model(matrices)
         water = read_touchpad(self.values['calibration'], camera, size) if self.calibration and camera else None
         return DotStage(self.sensor, camera, self.values, water, **known)
+
+    def _right_shutter(self):
+        """The RightShutter of two cameras; None for one."""
+        if not self.two_cameras:
+            return None
+        from ...pipeline.shutters import right_shutter
+        return right_shutter(stitching_from_dict(self._markers.stitching, 'calibration: stitching'), self._surface)
 
     def _places(self, make_view):
         """The SheetPlaces or DomePlaces of markers; None for a pattern without a grid that is not calibrated."""
@@ -97,9 +106,9 @@ class DotMessages(_TouchpadSide):
             self.stage.set_reference()
 
     @property
-    def seam(self) -> float | None:
-        """Column, px, beyond which the calibrated picture of two cameras comes from the right one; None for one camera."""
-        return float(self._markers.stitching['seam']) if self._markers and self._markers.stitching else None
+    def two_cameras(self) -> bool:
+        """Whether images are stitched from two cameras."""
+        return bool(self._markers and self._markers.stitching)
 
     def on_right_time(self, message: TimeReference) -> None:
         """Take the exposure of the right view of a picture that follows. Raises BadFrame for an invalid time."""

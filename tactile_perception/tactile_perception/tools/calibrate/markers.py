@@ -33,7 +33,7 @@ from ...parameters.file import read_parameters
 from ...parameters.markers import MARKER_SENSOR_PARAMETERS, marker_sensor
 from ...parameters.touchpad import DOT_PARAMETERS
 from ...pipeline.dot_stage import find_pattern, make_tracker
-from ...pipeline.shutters import RightShutter
+from ...pipeline.shutters import right_shutter
 from .stitching import find_stitching, tell_truth, write_stitching
 from ...touchpad.sensor import Touchpad, camera_pose
 
@@ -61,7 +61,7 @@ class PressReader:
     def read(self, bag: Path) -> None:
         """Read every usable frame of one bag. Raises TactileError for a bag without images, camera or ground truth."""
         tracker, rest = None, None
-        right = self.stitching and RightShutter(self.stitching.seam, self.sensor.rows * self.sensor.columns)
+        right = right_shutter(self.stitching, self.sensor)
         for name, found in pairs_of(bag, self._namespace, ('image_raw', TRUTH), self._take_camera,
                                     open_bag=bag_opener(self._params, self.stitching)):
             stamp_s, image = convert.stamp_seconds(found['image_raw'].header), convert.image_to_array(found['image_raw'])
