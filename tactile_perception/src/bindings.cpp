@@ -1,6 +1,8 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels. Each function checks its arguments (border.hpp), releases the GIL, and returns new arrays.
+#include "bindings.hpp"
+
 #include <array>
 #include <limits>
 
@@ -378,4 +380,5 @@ PYBIND11_MODULE(_core, module) {
         py::arg("pitch"),
         "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
         "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    tactile::border::bind_taxels(module);
 }

@@ -36,14 +36,17 @@ template <class T>
 class Input {
  public:
     Input(const py::object& given, const char* name, std::initializer_list<py::ssize_t> shape) {
-        const std::string wanted = std::string(name) + ": an array " + shape_name(shape) + " of " + type_name<T>() + " is needed, got ";
-        if (!py::isinstance<py::array>(given)) throw py::value_error(wanted + std::string(py::str(py::type::of(given).attr("__name__"))));
-        if (!py::isinstance<py::array_t<T>>(given)) throw py::value_error(wanted + std::string(py::str(given.attr("dtype"))));
+        const auto refused = [&](const std::string& got) {
+            return py::value_error(std::string(name) + ": an array " + shape_name(shape) + " of " + type_name<T>() + " is needed, got " +
+                                   got);
+        };
+        if (!py::isinstance<py::array>(given)) throw refused(py::str(py::type::of(given).attr("__name__")));
+        if (!py::isinstance<py::array_t<T>>(given)) throw refused(py::str(given.attr("dtype")));
         const py::array array = given;
         bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());
         py::ssize_t axis = 0;
         for (const py::ssize_t length : shape) fits = fits && (length == ANY || array.shape(axis) == length), ++axis;
-        if (!fits) throw py::value_error(wanted + "the shape " + std::string(py::str(given.attr("shape"))));
+        if (!fits) throw refused("the shape " + std::string(py::str(given.attr("shape"))));
         array_ = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
         if (!array_) throw py::error_already_set();
     }

@@ -17,6 +17,7 @@ from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
 from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
+from .hysteresis import Hysteresis
 from .imprint import ImprintTracker, ImprintMotion
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
@@ -140,6 +141,7 @@ class TaxelEstimator:
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
         self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
+        self._hysteresis = Hysteresis(settings.response.hysteresis, settings.response.relaxation)
         self._tracker, self._direction = ContactTracker(), ContinuousDirection()
         self._stamp_s: float | None = None
         self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
@@ -152,6 +154,7 @@ class TaxelEstimator:
 
     def _forget(self) -> None:
         self._method.reset()
+        self._hysteresis.reset()
         self._tracker.reset()
         self._direction.reset()
 
@@ -168,7 +171,7 @@ class TaxelEstimator:
         sigma, response = self.baseline.sigma, self.settings.response
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
-        pressure = response.pressure(repaired)
+        pressure = self._hysteresis.undone(response.pressure(repaired), interval)
         regions, surface = self._method.regions(pressure, sigma * response.slope(_NOISE_AT * sigma))
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)

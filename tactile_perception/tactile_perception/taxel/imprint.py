@@ -9,18 +9,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .._core import steady_motion
+from ..common.statistics import SIGMA_PER_MAD
 from .array import SoftPad, TaxelArray
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .shear import BORDER_LEAD, SurfaceShear
 
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels of motion and of growth after which a new keyframe is taken. Chosen: below one taxel
-_WINDOW_S = 0.06  # s, window of velocity and slip. Chosen: 12 frames at 200 Hz
+_LOAD_WINDOW_S = 0.06  # s, over which changes of the load are judged. Chosen: 12 frames at 200 Hz
+_WINDOW_S = 0.2  # s, longest stretch for a velocity. Chosen: a turn of 0.01 rad/s is told from noise
 _FEW = 40  # taxels up to which a contact is followed by its pressure's centroid, for want of edges. Chosen
-_FEWEST = 4  # frames for a velocity. Chosen: two more than a line needs
+_FEWEST = 4  # frames that are kept at least. Chosen: two more than a line needs
+_SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
+_BOUND = 2.5  # standard deviations: see steady_motion. Chosen
+_EVIDENT_SIGMAS = 4.0  # standard deviations of a velocity, from which the object moves. Chosen
+_LEAST_NOISE = 1e-3  # taxels, of a place, at least. Chosen: a tenth of what the best images give
 _EVIDENT = 0.4  # taxels a frame, from which a centroid's shift is motion even if the load rises a little. Chosen
 _LOAD_CHANGE = 0.2  # relative change of the load over the window, from which changes of the image are attributed to it. Chosen
-# Noise of the slip over the window: taxels, and standard deviations of the keyframe's registration. Chosen.
-_STILL, _STILL_SIGMAS = 0.008, 0.4
+_SLIDES = 0.1  # part of the object's motion by which the pad's surface lags where it slips. Chosen: coupled neighbours creep a little
 # Growth of the contact, taxels and parts of its shift, from which the image is attributed to a change of load. Chosen.
 _LOADED, _LOADING = 0.08, 1.5
 
@@ -57,10 +63,10 @@ class ImprintTracker:
         self._pose = np.zeros(3)  # of the keyframe's centre since the keyframe: m, m, rad
         self._total = np.zeros(3)  # of the object at the origin since it touched: m, m, rad
         self._past: deque[tuple[float, float, float, float]] = deque()  # s, total
+        self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
-        self._slipped = np.zeros((2, *self._array.shape), np.float32)  # m, slip of the object over the pad since it touched
-        self._slips: deque[tuple[float, np.ndarray]] = deque()  # s, slip before this frame
-        self._slip_fraction = self._sigma = 0.0
+        self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
+        self._slip_fraction = 0.0
         self._along = np.zeros(3)
 
     def traction_pressure(self) -> np.ndarray | None:
@@ -87,13 +93,15 @@ class ImprintTracker:
         about = (self._key.middle - self._middle) * self._array.pitch
         at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
         self._expected = seen.fit if self._seen is None else 1.5 * seen.fit - 0.5 * self._seen.fit
-        self._seen, self._sigma = seen, seen.sigma
-        self._remember(self.shear.move(touched, pressure, at_origin, step[2]), np.array([*at_origin, step[2]]), stamp_s)
+        self._seen = seen
+        smooth, velocity, moves, steady = self._followed(np.array([*at_origin, step[2]]), stamp_s)
+        slip = self.shear.move(touched, pressure, smooth[:2], smooth[2])
+        self._lags.append((slip, smooth))
+        slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
         if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
             self._rekey(kind, now)
-        linear, turn = self._velocity()
-        self._along = self._direction(linear, turn, seen)
-        slipping = self._slipping() & touched
+        linear, turn = velocity[:2], float(velocity[2])
+        self._along = self._direction(linear, turn, seen) if moves else np.zeros(3)
         self._slip_fraction = np.count_nonzero(slipping) / count
         turns = not np.isnan(seen.turn)
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
@@ -108,19 +116,44 @@ class ImprintTracker:
     def _load_changed(self, load: float, stamp_s: float) -> bool:
         """Whether the load changed by more than _LOAD_CHANGE over the window."""
         self._loads.append((stamp_s, load))
-        while self._loads[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
+        while self._loads[0][0] < stamp_s - _LOAD_WINDOW_S * (1 + 1e-6):
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         return most - least > _LOAD_CHANGE * most
 
-    def _slipping(self) -> np.ndarray:
-        """(rows, columns) bool: where the surface lagged behind a moving object over the window. Relaxation of the pad as the load falls is
-        no slip."""
-        least = (max(_STILL, _STILL_SIGMAS * self._sigma) * self._array.pitch)**2
-        x, y, turn = (now - then for now, then in zip(self._past[-1][1:], self._past[0][1:]))
+    def _followed(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray, bool, int]:
+        """The last motion (3,) m, m at the origin, rad, without noise, the velocity (3,), whether it is evident, and for how many frames it
+        was steady; step: with noise."""
+        self._total = self._total + step
+        self._past.append((stamp_s, *self._total.tolist()))
+        while len(self._past) > _FEWEST and self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
+            self._past.popleft()
+        about = (self._key.middle - self._middle) * self._array.pitch
+        reach = self._key.reach * self._array.pitch
+        to_contact = np.array([[1, 0, -about[1]], [0, 1, about[0]], [0, 0, reach]])  # path of the contact's middle, and of its edges
+        times, totals = np.array(self._past)[:, 0], np.array(self._past)[:, 1:]
+        places = totals @ to_contact.T
+        place, speed, sigma, used = steady_motion(times, places, sigma=self._noise(places), bound=_BOUND)
+        turn, turn_rate = place[2] / reach, speed[2] / reach
+        smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
+        last, self._smooth = self._smooth, smooth
+        velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
+        moves = used > 1 and math.sqrt(speed @ speed) > _EVIDENT_SIGMAS * sigma
+        return smooth - last, velocity if used > 1 else np.full(3, np.nan), moves, used - 1
+
+    def _noise(self, places: np.ndarray) -> float:
+        """m, standard deviation of places (N, 3), by their second differences, in which steady motion has no part."""
+        bend = places[2:] - 2 * places[1:-1] + places[:-2]
+        moved = np.abs(bend[:, :2])
+        found = SIGMA_PER_MAD / math.sqrt(6) * float(np.median(moved)) if len(moved) else 0.0
+        return max(found, _LEAST_NOISE * self._array.pitch)
+
+    def _lagging(self, steady: int) -> np.ndarray:
+        """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""
+        last = list(self._lags)[-min(steady, _SUMMED):]
+        lag, (x, y, turn) = sum(slip for slip, _ in last), sum(step for _, step in last).tolist()
         along_x, along_y = x - turn * self._array.y[:, None], y + turn * self._array.x
-        slipped = self._slipped - self._slips[0][1]
-        return (slipped[0]**2 + slipped[1]**2 > least) & (along_x**2 + along_y**2 > least)
+        return lag[0]**2 + lag[1]**2 > _SLIDES**2 * (along_x**2 + along_y**2)
 
     def _unknown(self) -> ImprintMotion:
         return ImprintMotion(np.full(2, np.nan), np.nan, False, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
@@ -147,22 +180,3 @@ class ImprintTracker:
 
     def _rekey(self, kind: type, now: tuple) -> None:
         self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
-
-    def _remember(self, slip: np.ndarray, step: np.ndarray, stamp_s: float) -> None:
-        """Append slip (2, rows, columns) m and step (3,) m, m, rad of the object at the origin to the window."""
-        self._total = self._total + step
-        self._past.append((stamp_s, *self._total.tolist()))
-        self._slips.append((stamp_s, self._slipped))
-        self._slipped = self._slipped + slip
-        for kept in (self._past, self._slips):
-            while len(kept) > _FEWEST and kept[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
-                kept.popleft()
-
-    def _velocity(self) -> tuple[np.ndarray, float]:
-        if len(self._past) < _FEWEST:
-            return np.full(2, np.nan), np.nan
-        stamps, *places = np.array(self._past).T
-        off = stamps - stamps.sum() / len(stamps)
-        x, y, turn = (float(off @ place) for place in places)
-        square = float(off @ off)
-        return np.array([x / square, y / square]), turn / square

@@ -13,7 +13,7 @@ import numpy as np
 from .array import TaxelArray
 from ..common.contour import Outline, contour, group_loops
 from ..common.region_moments import Moments
-from .score import LEVEL, largest_near
+from .score import LEVEL
 
 _AROUND, _NEAR = 2, (5, 5)  # taxels around a region that share its force, and that square. Chosen: a pad of 2 mm on taxels of 1 mm (paper)
 _MOST = 64  # regions; an image with more is broken. Chosen: more than fingers can make
@@ -69,9 +69,14 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     bordered = cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
     loops = [loop + (top - 1, left - 1) for loop in contour(bordered[top:top + height + 2, left:left + width + 2], LEVEL)]
     outlines = group_loops(loops, array.places(np.concatenate(loops)))
-    near = _around_touched(touched) if count == 2 else np.where(touched, labels, largest_near(labels, _AROUND))
+    near = _around_touched(touched) if count == 2 else np.where(touched, labels, _spread(labels))
     regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
     return Regions([region for region in regions if region.moments.area > 0], labels, touched, near, count > _MOST + 1)
+
+
+def _spread(labels: np.ndarray) -> np.ndarray:
+    """labels (rows, columns), each the largest nearby."""
+    return cv2.dilate(labels.astype(np.float32), np.ones(_NEAR, np.uint8)).astype(labels.dtype)
 
 
 def _around_touched(touched: np.ndarray) -> np.ndarray:

@@ -24,7 +24,8 @@ class Response:
     """pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), Pa, of a change c of the value over the taxel's gain.
 
     gain: (rows, columns), mean about 1, None for 1; zero: (rows, columns) untouched values, None if unknown; known: whether pressure is in
-    Pa, else in the sensor's units. Raises BadArgument for a scale with which pressure would not rise.
+    Pa, else in the sensor's units; hysteresis: Pa, half of the width of the loop between rising and falling loads, 0 if unknown;
+    relaxation: s in which a load that rests leaves it. Raises BadArgument for a scale with which pressure would not rise.
     """
 
     scale: tuple[float, float, float] = (1.0, 0.0, 0.0)
@@ -32,11 +33,16 @@ class Response:
     gain: np.ndarray | None = None
     known: bool = False
     zero: np.ndarray | None = None
+    hysteresis: float = 0.0
+    relaxation: float = 1.0
 
     def __post_init__(self):
         if not (len(self.scale) == 3 and np.isfinite(self.scale).all() and min(self.scale) >= 0 and any(self.scale) and self.knee > 0):
             raise BadArgument(f'taxel response: scale must be three finite numbers, none negative and not all 0, and knee positive, got '
                               f'{self.scale}, {self.knee}')
+        if not (0 <= self.hysteresis < np.inf and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: hysteresis must not be negative and relaxation must be positive, got {self.hysteresis}, '
+                              f'{self.relaxation}')
 
     @cached_property
     def _by_gain(self) -> np.ndarray | np.float32:
@@ -57,7 +63,7 @@ class Response:
         return first + 2 * second * abs(value) + third * (self.knee / (abs(value) + self.knee))**2
 
 
-def _terms(value: np.ndarray, knee: float) -> np.ndarray:
+def curve_terms(value: np.ndarray, knee: float) -> np.ndarray:
     """(3, ...) terms that scale multiplies."""
     size = np.abs(value)
     return np.stack([value, value * size, value * knee / (size + knee)])
@@ -75,6 +81,13 @@ def fit_gains(changes: np.ndarray) -> np.ndarray | None:
     return np.where((gains > _GAINS[0]) & (gains < _GAINS[1]), gains, 1.0).astype(np.float32)
 
 
+def force_terms(changes: np.ndarray, taxel_area: float, gain: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    """What scale multiplies in the forces (N,) of changes (N, rows, columns), (N, 3), and the curve's knee; see fit_response."""
+    value = np.maximum(changes if gain is None else changes / gain, 0).reshape(len(changes), -1).astype(float)
+    knee = _KNEE * float(value.max(initial=0))
+    return taxel_area * curve_terms(value, max(knee, 1e-12)).sum(axis=2).T, knee
+
+
 def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
                  gain: np.ndarray | None = None) -> tuple[Response, np.ndarray]:
     """Nonnegative least squares fit of the response to normal forces (N,), N, with changes (N, rows, columns), and its predictions (N,), N.
@@ -86,11 +99,9 @@ def fit_response(changes: np.ndarray, forces: np.ndarray, taxel_area: float,
     known = np.isfinite(forces) & (forces > 0)
     if np.unique(np.round(forces[known], 6)).size < _FEWEST:
         raise BadCalibration(f'normal force: {np.unique(np.round(forces[known], 6)).size} different loads; at least {_FEWEST} are needed')
-    value = np.maximum(changes if gain is None else changes / gain, 0).reshape(len(changes), -1).astype(float)
-    knee = _KNEE * float(value.max())
-    if not (value[known].sum(axis=1) > 0).all():
+    rows, knee = force_terms(changes, taxel_area, gain)
+    if not (rows[known, 0] > 0).all():
         raise BadCalibration('normal force: the sensor does not respond to some of the loads')
-    rows = taxel_area * _terms(value, knee).sum(axis=2).T
     unit = rows[known].mean(axis=0)
     weight = forces[known] + _SMALL * forces[known].max()
     from scipy.optimize import nnls  # calibration alone needs it

@@ -77,6 +77,38 @@ def call_solve_membrane(rays=UP, measured=np.full(42, 0.04), weight=np.full(42, 
                         origin=np.zeros(3)):
     return _core.solve_membrane(rays, measured, weight, ranges, touched, change, triangles, residual, response, origin, pressure=2000.0,
                                 fresh=False, **GRID)
+TAXELS = np.pad(np.full((9, 12), 3e4, np.float32), 6)
+EDGES = _core.taxel_edges(TAXELS / 3e4, steep=0.08, rim=1, most=50)
+
+
+def call_taxel_score(pressure=TAXELS):
+    """Scores with the numbers that are in use, as a tuple."""
+    return _core.taxel_score(pressure, smooth=1.0, reach=2, least=100.0, share=0.6, ramp=0.33),
+
+
+def call_taxel_edges(score=TAXELS / 3e4):
+    """Edges with the numbers that are in use."""
+    return _core.taxel_edges(score, steep=0.08, rim=2, most=250)
+
+
+def call_taxel_register(score=TAXELS / 3e4, place=EDGES[0], value=EDGES[1], slopes=EDGES[2], middle=EDGES[4], guess=np.zeros(4)):
+    """A registration with the picture of the edges itself."""
+    return _core.taxel_register(score, place, value, slopes, middle, EDGES[5], turns=True, guess=guess)
+
+
+def call_taxel_move(drag=np.zeros((2, *TAXELS.shape), np.float32), touched=TAXELS > 0, pressure=TAXELS, shift=np.array([1e-4, 0, 0.01])):
+    """A motion with the numbers that are in use."""
+    return _core.taxel_move(drag, touched, pressure, shift, pitch=1e-3, thickness=2.0, coupling=2.0, limit=1e-8, on_top=1.2, sharp=1.0)
+
+
+def call_taxel_pull_pressure(pull=np.stack([TAXELS, -TAXELS]), spreads=np.array([[0.5, 1.2], [0.5, 3.7]])):
+    """Pressure by traction, as a tuple."""
+    return _core.taxel_pull_pressure(pull, gain=1.0, spreads=spreads),
+
+
+def call_steady_motion(times=np.arange(9.0), places=np.zeros((9, 3))):
+    """Velocity with the numbers that are in use."""
+    return _core.steady_motion(times, places, sigma=1e-6, bound=2.5)
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -102,6 +134,14 @@ CALLS = {
         'origin': np.zeros(3)}),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
+    'taxel_score': (call_taxel_score, {'pressure': TAXELS}),
+    'taxel_edges': (call_taxel_edges, {'score': TAXELS / 3e4}),
+    'taxel_register': (call_taxel_register, {'score': TAXELS / 3e4, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
+                                             'middle': EDGES[4], 'guess': np.zeros(4)}),
+    'taxel_move': (call_taxel_move, {'drag': np.zeros((2, *TAXELS.shape), np.float32), 'touched': TAXELS > 0, 'pressure': TAXELS,
+                                     'shift': np.array([1e-4, 0, 0.01])}),
+    'taxel_pull_pressure': (call_taxel_pull_pressure, {'pull': np.stack([TAXELS, -TAXELS]), 'spreads': np.array([[0.5, 1.2], [0.5, 3.7]])}),
+    'steady_motion': (call_steady_motion, {'times': np.arange(9.0), 'places': np.zeros((9, 3))}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, disc, picture, ring
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.score import LEVEL, ContactScore, largest_near
+from tactile_perception.taxel.score import LEVEL, ContactScore
 
 SCORE = ContactScore(ARRAY, SoftPad())
 
@@ -31,10 +31,3 @@ def test_ring_has_a_hole_and_a_rough_face_none():
 @pytest.mark.parametrize('image', [np.zeros((44, 44)), np.random.default_rng(0).normal(0, 1, (44, 44))])
 def test_nothing_and_noise_are_no_contact(image):
     assert not (SCORE.compute(image.astype(np.float32), 1.0) > LEVEL).any()
-
-
-@pytest.mark.parametrize('reach', [0, 1, 2, 4, 6])
-def test_largest_near(reach):
-    values = np.random.default_rng(reach).random((9, 13)).astype(np.float32)
-    expected = [[values[max(r - reach, 0):r + reach + 1, max(c - reach, 0):c + reach + 1].max() for c in range(13)] for r in range(9)]
-    assert largest_near(values, reach) == pytest.approx(np.array(expected))

@@ -14,13 +14,15 @@ from ...taxel.array import TaxelArray
 from ...taxel.response import Response
 
 SENSOR = 'taxel_array'
-UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N'}
+UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
+         'hysteresis': 'Pa, half of the loop', 'relaxation': 's'}
 
 
 def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
                  specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
     """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
-    fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee)}
+    fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
+              'hysteresis': float(response.hysteresis), 'relaxation': float(response.relaxation)}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
             fitted[name] = np.asarray(getattr(response, name), float).tolist()
@@ -40,7 +42,8 @@ def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = No
                                  f'{array.rows} x {array.columns}; give this sensor\'s own file')
         if 'gain' in maps and not (maps['gain'] > 0).all():
             raise ValueError('gain must be positive')
-        return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps)
+        return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps,
+                        hysteresis=float(fitted.get('hysteresis', 0.0)), relaxation=float(fitted.get('relaxation', 1.0)))
     except (KeyError, TypeError, ValueError, BadArgument) as error:
         if isinstance(error, BadCalibration):
             raise

@@ -22,19 +22,23 @@ from ...parameters.file import read_parameters
 from ...parameters.taxel import TAXEL_PARAMETERS, taxel_array
 from ...taxel.array import TaxelArray
 from ...taxel.repair import dead_mask, fill
-from ...taxel.response import Response, fit_gains, fit_response
+from ...taxel.hysteresis import Hysteresis, fit_loop, shown
+from ...taxel.response import Response, fit_gains, fit_response, force_terms
 
 _SAME = 0.02  # chosen: relative difference below which loads count as equal
+_LONGEST_S = 0.1  # chosen: equal loads that last longer are several, since what the sensor shows creeps
 _PARTS = 3  # chosen: folds of the cross-validation
+_LIGHT = 0.3  # chosen: of the largest force, added to each in the weights of the loop's fit, as in fit_response
 _ZERO = 1e-3  # N, chosen: smaller forces count as untouched
 
 
 @dataclass
 class Loads:
-    """Mean frame under each load.
+    """Mean frame under each load, in their order.
 
     changes: (N, rows, columns), less the untouched frame; forces: (N,) N; zero: untouched frame (rows, columns) or None; left_out: one line
-    per unusable frame; when: recording and time of each load.
+    per unusable frame; when: recording and time of each load; times: (N,) s; bags: (N,) number of the recording; levels: (N,) number of the
+    stretch of equal loads that it belongs to.
     """
 
     changes: np.ndarray
@@ -42,30 +46,41 @@ class Loads:
     zero: np.ndarray | None
     left_out: list[str]
     when: list[str]
+    times: np.ndarray
+    bags: np.ndarray
+    levels: np.ndarray
 
 
 def read_loads(bags: list[Path], array: TaxelArray, dead: np.ndarray, namespace: str) -> Loads:
     """The loads in bags. Raises TactileError for bags without images or wrenches."""
-    stretches, untouched, left_out = [], [], []
-    for bag in bags:
-        last = None
+    stretches, untouched, left_out, level = [], [], [], -1
+    for number, bag in enumerate(bags):
+        last = before = None
         for stamp, values, force in _frames(bag, array, namespace, left_out):
             if not np.isfinite(force):
                 last = None
             elif force < _ZERO:
-                untouched.append(values)
+                if before is None:  # after a load the sensor may still show some of it
+                    untouched.append(values)
                 last = None
-            elif last is not None and abs(force - last) < _SAME * last:
-                stretches[-1][0].append(values)
             else:
-                stretches.append(([values], force, f'{bag.name} at {stamp:.3f} s'))
-                last = force
+                before = force
+                if last is None or abs(force - last) >= _SAME * last:
+                    last, level = force, level + 1
+                    begin = None
+                if begin is None or stamp - begin > _LONGEST_S:
+                    begin = stamp
+                    stretches.append(([], [], last, f'{bag.name} at {stamp:.3f} s', number, level))
+                stretches[-1][0].append(values)
+                stretches[-1][1].append(stamp)
     if not stretches:
         raise BadCalibration('no frame with a normal load in the recordings; ground_truth/wrench must contain it (force.z < 0)')
     zero = np.mean(untouched, axis=0, dtype=float) if untouched else None
-    pictures = np.array([np.mean(values, axis=0, dtype=float) for values, _, _ in stretches]) - (0 if zero is None else zero)
+    values, stamps, forces, when, numbers, levels = zip(*stretches)
+    pictures = np.array([np.mean(one, axis=0, dtype=float) for one in values]) - (0 if zero is None else zero)
     pictures = np.array([fill(picture.astype(np.float32), dead) for picture in pictures])
-    return Loads(pictures, np.array([force for _, force, _ in stretches]), zero, left_out, [when for _, _, when in stretches])
+    return Loads(pictures, np.array(forces), zero, left_out, list(when), np.array([np.mean(one) for one in stamps]), np.array(numbers),
+                 np.array(levels))
 
 
 def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
@@ -91,18 +106,56 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
                 waiting = None
 
 
-def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> np.ndarray:
-    """Cross-validation errors (N,) of the forces, relative; NaN where the other folds do not determine the response."""
-    errors = np.full(len(loads.forces), np.nan)
+@dataclass(frozen=True)
+class Loop:
+    """Hysteresis of the sensor. width: Pa, half of the loop's; relaxation: s; shown: (N,) N, what of each load the sensor shows."""
+
+    width: float
+    relaxation: float
+    shown: np.ndarray
+
+
+def loaded_areas(changes: np.ndarray, taxel_area: float) -> np.ndarray:
+    """m^2 under each load: that of even pressure with the same sum and sum of squares of changes (N, rows, columns)."""
+    flat = np.maximum(changes, 0).reshape(len(changes), -1)
+    return taxel_area * flat.sum(axis=1)**2 / np.maximum((flat**2).sum(axis=1), 1e-12)
+
+
+def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> Loop:
+    """The loop between rising and falling loads; a width of 0 where the loads show none. Times between recordings count as rest."""
+    known = np.isfinite(loads.forces) & (loads.forces > 0)
+    areas = loaded_areas(loads.changes, array.taxel_area)
+    terms = force_terms(loads.changes, array.taxel_area, gain)[0] / areas[:, None]
+    weights = np.where(known, areas / (loads.forces + _LIGHT * loads.forces.max()), 0)
+    times = _rested(loads)
+    width, relaxation = fit_loop(times, loads.forces / areas, terms, weights)
+    seen = shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6), width, relaxation) * areas
+    return Loop(width, relaxation, seen)
+
+
+def _rested(loads: Loads) -> np.ndarray:
+    """(N,) s, times of the loads, with a rest between recordings."""
+    return loads.times - loads.times.min() + 1e6 * loads.bags
+
+
+def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop) -> np.ndarray:
+    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where the other folds do not determine the response."""
+    seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _PARTS
+    areas, times = loaded_areas(loads.changes, array.taxel_area), _rested(loads)
     for part in range(_PARTS):
-        out = np.arange(len(errors)) % _PARTS == part
+        out = held_out == part
         try:
-            response, _ = fit_response(loads.changes[~out], loads.forces[~out], array.taxel_area, gain)
+            response, _ = fit_response(loads.changes[~out], loop.shown[~out], array.taxel_area, gain)
         except BadCalibration:
             continue
-        predicted = np.array([response.pressure(np.maximum(change, 0)).sum() * array.taxel_area for change in loads.changes[out]])
-        errors[out] = predicted / loads.forces[out] - 1
-    return errors
+        seen[out] = [response.pressure(np.maximum(change, 0)).sum() * array.taxel_area for change in loads.changes[out]]
+    if not loop.width or np.isnan(seen).any():
+        return seen / loads.forces - 1
+    undo, found = Hysteresis(loop.width, loop.relaxation), []
+    undo.undone(np.zeros((1, 1), np.float32), 0.0)
+    for pressure, interval in zip(seen / areas, np.diff(times, prepend=times[0])):
+        found.append(float(undo.undone(np.full((1, 1), pressure, np.float32), float(interval))[0, 0]))
+    return np.array(found) * areas / loads.forces - 1
 
 
 def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
@@ -114,8 +167,10 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     array = taxel_array(values)
     loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
     gain = fit_gains(loads.changes)
-    response, _ = fit_response(loads.changes, loads.forces, array.taxel_area, gain)
-    errors = held_out_errors(loads, array, gain)
+    loop = find_loop(loads, array, gain)
+    response, _ = fit_response(loads.changes, loop.shown, array.taxel_area, gain)
+    response = replace(response, hysteresis=loop.width, relaxation=loop.relaxation)
+    errors = held_out_errors(loads, array, gain, loop)
     residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
     span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
@@ -156,6 +211,8 @@ def report(loads: Loads, response: Response, residuals: dict, output: Path) -> s
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
+             'loop between rising and falling loads: ' + (f'{2 * response.hysteresis:.0f} Pa wide, forgotten within '
+                                                          f'{response.relaxation:.2g} s' if response.hysteresis else 'none seen'),
              f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
              f'{residuals["held_out_force_largest"]:.1%} largest']
     return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

@@ -1,0 +1,12 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Bindings of subjects that have a file of their own.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace tactile::border {
+
+void bind_taxels(pybind11::module_& module);
+
+}  // namespace tactile::border
