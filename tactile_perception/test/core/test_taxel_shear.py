@@ -46,7 +46,8 @@ def test_pull_presses_where_it_converges():
     change = np.zeros((30, 26))
     change[:, 1:-1] += pull[0, :, :-2] - pull[0, :, 2:]
     change[1:-1] += pull[1, :-2] - pull[1, 2:]
-    expected = sum(3.0 * share * ndimage.gaussian_filter(change, width, mode='constant', truncate=4.0) for share, width in ((0.4, 1.2), (0.6, 2.5)))
+    expected = sum(3.0 * share * ndimage.gaussian_filter(change, width, mode='constant', truncate=4.0)
+                   for share, width in ((0.4, 1.2), (0.6, 2.5)))
     found = taxel_pull_pressure(pull, gain=3.0, spreads=np.array([[0.4, 1.2], [0.6, 2.5]]))
     np.testing.assert_allclose(found, expected, atol=1e-3)
     assert not taxel_pull_pressure(np.zeros((2, 0, 4), np.float32), gain=3.0, spreads=np.ones((2, 2))).size

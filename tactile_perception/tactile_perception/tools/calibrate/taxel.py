@@ -139,7 +139,7 @@ def _rested(loads: Loads) -> np.ndarray:
 
 
 def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop) -> np.ndarray:
-    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where the other folds do not determine the response."""
+    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where other folds do not determine the response."""
     seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _PARTS
     areas, times = loaded_areas(loads.changes, array.taxel_area), _rested(loads)
     for part in range(_PARTS):

@@ -8,7 +8,8 @@ from tactile_perception.taxel.array import TaxelArray
 from tactile_perception.taxel.response import Response
 
 ARRAY = TaxelArray(3, 4, 1e-3)
-RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4))
+RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4),
+                    1750.0, 0.4)
 
 
 @pytest.fixture
@@ -20,6 +21,7 @@ def path(tmp_path):
 def test_what_is_written_is_read(path):
     found = read_taxels(path, ARRAY)
     assert found.scale == pytest.approx(RESPONSE.scale) and found.knee == 12.5 and found.known
+    assert (found.hysteresis, found.relaxation) == (1750.0, 0.4)
     assert found.gain == pytest.approx(RESPONSE.gain, rel=1e-6) and found.zero == pytest.approx(RESPONSE.zero)
 
 

@@ -7,22 +7,33 @@ import pytest
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 from tactile_perception.calibration.residuals import outliers  # noqa: E402
 from tactile_perception.taxel.array import TaxelArray  # noqa: E402
-from tactile_perception.tools.calibrate.taxel import Loads, held_out_errors, held_out_residuals  # noqa: E402
+from tactile_perception.taxel.hysteresis import shown  # noqa: E402
+from tactile_perception.tools.calibrate.taxel import Loads, Loop, find_loop, held_out_errors, held_out_residuals  # noqa: E402
 
 pytestmark = pytest.mark.ros
+
+
+def loads_of(changes, forces, times=None, when=None):
+    """Loads of one recording, a second apart, each a level of its own."""
+    count = len(forces)
+    return Loads(changes, np.asarray(forces, float), None, [], when or [''] * count, np.arange(1.0, count + 1) if times is None else times,
+                 np.zeros(count, int), np.arange(count))
 
 
 def test_held_out_loads_of_a_straight_sensor_are_exact():
     loads = np.linspace(10, 100, 9)
     changes = np.zeros((9, 5, 5), np.float32)
     changes[:, 1:4, 1:4] = loads[:, None, None]
-    errors = held_out_errors(Loads(changes, 0.02 * loads, None, [], [''] * len(loads)), TaxelArray(5, 5, 1e-3), None)
+    array, given = TaxelArray(5, 5, 1e-3), loads_of(changes, 0.02 * loads)
+    errors = held_out_errors(given, array, None, find_loop(given, array, None))
     assert np.abs(errors).max() < 1e-3
 
 
 def test_too_few_loads_have_no_held_out_error():
     changes = np.ones((3, 2, 2), np.float32) * np.array([1, 2, 3], np.float32)[:, None, None]
-    assert np.isnan(held_out_errors(Loads(changes, np.array([1.0, 2.0, 3.0]), None, [], [''] * 3), TaxelArray(2, 2, 1e-3), None)).all()
+    forces = np.array([1.0, 2.0, 3.0])
+    errors = held_out_errors(loads_of(changes, forces), TaxelArray(2, 2, 1e-3), None, Loop(0.0, 1.0, forces))
+    assert np.isnan(errors).all()
 
 
 def test_errors_are_told_by_force_and_where_loads_differ_in_place_over_the_pad():
@@ -30,10 +41,25 @@ def test_errors_are_told_by_force_and_where_loads_differ_in_place_over_the_pad()
     changes[:, 2, 2] = 1
     array, forces = TaxelArray(5, 5, 1e-3), np.arange(1.0, 7)
     errors = np.array([0.01, -0.01, 0.02, -0.02, 0.01, 0.5])
-    loads = Loads(changes, forces, None, [], [f'bag at {k} s' for k in range(6)])
+    loads = loads_of(changes, forces, when=[f'bag at {k} s' for k in range(6)])
     found, = held_out_residuals(loads, array, errors)
     assert found.value == pytest.approx(100 * errors) and found.place[:, 0] == pytest.approx(forces)
     assert outliers([found]) == ['bag at 5 s: force error 50 %, the median is 1.5 %']
     changes[0] = np.roll(changes[0], 2, axis=1)
     _, over = held_out_residuals(loads, array, errors)
     assert over.place[0] == pytest.approx([2.0, 0.0]) and over.place[1] == pytest.approx([0.0, 0.0])
+
+
+def test_a_loop_between_rising_and_falling_loads_is_found_and_undone():
+    up = np.repeat([5.0, 10, 20, 40, 60, 80], 3)
+    pascal, times = 1e3 * np.concatenate([up, up[::-1]]), np.arange(1, 37) * 0.1
+    seen = shown(pascal, np.diff(times, prepend=-1e6), 2500.0, 0.6)
+    changes = np.zeros((36, 8, 8), np.float32)
+    changes[:, 1:7, 1:7] = (seen / 450)[:, None, None]
+    array, given = TaxelArray(8, 8, 1e-3), loads_of(changes, pascal * 36e-6, times)
+    loop = find_loop(given, array, None)
+    assert loop.width == pytest.approx(2500, rel=0.25) and loop.relaxation == pytest.approx(0.6, rel=0.4)
+    assert loop.shown == pytest.approx(seen * 36e-6, rel=0.05)
+    with_loop = np.abs(held_out_errors(given, array, None, loop))
+    without = np.abs(held_out_errors(given, array, None, Loop(0.0, 1.0, given.forces)))
+    assert np.nanmedian(with_loop) < 0.4 * np.nanmedian(without)
