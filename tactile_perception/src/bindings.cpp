@@ -380,5 +380,6 @@ PYBIND11_MODULE(_core, module) {
         py::arg("pitch"),
         "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
         "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    tactile::border::bind_finger(module);
     tactile::border::bind_taxels(module);
 }

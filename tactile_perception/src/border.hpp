@@ -7,6 +7,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
@@ -73,6 +74,11 @@ py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> sha
     py::array_t<T> array(std::move(shape));
     std::copy(values.begin(), values.end(), array.mutable_data());
     return array;
+}
+
+template <class T, std::size_t N>
+py::array_t<T> output(const std::array<T, N>& values, std::vector<py::ssize_t> shape) {
+    return output(std::vector<T>(values.begin(), values.end()), std::move(shape));
 }
 
 }  // namespace tactile::border

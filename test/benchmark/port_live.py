@@ -78,16 +78,27 @@ def summary(record: Record, settle: float) -> dict:
     batches = batches[:-20]  # which may still be in transit
     steps = np.array([(after[0] - (stamp + count * period * 1e9)) / (period * 1e9)
                       for (stamp, count, period), after in zip(batches, batches[1:])])
-    told = [(stamp, count, period) for stamp, count, period in batches if stamp in record.results]
-    latency = np.array([record.results[stamp] - stamp - (count - 1) * period * 1e9 for stamp, count, period in told]) * 1e-6
+    heard = _receipts(batches, record.results)
+    told = np.isfinite(heard)
+    latency = np.array([at - stamp - (count - 1) * period * 1e9 for at, (stamp, count, period) in zip(heard, batches)])[told] * 1e-6
     memory = {name: [use[name][1] for _, use in record.usage] for name in record.usage[0][1]}
     first = min(len(record.usage) - 1, int(settle))
     load, rate = live.cpu(record), len(batches) / (1e-9 * (batches[-1][0] - batches[0][0]))
     return {'samples': sum(count for _, count, _ in batches), 'lost samples': int(np.round(steps[steps > 0.5]).sum()),
-            'batches': len(batches), 'batches a second': rate, 'batches without results': len(batches) - len(told),
+            'batches': len(batches), 'batches a second': rate, 'batches without results': int((~told).sum()),
             'latency ms': {str(p): float(np.percentile(latency, p)) for p in PERCENTILES}, 'CPU %': load,
             'CPU ms a batch': {name: 10 * part / rate for name, part in load.items()},
             'memory MB': {name: {'first': used[first], 'last': used[-1], 'most': max(used)} for name, used in memory.items()}}
+
+
+def _receipts(batches: list, results: dict) -> np.ndarray:
+    """Time of receipt, ns, of the last result whose stamp is within each batch; NaN without one."""
+    stamps = np.array(sorted(results))
+    heard = []
+    for stamp, count, period in batches:
+        first, end = np.searchsorted(stamps, [stamp, stamp + max((count - 0.5) * period * 1e9, 1)])
+        heard.append(max((results[each] for each in stamps[first:end].tolist()), default=np.nan))
+    return np.array(heard, float)
 
 
 def text(result: dict, sample: str) -> str:

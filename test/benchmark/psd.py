@@ -23,7 +23,7 @@ from psd_scenes import Signals, recorded, simulated  # noqa: E402
 
 from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E402
 from tactile_perception.psd.geometry import MIX, angles, error_angle, position  # noqa: E402
-from tactile_perception.psd.model import NORMAL, FingerModel  # noqa: E402
+from tactile_perception.psd.model import FingerModel  # noqa: E402
 from tactile_perception.psd.model_fit import fit_finger  # noqa: E402
 from tactile_perception.psd.equidistant_map import fit_equidistant_map  # noqa: E402
 from tactile_perception.psd.presses import Presses, find_presses  # noqa: E402
@@ -78,7 +78,9 @@ def bound(finger: PsdFinger, sums: np.ndarray) -> float:
     unmixed = np.linalg.inv(MIX)
     noise = unmixed.T @ finger.reference.noise @ unmixed
     place = np.linalg.inv(slopes.T @ np.linalg.inv(noise) @ slopes)[:2, :2]
-    led = finger._table.with_slopes(np.array([x, y]))[1][NORMAL]
+    around = np.array([x, y]) + 1e-3 * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
+    normals = finger.model.normals(around)
+    led = np.column_stack([normals[0] - normals[1], normals[2] - normals[3]]) / 2e-3
     return math.sqrt(math.pi / 4 * np.trace(led @ place @ led.T))
 
 

@@ -20,7 +20,7 @@ BATCH, PERIOD = 25, 2e-4
 
 def test_losses_latency_cpu_and_memory():
     stamps = [10**9 + k * 5_000_000 for k in range(400) if k != 300]
-    results = {s: s + round((BATCH - 1) * PERIOD * 1e9) + 2_000_000 for s in stamps if s != stamps[250]}
+    results = {s + 2_400_000: s + round((BATCH - 1) * PERIOD * 1e9) + 2_000_000 for s in stamps if s != stamps[250]}
     usage = [(float(t), {'psd_node': (0.1 * t, 80.0 + t)}) for t in range(3)]
     result = port_live.summary(port_live.Record([(s, BATCH, PERIOD) for s in stamps], results, usage), settle=0.5)
     assert result['lost samples'] == BATCH and result['batches without results'] == 1

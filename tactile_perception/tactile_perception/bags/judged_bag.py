@@ -20,6 +20,7 @@ from ..nodes.messages.estimates import contacts_from_message, region_from_messag
 from ..nodes.messages.serialization import MessageCodec
 from .replay import Replay, make_replay
 from .rosbag import BagReader, RawMessage
+from .sampled_truth import SampledTruth
 from .stamped import IMAGE, VOLTAGES, find_prefix
 from .stitched_bag import bag_opener
 
@@ -93,7 +94,9 @@ class JudgedBag:
                                '(and --calibration FILE), and they are computed here')
 
     def instants(self) -> Iterator[tuple[float, Instant, Instant]]:
-        """Yield (stamp s, estimate, truth) of each stamp that has both, in the order of their first messages."""
+        """Yield (stamp s, estimate, truth) of each stamp that has both, in the order of their first messages. Contacts are true between the
+        stamps of their ground truth too: of a PSD finger each estimate carries the mean time of its samples."""
+        truth, alone = SampledTruth(), set()
         waiting: dict[int, _Waiting] = defaultdict(_Waiting)
         for name, message in self._anew() if self._replay else self._recorded():
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
@@ -103,19 +106,28 @@ class JudgedBag:
             except BadFrame as error:
                 self.times.refused[str(error)] += 1
             at.topics.add(name)
+            if self.true == ['contacts'] and at.true.contacts is not None:
+                truth.add(stamp, at.true.contacts)
             if len(waiting) > _MOST_WAITING:
                 oldest = next(iter(waiting))
-                yield from self._judged(oldest, waiting.pop(oldest))
+                yield from self._judged(oldest, waiting.pop(oldest), truth, alone)
         for stamp, at in waiting.items():
-            yield from self._judged(stamp, at)
+            yield from self._judged(stamp, at, truth, alone)
+        self.unmatched['without an estimate'] = len(alone - truth.used)
+        self.unmatched = +self.unmatched
 
-    def _judged(self, stamp: int, at: _Waiting) -> Iterator[tuple[float, Instant, Instant]]:
+    def _judged(self, stamp: int, at: _Waiting, truth: SampledTruth, alone: set[int]) -> Iterator[tuple[float, Instant, Instant]]:
+        """See instants; alone: takes the stamps of truth without an estimate."""
         true = any(name.startswith(TRUE) for name in at.topics)
         told = any(not name.startswith(TRUE) for name in at.topics)
         if true and told:
             yield 1e-9 * stamp, at.told, at.true
+        elif true:
+            alone.add(stamp)
+        elif (between := truth.at(stamp)) is not None:
+            yield 1e-9 * stamp, at.told, Instant(contacts=between)
         else:
-            self.unmatched['without an estimate' if true else 'without truth'] += 1
+            self.unmatched['without truth'] += 1
 
     def _recorded(self) -> Iterator[tuple[str, object]]:
         """Yield (topic, message) of the recorded estimates and truth."""

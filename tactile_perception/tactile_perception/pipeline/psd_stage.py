@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadFrame
-from ..psd.finger import Touch
+from ..psd.finger import Samples, Touch
 from ..psd.methods import make_finger
 from ..psd.model import FingerModel
 from ..psd.sphere_filter import SphereFilter
@@ -28,7 +28,7 @@ class PsdStage:
         self._radius = values['radius']
         self._filter = SphereFilter(values['filter.acceleration']) if values['filter'] else None
         self._filtered: tuple[int, float] = (0, 0.0)  # contact, s
-        self._last_s = math.nan
+        self._last_s = self._next_s = math.nan  # stamps: of the last block, and of the sample after it
 
     def set_reference(self) -> None:
         """Use the next samples as the untouched reference."""
@@ -40,37 +40,44 @@ class PsdStage:
         stuck = [name for name, dead in zip(_OUTPUTS, self.finger.stuck) if dead]
         return f'output {", ".join(stuck)} is stuck; check its amplifier and cable' if stuck else ''
 
-    def process(self, volts: np.ndarray, stamp_s: float, period_s: float) -> list[tuple[int, list[Touch]]]:
-        """[(sample index, contacts), ...] of a block of voltages.
+    def process(self, volts: np.ndarray, stamp_s: float, period_s: float) -> list[tuple[float, list[Touch]]]:
+        """[(mean index of the samples, contacts), ...] of a block of voltages.
 
-        volts: (N, 4) V; stamp_s: time of the first sample, s; period_s: s between samples, NaN for a single sample of unknown rate.
-        Contacts are reported at the first sample with a known reference and at each sample where a contact begins or ends; with
-        parameter results `sample`, at every sample. Raises BadFrame for an invalid shape or period.
+        volts: (N, 4) V; stamp_s: time of the first sample, s; period_s: s between samples, NaN for a single sample of unknown rate. One
+        result for each run of samples with one contact or with none; with parameter results `sample`, one for each sample; none for
+        samples without a reference. Raises BadFrame for an invalid shape or period.
         """
         period_s = self._period(len(volts), stamp_s, period_s)
         samples = self.finger.process(volts, period_s)
         found = []
         for run in samples.runs():
-            for part in self._parts(run):
-                touches = [self.finger.touch(samples, part)] if samples.contact[part].any() else []
-                found.append((part.start, [self._smoothed(t, stamp_s + part.start * period_s) for t in touches]))
+            for part in self._parts(samples, run):
+                touches = [self.finger.touch(samples, part)] if samples.id[part.start] else []
+                known = samples.known[part]
+                middle = part.start + (0.5 * (len(known) - 1) if known.all() else float(np.flatnonzero(known).mean()))
+                found.append((middle, [self._smoothed(t, stamp_s + middle * period_s) for t in touches]))
+        self._next_s = stamp_s + len(volts) * period_s
         return found
 
-    def _parts(self, run: slice) -> Iterator[slice]:
+    def _parts(self, samples: Samples, run: slice) -> Iterator[slice]:
         if not self._each:
             yield run
             return
-        for k in range(run.start, run.stop):
-            yield slice(k, k + 1)
+        for k in np.flatnonzero(samples.known[run]).tolist():
+            yield slice(run.start + k, run.start + k + 1)
 
     def _period(self, count: int, stamp_s: float, period_s: float) -> float:
-        """The block's sample period, s; for a single sample of unknown rate, the time since the last one."""
+        """The block's sample period, s; for a single sample of unknown rate, the time since the last one. A gap before it interrupts the
+        finger."""
         since, self._last_s = stamp_s - self._last_s, stamp_s
         if period_s > 0:
+            if stamp_s > self._next_s + period_s:
+                self.finger.interrupt(stamp_s - self._next_s)
             return period_s
         if count != 1 or not math.isnan(period_s):
             raise BadFrame(f'sample_period is {period_s} s; it must be above 0 (NaN only for a single sample)')
         if not 0 < since < _LONGEST_STEP_S:
+            self.finger.interrupt(math.inf)
             raise BadFrame('a single sample without a sample_period; its period is known from the second one on')
         return since
 

@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-
-from .geometry import TOTAL
 
 # Chosen, in standard deviations of the untouched total: thresholds of an object. The tests fail with _ON of 2.5 and 10, and pass with _OFF
 # of 1.5 to 6.
@@ -30,6 +27,17 @@ def hysteresis(on: np.ndarray, off: np.ndarray, before: bool) -> np.ndarray:
         return on
     index = np.maximum.accumulate(np.where(on | off, np.arange(len(on)), -1))
     return np.where(index >= 0, on[index], before)
+
+
+class Light(NamedTuple):
+    """Samples as the detectors see them, V. total, over: (N,), the total, and what it is above the light at first contact; lowest, highest:
+    of the totals; least_over: of over."""
+
+    total: np.ndarray
+    over: np.ndarray
+    lowest: float
+    highest: float
+    least_over: float
 
 
 class LightState(NamedTuple):
@@ -54,17 +62,21 @@ class ProximityDetector:
 
     def begin(self) -> None:
         """Nothing is near."""
-        self.near, self._period_s = False, 0.0
-        self._before: deque[float] = deque(maxlen=_BEFORE)
+        self.near = False
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Samples are missing: what was before them does not show whether light rises."""
+        self._before: list[np.ndarray] = []
         self._watched: list[float] | None = None
 
-    def process(self, total: np.ndarray, sigma: float, period_s: float) -> LightState:
-        """State for totals (N,), V, of samples period_s apart; sigma: V, standard deviation of the untouched total."""
-        if period_s != self._period_s:
-            self._before, self._period_s = deque(self._before, max(math.ceil(_BEFORE_S / period_s), _BEFORE)), period_s
-        lowest, highest = float(total.min()), float(total.max())
+    def process(self, total: np.ndarray, lowest: float, highest: float, sigma: float, period_s: float) -> LightState:
+        """State for totals (N,), V, from lowest to highest, of samples period_s apart; sigma: V, standard deviation of the untouched
+        total."""
+        self._most = max(math.ceil(_BEFORE_S / period_s), _BEFORE)
         if self._watched is None and (lowest >= _OFF * sigma if self.near else highest <= _ON * sigma):  # nothing changes
-            near = np.full(len(total), self.near)
+            near = np.empty(len(total), bool)
+            near[:] = self.near
             return self._finished(total, near, ~near, False)
         on, off = total > _ON * sigma, total < _OFF * sigma
         near = hysteresis(on, off, self.near)
@@ -115,7 +127,7 @@ class ProximityDetector:
 
     def _rises(self, before: np.ndarray, sigma: float) -> bool:
         """Whether the light has risen before the onset."""
-        known = np.r_[list(self._before), before[-self._before.maxlen:]][-self._before.maxlen:]
+        known = np.concatenate([*self._before, before])[-self._most:]
         if len(known) < _BEFORE:
             return True
         return known[-1] > _RISEN * sigma or known.mean() > _RISEN * sigma / math.sqrt(len(known))
@@ -127,87 +139,11 @@ class ProximityDetector:
 
     def _finished(self, total: np.ndarray, near: np.ndarray, rest: np.ndarray, ambient_step: bool) -> LightState:
         self.near = bool(near[-1])
-        self._before.extend(total[-self._before.maxlen:].tolist())
-        if ambient_step:
-            self._before.clear()
+        self._before = [] if ambient_step else [*self._before[1 - self._most:], total]
         return LightState(near, rest, ambient_step)
 
 
-# Thresholds of a step in ambient light during a contact; chosen, in standard deviations of the untouched total where no unit is given.
-_AROUND = 8  # samples on either side, fitted by one slope and a step
-_LEAST = 6.5  # smallest step
-_JUMP = 4.5  # smallest difference of neighbouring samples that is examined
-_AT_ONCE = 3.5  # largest deviation of that difference from the step
-_SMOOTH, _SMOOTH_PART = 1.6, 0.05  # largest residual of the fit, and part of the step that is added to it
-_SLOWEST_S = 0.002  # s, longest sample period; over longer ones an object can move as fast as a lamp is switched
-_BASIS = np.column_stack([np.ones(2 * _AROUND), np.linspace(-1, 1, 2 * _AROUND), np.arange(2 * _AROUND) >= _AROUND])
-_FIT = np.linalg.pinv(_BASIS)
-
-
-class AmbientStepDetector:
-    """Detects steps of ambient light while an object touches; the object's own light follows a slope, a lamp's does not."""
-
-    def __init__(self):
-        self.begin()
-
-    def begin(self) -> None:
-        """Forget all samples."""
-        self._parts: list[np.ndarray] = []
-        self._known = self._open = 0  # samples in parts; samples still missing after the last jump
-        self._last: float | None = None  # total
-
-    def find(self, sums: np.ndarray, floor: float, sigma: float, period_s: float) -> tuple[int, np.ndarray] | None:
-        """The first step in sums (N, 4) = net voltages @ MIX: (samples until it is certain, change (4,) of the sums), or None.
-
-        floor: V, total from which an object is there; sigma: V, standard deviation of the untouched total; period_s: s between samples.
-        Samples are kept for the next call, up to the step if there is one. The offset must not change between calls.
-        """
-        if period_s > _SLOWEST_S:
-            return None
-        total = sums[:, TOTAL]
-        jump = 0.0 if self._last is None else abs(total[0] - self._last)
-        if len(total) > 1:
-            jump = max(jump, np.abs(total[1:] - total[:-1]).max())
-        self._last = total[-1]
-        self._parts.append(sums)
-        self._known += len(sums)
-        found = None
-        if jump > _JUMP * sigma or self._open > 0:
-            found = self._judge(len(sums), floor, sigma)
-        if self._known > 8 * _AROUND:
-            self._parts = [np.concatenate(self._parts)[-2 * _AROUND:]]
-            self._known = len(self._parts[0])
-        return found
-
-    def _judge(self, new: int, floor: float, sigma: float) -> tuple[int, np.ndarray] | None:
-        """See find; new: number of samples added by this call."""
-        known = np.concatenate(self._parts)
-        begun = len(known) - new
-        jumps = np.diff(known[:, TOTAL])
-        places = np.flatnonzero(np.abs(jumps) > _JUMP * sigma) + 1
-        self._open = max([place + _AROUND - len(known) for place in places.tolist()], default=0)
-        for place in places.tolist():
-            end = place + _AROUND
-            if place < _AROUND or end > len(known) or end <= begun or known[place - 1, TOTAL] < floor:
-                continue
-            change = _change(known[place - _AROUND:end], jumps[place - 1], sigma)
-            if change is not None:
-                self.begin()
-                return end - begun, change
-        return None
-
-
-def _change(around: np.ndarray, jump: float, sigma: float) -> np.ndarray | None:
-    """Change (4,) in the middle of samples (16, 4) if it is a step with and without a slope fitted to them, else None."""
-    change = around[_AROUND:].mean(0) - around[:_AROUND].mean(0)
-    sloped = _FIT @ around[:, TOTAL]
-    if any(abs(step) < _LEAST * sigma or abs(jump - step) > _AT_ONCE * sigma for step in (change[TOTAL], sloped[2])):
-        return None
-    scatter = np.std(around[:, TOTAL] - _BASIS @ sloped)
-    return None if scatter > _SMOOTH * sigma + _SMOOTH_PART * abs(sloped[2]) else change
-
-
-_LEAST_LEVEL, _HALF = 4.0, 1.5  # standard deviations of the untouched total: lowest threshold of contact; half the hysteresis. Chosen
+_HALF = 1.5  # standard deviations of the untouched total: half the hysteresis. Chosen
 
 
 class ContactDetector:
@@ -222,16 +158,17 @@ class ContactDetector:
         self.touching = False
         self._proximity.begin()
 
-    def process(self, total: np.ndarray, level: np.ndarray | None, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
-        """(contact (M,) bool, LightState) for totals (N,), V, of samples period_s apart; sigma: V, of the untouched total.
+    def interrupt(self) -> None:
+        """See ProximityDetector.interrupt."""
+        self._proximity.interrupt()
 
-        level: (N,) V, light at first contact at each sample's position; None where unknown: then all that is near is in contact.
-        """
-        state = self._proximity.process(total, sigma, period_s)
+    def process(self, light: Light, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
+        """(contact (M,) bool, LightState) for samples period_s apart; sigma: V, of the untouched total."""
+        state = self._proximity.process(light.total, light.lowest, light.highest, sigma, period_s)
         contact = state.near
-        if level is not None and contact.any():
-            over = total[:len(contact)] - np.maximum(level[:len(contact)], _LEAST_LEVEL * sigma)
-            if not (self.touching and over.min() >= -_HALF * sigma and contact.all()):  # else the contact continues
+        if light.highest > _OFF * sigma and contact.any():
+            if not (self.touching and light.least_over >= -_HALF * sigma and contact.all()):  # else the contact continues
+                over = light.over[:len(contact)]
                 contact = contact & hysteresis((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, self.touching)
         self.touching = bool(contact[-1])
         return contact, state

@@ -9,21 +9,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .ambient_light import AmbientStepDetector, ContactDetector
-from .baseline import Reference
+from .._core import count_repeats, finger_contact, finger_samples, place_values
 from ..errors import BadArgument, BadFrame
-from .geometry import CROSS as CROSS_SUM, MIX, TOTAL, position_covariance
+from .ambient_light import ContactDetector, Light, LightState
+from .baseline import Reference
+from .geometry import CROSS as CROSS_SUM, MIX, TOTAL
+from .held_light import HeldLight
 from .model import CROSS, DEVIATION, INSIDE, LEVEL, LOADS, NORMAL, FingerModel
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
-_CHUNK_S, _CHUNK = 0.1, 250  # s and samples at least between updates of the reference. Chosen: well under its time constant of 0.5 s
-_STEP_S = 0.01  # over which a step of ambient light is averaged. Derived: one period of lamps on 50 Hz mains
+_CHUNK_S = 0.01  # s, longest time that is judged at once. Derived: one period of lamps on 50 Hz mains
 _LIT = 3.0  # standard deviations of the total, from which a position is computed. Chosen
-_TOUCHED = 5.0  # standard deviations of the total, from which an object is there. Chosen: as _ON of ambient_light
+_LEAST = 4.0  # standard deviations of the total, lowest threshold of contact. Chosen
 _STUCK = 50  # equal samples in a row that mark an output as stuck. Chosen: noise of one count makes 50 in a row very unlikely
 _CROSS_LIMIT = 6.0  # standard deviations of the cross term for one contact; more are several contacts. Chosen
+_GAP_S = 0.003  # s without samples, beyond which neighbours are not compared. Chosen: an object moves little in it
+_LOST_S = 0.1  # s without samples, after which a contact is a new one. Chosen: shorter than two touches of a finger
 
-_EYE = np.eye(3)
+_EYE, _NOWHERE, _NO_SPREAD = np.eye(3), np.full(3, np.nan), np.full((3, 3), np.nan)
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class FingerSettings:
     fastest_drift: float = 0.1
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Touch:
     """One contact, averaged over some samples. id: constant while it lasts; position: (3,) m; normal: (3,); force: N, depth: m, NaN where
     not calibrated; covariance: (3, 3) of position, m^2; flags: sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED."""
@@ -51,7 +54,7 @@ class Touch:
     flags: int
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Samples:
     """Results for samples (N,). known: whether the reference was available and the voltages were finite; contact: whether something
     touches; id: of the contact, 0 for none; sums: (N, 4) net voltages @ MIX; place: (N, 2) half widths, NaN without contact; saturated:
@@ -87,168 +90,151 @@ class PsdFinger:
         if not (settings.radius > 0 and settings.saturation > 0):
             raise BadArgument(f'PSD finger: radius {settings.radius} m and saturation {settings.saturation} V must be positive')
         self.model, self.settings = model, settings
-        self._table = model.table
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
-        self._touch, self._id, self._steps = detector or ContactDetector(), 0, AmbientStepDetector()
-        self._last, self._same = [math.nan] * 4, [0] * 4
+        self._touch, self._id = detector or ContactDetector(), 0
+        self._held: HeldLight | None = HeldLight(self._cross_at if model.cross is not None else None, model.cross_volts)
+        self._last, self._same = np.full(4, np.nan), np.zeros(4)
 
     def set_reference(self) -> None:
         """Measure the untouched state anew from the next samples."""
         self.reference.begin()
         self._touch.begin()
-        self._steps.begin()
+
+    def interrupt(self, seconds: float) -> None:
+        """Samples are missing for so many seconds: what is known of a movement, and of a contact if they are many, ends here."""
+        if seconds > _GAP_S:
+            self._touch.interrupt()
+            self._last, self._same = np.full(4, np.nan), np.zeros(4)
+            if self._held is not None:
+                self._held.interrupt()
+        if seconds > _LOST_S:
+            self._touch.begin()
 
     @property
     def stuck(self) -> np.ndarray:
         """(4,) bool: outputs that have stopped changing."""
-        return np.array(self._same) >= _STUCK
+        return self._same >= _STUCK
 
     def process(self, volts: np.ndarray, period_s: float) -> Samples:
         """Results for samples (N, 4), V, period_s apart. Raises BadFrame for another shape or a period that is not positive and finite."""
-        volts = np.asarray(volts)
+        volts = np.ascontiguousarray(volts, float)
         if volts.ndim != 2 or volts.shape[1] != 4 or not len(volts):
             raise BadFrame(f'voltages have shape {volts.shape}; expected (N, 4), N > 0')
         if not 0 < period_s < np.inf:
             raise BadFrame(f'sample period is {period_s} s; it must be positive and finite')
-        volts = volts.astype(float)
-        if np.isfinite(volts.sum()):
-            return self._finite(volts, period_s)
-        good = np.isfinite(volts).all(axis=1)
-        found = _unknown(volts)
-        if good.any():
-            some = self._finite(volts[good], period_s)
-            for name in found.__dataclass_fields__:
-                getattr(found, name)[good] = getattr(some, name)
-        return found
-
-    def _finite(self, volts: np.ndarray, period_s: float) -> Samples:
-        self._count_repeats(volts)
-        chunk = max(int(_CHUNK_S / period_s), _CHUNK)
-        parts, begin = [], 0
+        self._last, self._same = count_repeats(volts, self._last, self._same, saturation=self.settings.saturation)
+        chunk, parts, begin = max(int(_CHUNK_S / period_s), 1), [], 0
         while begin < len(volts):
-            some = volts[begin:begin + chunk]
-            if not self.reference.ready:
-                used = self.reference.take(some, period_s)
-                parts.append(_unknown(some[:used]))
-            else:
-                parts.append(self._chunk(some, period_s))
-                used = len(parts[-1].id)
-            begin += used
-        return parts[0] if len(parts) == 1 else Samples(*(np.concatenate([getattr(p, name) for p in parts])
-                                                          for name in Samples.__dataclass_fields__))
+            parts.append(self._chunk(volts[begin:begin + chunk], period_s))
+            begin += len(parts[-1].id)
+        return parts[0] if len(parts) == 1 else Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in Samples.__slots__))
 
     def _chunk(self, volts: np.ndarray, period_s: float) -> Samples:
-        sums = (volts - self.reference.offset) @ MIX
-        step = self._step(sums, period_s)
-        if step is None:
-            return self._steady(volts, sums, period_s)
-        samples = self._steady(volts[:step[0]], sums[:step[0]], period_s)
-        if len(samples.id) == step[0] and self._touch.touching:
-            self.reference.shift(MIX @ step[1] / 4)
-        return samples
-
-    def _step(self, sums: np.ndarray, period_s: float) -> tuple[int, np.ndarray] | None:
-        """A step of ambient light during a contact; see AmbientStepDetector.find."""
-        if not self._touch.touching:
-            self._steps.begin()
-            return None
-        sigma = self.reference.sigma  # the offset is held while something touches
-        return self._steps.find(sums, _TOUCHED * sigma, sigma, period_s)
-
-    def _steady(self, volts: np.ndarray, sums: np.ndarray, period_s: float) -> Samples:
-        total, sigma = sums[:, TOTAL], self.reference.sigma
-        place, level = self._positions_and_levels(sums, total > _LIT * sigma)
+        """Results for the first samples, at least one."""
+        reference = self.reference
+        sums, place, over, saturated, finite, *span = finger_samples(
+            volts, reference.offset, self.model.table, lit=_LIT * reference.sigma, least=_LEAST * reference.sigma,
+            saturation=self.settings.saturation, level=LEVEL)
+        if finite < len(volts):
+            return self._with_unknown(volts, period_s)
+        if not reference.ready:
+            return _unknown(volts[:reference.take(volts, period_s)])
         was_touching = self._touch.touching
-        contact, light = self._touch.process(total, level, sigma, period_s)
-        used = len(contact)
-        sums, place = sums[:used], place[:used]
-        if not contact.all():
-            waiting = ~contact & (light.rest | light.near)
-            if waiting.any():
-                self.reference.follow(sums[waiting], period_s)
+        contact, state = self._touch.process(Light(sums[:, TOTAL], over, *span), reference.sigma, period_s)
+        used, inside = len(contact), int(np.count_nonzero(contact))
+        sums, place, saturated = sums[:used], place[:used], saturated[:used]
+        if inside < used:
+            self._wait(sums, contact, state, period_s)
             place[~contact] = np.nan
-        if light.ambient_step:
-            tail = sums[-max(int(_STEP_S / period_s), 3):]
-            self.reference.shift(MIX @ tail.mean(0) / 4)
-        ids = self._contact_ids(contact, was_touching)
-        saturated = (volts[:used] >= self.settings.saturation).any(axis=1)
-        return Samples(np.ones(used, bool), contact, ids, sums, place, saturated)
+        ids = self._contact_ids(contact, inside, was_touching)
+        if inside and self._held is not None:
+            self._hold(sums, contact, saturated, was_touching, period_s)
+        known = np.empty(used, bool)
+        known[:] = True
+        return Samples(known, contact, ids, sums, place, saturated)
 
-    def _positions_and_levels(self, sums: np.ndarray, lit: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Positions (N, 2), NaN where not lit, and the light at first contact there (N,), infinite where not lit; None without
-        calibration."""
-        if np.count_nonzero(lit) == len(lit):
-            place = _clipped_positions(sums)
-            return place, None if self.model.level is None else self._table.look_up_one(place, LEVEL)
-        place, level = np.full((len(sums), 2), np.nan), None if self.model.level is None else np.full(len(sums), np.inf)
-        if lit.any():
-            place[lit] = _clipped_positions(sums[lit])
-            if level is not None:
-                level[lit] = self._table.look_up_one(place[lit], LEVEL)
-        return place, level
+    def _with_unknown(self, volts: np.ndarray, period_s: float) -> Samples:
+        """Results for samples some of which are not finite: up to the first of them, or those that begin the batch."""
+        good = np.isfinite(volts).all(axis=1)
+        changes = np.flatnonzero(good != good[0])
+        end = int(changes[0]) if len(changes) else len(volts)
+        if good[0]:
+            return self._chunk(volts[:end], period_s)
+        self.interrupt(end * period_s)
+        return _unknown(volts[:end])
 
-    def _contact_ids(self, contact: np.ndarray, was_touching: bool) -> np.ndarray:
-        if was_touching and contact.all():
-            return np.full(len(contact), self._id)
-        if not contact.any():
+    def _wait(self, sums: np.ndarray, contact: np.ndarray, state: LightState, period_s: float) -> None:
+        """The reference follows sums (N, 4) outside contact."""
+        waiting = ~contact & (state.rest | state.near)
+        if waiting.any():
+            self.reference.follow(sums[waiting], period_s)
+        if state.ambient_step:
+            self.reference.shift(MIX @ sums[-max(int(_CHUNK_S / period_s), 3):].mean(0) / 4)
+
+    def _hold(self, sums: np.ndarray, contact: np.ndarray, saturated: np.ndarray, was_touching: bool, period_s: float) -> None:
+        """Correct sums (N, 4) of samples in contact for ambient light that changes during it; the offset follows what is certain."""
+        usable = contact & ~saturated
+        count = int(np.count_nonzero(usable))
+        if not (was_touching and contact[0]):
+            self._held.begin(self.reference.offset)
+        if count:
+            mean = np.add.reduce(sums if count == len(sums) else sums[usable], axis=0) / count
+            change = self._held.follow(mean, count, self.reference.noise, period_s)
+            sums[contact] += change.net
+            if change.shift is not None:
+                self.reference.shift(change.shift)
+
+    def _cross_at(self, place: np.ndarray) -> np.ndarray:
+        """Expected cross term over the total of a single contact at positions (N, 2)."""
+        return place_values(place, self.model.table)[:, CROSS]
+
+    def _contact_ids(self, contact: np.ndarray, inside: int, was_touching: bool) -> np.ndarray:
+        if was_touching and inside == len(contact):
+            same = np.empty(len(contact), np.int64)
+            same[:] = self._id
+            return same
+        if not inside:
             return np.zeros(len(contact), np.int64)
         begins = contact & ~np.r_[was_touching, contact[:-1]]
         number = self._id + np.cumsum(begins)
         self._id = int(number[-1])
         return np.where(contact, number, 0)
 
-    def _count_repeats(self, volts: np.ndarray) -> None:
-        before, first, self._last = self._last, volts[0].tolist(), volts[-1].tolist()
-        for k in range(4):
-            same = first[k] == self._last[k] and np.count_nonzero(volts[:, k] == first[k]) == len(volts)
-            self._same[k] = (self._same[k] * (first[k] == before[k]) + len(volts)) if same else 0
-
     def touch(self, samples: Samples, run: slice) -> Touch:
-        """The contact over a slice of samples, from their mean. Raises BadArgument for a slice without contact."""
-        inside = samples.contact[run]
-        count = int(np.count_nonzero(inside))
+        """The contact over a slice of samples, from the mean of those that are not saturated. NaN where an output is saturated throughout,
+        or stuck. Raises BadArgument for a slice without contact."""
+        used = inside = samples.contact[run]
+        count, flags, number = int(np.count_nonzero(inside)), 0, int(samples.id[run.start])
         if not count:
             raise BadArgument(f'samples {run.start} to {run.stop} are not in contact')
-        chosen = run if count == len(inside) else np.flatnonzero(inside) + run.start
-        sums = np.add.reduce(samples.sums[chosen], axis=0) / count
-        light, place = float(sums[TOTAL]), _clipped_positions(sums[None])[0]
-        row, slopes = self._table.with_slopes(place)
-        normal = row[NORMAL] / math.sqrt(row[NORMAL] @ row[NORMAL])
-        place_noise = position_covariance(place, light, self.reference.noise, self.model.shot) / count
-        across = _EYE - normal[:, None] * normal
-        jacobian = across @ slopes[NORMAL]
-        spread = jacobian @ place_noise @ jacobian.T + row[DEVIATION] ** 2 * across
-        flags = SATURATED if np.count_nonzero(samples.saturated[chosen]) else 0
+        if np.count_nonzero(samples.saturated[run]):
+            used, flags = inside & ~samples.saturated[run], SATURATED
+            count = int(np.count_nonzero(used))
+        sums, place, normal, spread, row = finger_contact(samples.sums[run], used, self.model.table, noise=self.reference.noise,
+                                                          shot=self.model.shot)
+        number = number or int(samples.id[run].max())
+        if not count or max(self._same.tolist()) >= _STUCK:
+            return Touch(number, _NOWHERE, _NOWHERE, math.nan, math.nan, _NO_SPREAD, flags if not count else flags | AMBIGUOUS)
+        spread += row[DEVIATION] ** 2 * (_EYE - normal[:, None] * normal)
         if row[INSIDE] < 0.5 or max(map(abs, place.tolist())) >= 1:
             flags |= OUT_OF_RANGE
         if self._is_ambiguous(sums, row[CROSS], count):
             flags |= AMBIGUOUS
-        if max(self._same) >= _STUCK:
-            flags, normal, spread = flags | AMBIGUOUS, np.full(3, np.nan), np.full((3, 3), np.nan)
         radius = self.settings.radius
-        force, depth = self.model.loads(row[LOADS], place, light)
-        number = samples.id[run.start] or samples.id[run].max()
-        return Touch(int(number), radius * normal, normal, force, depth, radius**2 * spread, flags)
+        force, depth = self.model.loads(row[LOADS], place, float(sums[TOTAL]))
+        return Touch(number, radius * normal, normal, force, depth, radius**2 * spread, flags)
 
     def _is_ambiguous(self, sums: np.ndarray, expected: float, count: int) -> bool:
         """Whether the cross term is not that of a single contact; False without calibration."""
         if math.isnan(expected):
             return False
-        noise = math.sqrt(self.reference.noise[CROSS_SUM, CROSS_SUM] / count) / sums[TOTAL]
-        return abs(sums[CROSS_SUM] / sums[TOTAL] - expected) > _CROSS_LIMIT * math.hypot(noise, self.model.cross_sigma)
+        noise = math.sqrt(self.reference.noise[CROSS_SUM, CROSS_SUM] / count)
+        return abs(sums[CROSS_SUM] - expected * sums[TOTAL]) > _CROSS_LIMIT * math.hypot(noise, self.model.cross_volts)
 
     def normals(self, samples: Samples) -> np.ndarray:
         """Unit normals (N, 3) of single samples; NaN without contact."""
-        found = np.full((len(samples.id), 3), np.nan)
-        if samples.contact.any():
-            rows = self._table.look_up(samples.place[samples.contact])[:, NORMAL]
-            found[samples.contact] = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        return found
-
-
-def _clipped_positions(sums: np.ndarray) -> np.ndarray:
-    """Positions (N, 2) on the detector for sums (N, 4) with a positive total."""
-    return np.minimum(np.maximum(sums[:, :TOTAL] / sums[:, TOTAL:CROSS_SUM], -1.0), 1.0)
+        rows = place_values(samples.place, self.model.table)[:, NORMAL]
+        return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
 def _unknown(volts: np.ndarray) -> Samples:

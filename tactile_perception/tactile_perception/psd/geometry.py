@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._core import place_covariance
+
 
 def direction(phi: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Unit normals (..., 3) at azimuth phi and polar angle theta, rad (eq 7)."""
@@ -57,9 +59,4 @@ def position_covariance(place: np.ndarray, total: float, noise: np.ndarray, shot
 
     noise: (4, 4) covariance of the sums, V^2; shot: V, variance of an output per V of its signal.
     """
-    x, y = float(place[0]), float(place[1])
-    (xx, xy, xt, _), (_, yy, yt, _), (_, _, tt, _), _ = noise.tolist()
-    both = xy - x * yt - y * xt + x * y * tt
-    along = xx - 2 * x * xt + x * x * tt + shot * total * (1 - x * x)
-    across = yy - 2 * y * yt + y * y * tt + shot * total * (1 - y * y)
-    return np.array([[along, both], [both, across]]) / (total * total)
+    return place_covariance(np.asarray(place, float), float(total), np.asarray(noise, float), shot)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of the detector position: Gaussian process regression with a polynomial trend, and look-up tables."""
+"""Functions of the detector position: Gaussian process regression with a polynomial trend, and tables of them."""
 from __future__ import annotations
 
 import itertools
@@ -8,54 +8,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 degrees to a normal (a test holds it)
 
 
-class CellTable:
-    """Bilinear interpolation of evaluate(places (N, 2)) -> (N, channels) over the square from -1 to 1. Positions are
-    clipped to it."""
-
-    def __init__(self, evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS):
-        self._cells = cells
-        line = np.linspace(-1, 1, cells + 1)
-        corners = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
-        values = evaluate(corners).reshape(cells + 1, cells + 1, -1)
-        a, b, c, d = values[:-1, :-1], values[:-1, 1:], values[1:, :-1], values[1:, 1:]
-        self.channels = values.shape[2]
-        self._parts = np.stack([a, b - a, c - a, a - b - c + d], axis=2).reshape(cells * cells, 4, self.channels).copy()
-
-    def look_up(self, place: np.ndarray) -> np.ndarray:
-        """(N, channels) at finite positions (N, 2)."""
-        parts, inside = self._found(place)
-        s, t = inside[:, :1], inside[:, 1:]
-        return parts[:, 0] + parts[:, 1] * s + (parts[:, 2] + parts[:, 3] * s) * t
-
-    def with_slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values (channels,) and Jacobian (channels, 2) at one position (2,)."""
-        (column, s), (row, t) = (self._cell(at) for at in place.tolist())
-        start, by_x, by_y, by_both = self._parts[row * self._cells + column]
-        along_x, along_y = by_x + by_both * t, by_y + by_both * s
-        return start + by_x * s + along_y * t, 0.5 * self._cells * np.stack([along_x, along_y], axis=1)
-
-    def look_up_one(self, place: np.ndarray, channel: int) -> np.ndarray:
-        """(N,) one channel at finite positions (N, 2)."""
-        scaled = np.minimum(np.maximum((place + 1) * (0.5 * self._cells), 0.0), self._cells - 1e-9)
-        cell = scaled.astype(np.intp)
-        start, by_x, by_y, by_both = self._parts[cell[:, 1] * self._cells + cell[:, 0], :, channel].T
-        s, t = (scaled - cell).T
-        return start + by_x * s + (by_y + by_both * s) * t
-
-    def _cell(self, at: float) -> tuple[int, float]:
-        """(cell index along an axis, fraction within the cell, 0 to 1)."""
-        scaled = min(max((at + 1) * 0.5 * self._cells, 0.0), self._cells - 1e-9)
-        return int(scaled), scaled % 1.0
-
-    def _found(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        scaled = np.minimum(np.maximum((place + 1) * (0.5 * self._cells), 0.0), self._cells - 1e-9)
-        cell = scaled.astype(np.intp)
-        return self._parts[cell[:, 1] * self._cells + cell[:, 0]], scaled - cell
+def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) -> np.ndarray:
+    """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
+    along y: what the kernels interpolate bilinearly (src/finger.hpp)."""
+    line = np.linspace(-1, 1, cells + 1)
+    return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(cells + 1, cells + 1, -1).astype(float).copy()
 
 
 # Grid of hyperparameters that the likelihood chooses from. Chosen: from the spacing of a dense calibration to the detector's half width,
@@ -98,12 +59,12 @@ class SmoothMap:
 
     def deviation(self, place: np.ndarray) -> np.ndarray:
         """Predictive standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light."""
-        factor = cho_factor(self._covariance())
+        inverse = np.linalg.inv(self._covariance())
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
-        explained = (cross * cho_solve(factor, cross.T).T).sum(1)
+        explained = (cross @ inverse * cross).sum(1)
         basis = trend(self.place, len(self.slopes))
-        free = trend(place, len(self.slopes)) - cross @ cho_solve(factor, basis)
-        freedom = np.linalg.pinv(basis.T @ cho_solve(factor, basis))
+        free = trend(place, len(self.slopes)) - cross @ (inverse @ basis)
+        freedom = np.linalg.pinv(basis.T @ inverse @ basis)
         variance = self.amplitude**2 - explained + ((free @ freedom) * free).sum(1)
         return np.sqrt(np.maximum(variance, 0.0) + self.extra**2)
 
@@ -119,8 +80,7 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     """(log restricted likelihood, slopes, weights, leave-one-out residuals (N, 2)) for hyper = length, amplitude, extra."""
     covariance = _covariance_of(place, noise, *hyper)
     basis = trend(place, terms)
-    factor = cho_factor(covariance, lower=True)
-    inverse = cho_solve(factor, np.eye(len(place)))
+    inverse = np.linalg.inv(covariance)
     normal = basis.T @ inverse @ basis
     slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
     weights = inverse @ (values - basis @ slopes)
@@ -129,7 +89,7 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     left_out = weights / np.diag(precision)[:, None]
     fit = 0.5 * ((values - basis @ slopes) * weights).sum()
     count = values.shape[1]
-    likelihood = -fit - count * np.log(np.diag(factor[0])).sum() - 0.5 * count * np.linalg.slogdet(normal)[1]
+    likelihood = -fit - 0.5 * count * np.linalg.slogdet(covariance)[1] - 0.5 * count * np.linalg.slogdet(normal)[1]
     return likelihood, slopes, weights, left_out
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from .geometry import exp_map
-from .maps import CellTable, SmoothMap
+from .maps import SmoothMap, tabulated
 from .equidistant_map import NOMINAL_BETA, EquidistantMap
 from .response import level_basis, load, place_part
 
@@ -25,7 +25,7 @@ class FingerModel:
     paper: the equidistant map of the paper; smooth: the map that replaces it, to tangent vectors at the pole, rad; deviation: rad, standard
     deviation of the paper's map; reach: half widths, distance from a calibrated contact within which positions are in range; level:
     coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and the largest calibrated distance from
-    the detector's centre, half widths; cross: coefficients of the cross term over the total for a single contact, cross_sigma its standard
+    the detector's centre, half widths; cross: coefficients of the cross term over the total for a single contact; cross_volts: V, standard
     deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance of an output per V of its signal.
     """
 
@@ -36,7 +36,7 @@ class FingerModel:
     level: np.ndarray | None = None
     level_limits: tuple[float, float, float] = (0.0, np.inf, np.inf)
     cross: np.ndarray | None = None
-    cross_sigma: float = 0.0
+    cross_volts: float = 0.0
     force: np.ndarray | None = None
     depth: np.ndarray | None = None
     shot: float = 0.0
@@ -54,9 +54,9 @@ class FingerModel:
         return np.clip(level_basis(inner, len(self.level)) @ self.level, low, high)
 
     @cached_property
-    def table(self) -> CellTable:
-        """Look-up table of the model by detector position; its channels are the slices above. Built on first use."""
-        return CellTable(self._channels)
+    def table(self) -> np.ndarray:
+        """Table (nodes, nodes, channels) of the model by detector position; its channels are the slices above. Made on first use."""
+        return tabulated(self._channels)
 
     def _channels(self, place: np.ndarray) -> np.ndarray:
         nothing = np.full(len(place), np.nan)

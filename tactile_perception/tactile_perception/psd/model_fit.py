@@ -53,11 +53,11 @@ def fit_finger(presses: Presses) -> FingerFit:
         errors = _leave_one_out_equidistant(place, normal)
     shot = _shot(segments, presses.noise)
     level, level_limits, level_notes = _level(presses)
-    cross, cross_sigma = _cross(segments)
+    cross, cross_volts = _cross(segments)
     force, force_error, force_notes = _load(segments, segments.force, 'force')
     depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
     model = FingerModel(paper, smooth, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
-                        cross_sigma, force, depth, shot)
+                        cross_volts, force, depth, shot)
     theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
@@ -141,7 +141,7 @@ def _level(presses: Presses):
 
 
 def _cross(segments: Segments) -> tuple[np.ndarray | None, float]:
-    """Coefficients of the cross term over the total, and the standard deviation of its residuals."""
+    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them."""
     if len(segments.count) < _CROSS_FEWEST:
         return None, 0.0
     total = segments.sums[:, TOTAL]
@@ -149,7 +149,7 @@ def _cross(segments: Segments) -> tuple[np.ndarray | None, float]:
     weight = total * np.sqrt(segments.count)
     found = segments.sums[:, 3] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
-    return fitted, float(robust_sigma(found - basis @ fitted))
+    return fitted, float(robust_sigma((found - basis @ fitted) * total))
 
 
 def _load(segments: Segments, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .ambient_light import LightState
+from .ambient_light import Light, LightState
 from ..errors import BadArgument
 from .finger import FingerSettings, PsdFinger
 from .model import FingerModel
@@ -26,11 +26,14 @@ class FixedThreshold:
         """Nothing touches."""
         self.touching = False
 
-    def process(self, total: np.ndarray, level, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
+    def interrupt(self) -> None:
+        """Nothing depends on earlier samples."""
+
+    def process(self, light: Light, sigma: float, period_s: float) -> tuple[np.ndarray, LightState]:
         """See ContactDetector.process."""
-        contact = total > self._threshold
+        contact = light.total > self._threshold
         self.touching = bool(contact[-1])
-        return contact, LightState(contact, np.zeros(len(total), bool), False)
+        return contact, LightState(contact, np.zeros(len(contact), bool), False)
 
 
 class PaperFinger(PsdFinger):
@@ -38,6 +41,4 @@ class PaperFinger(PsdFinger):
 
     def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
         super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
-
-    def _step(self, sums: np.ndarray, period_s: float) -> None:
-        """The offset stays."""
+        self._held = None

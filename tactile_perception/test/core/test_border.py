@@ -111,10 +111,45 @@ def call_steady_motion(times=np.arange(9.0), places=np.zeros((9, 3))):
     return _core.steady_motion(times, places, sigma=1e-6, bound=2.5)
 
 
+VOLTS = np.random.default_rng(3).uniform(0, 2, (40, 4))
+TABLE = np.random.default_rng(4).uniform(0.5, 1.5, (5, 5, 4))
+USED, FOUR = np.arange(40) % 3 > 0, np.full(4, 0.1)
+
+
+def call_finger_samples(volts=VOLTS, offset=FOUR, table=TABLE):
+    """The arrays for samples of a PSD finger."""
+    return _core.finger_samples(volts, offset, table, lit=0.1, least=0.2, saturation=1.9, level=3)[:4]
+
+
+def call_finger_contact(sums=VOLTS, used=USED, table=TABLE, noise=np.eye(4)):
+    """The contact of some samples."""
+    return _core.finger_contact(sums, used, table, noise=noise, shot=0.0)
+
+
+def call_count_repeats(volts=VOLTS, last=FOUR, same=FOUR):
+    """Repeats of samples."""
+    return _core.count_repeats(volts, last, same, saturation=1.9)
+
+
+def call_place_values(places=PLACES / 60, table=TABLE):
+    """Values of a table, as a tuple."""
+    return (_core.place_values(places, table),)
+
+
+def call_place_covariance(place=FOUR[:2], noise=np.eye(4)):
+    """Covariance of a place, as a tuple."""
+    return (_core.place_covariance(place, 1.5, noise, 0.01),)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
     'measure_dots': (call_measure_dots, {'image': IMAGE, 'places': PLACES, **DISC_ARRAYS}),
+    'finger_samples': (call_finger_samples, {'volts': VOLTS, 'offset': FOUR, 'table': TABLE}),
+    'finger_contact': (call_finger_contact, {'sums': VOLTS, 'used': USED, 'table': TABLE, 'noise': np.eye(4)}),
+    'count_repeats': (call_count_repeats, {'volts': VOLTS, 'last': FOUR, 'same': FOUR}),
+    'place_values': (call_place_values, {'places': PLACES / 60, 'table': TABLE}),
+    'place_covariance': (call_place_covariance, {'place': FOUR[:2], 'noise': np.eye(4)}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
-from tactile_driver.simulation.psd.scene import open_psd_scene
+from tactile_driver.simulation.psd.scene import Act, PsdScene, PsdScript, open_psd_scene
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.parameters.psd import PSD_PARAMETERS
@@ -25,13 +25,38 @@ def run(stage, volts, batch):
             for k, touches in stage.process(volts[first:first + batch], 1 + 1e-3 * first, 1e-3)]
 
 
-def test_one_result_a_block_and_one_where_contacts_begin_or_end(taps):
+def test_one_result_a_block_and_one_on_either_side_of_an_edge_each_at_the_mean_of_its_samples(taps):
     found = run(PsdStage(FingerModel(), VALUES), taps[0], 50)
-    assert [k for k, _ in found if k % 50 == 0] == list(range(200, 1500, 50))
-    changes = [k for k, _ in found if k % 50]
-    assert len(changes) == 7  # three taps, and the beginning of a fourth
+    middles = np.array([k for k, _ in found])
+    assert (np.diff(middles) > 0).all()
+    whole = [k for k in middles if k % 50 == 24.5]
+    assert len(whole) == 26 - 7  # three taps, and the beginning of a fourth
+    blocks = middles // 50
+    for block in np.unique(blocks):
+        inside = middles[blocks == block] % 50
+        edges = [0.0]
+        for k in inside:  # runs of samples that follow each other: a run's middle and its begin tell its end
+            edges.append(2 * k - edges[-1] + 1)
+        assert edges[-1] == 50
     assert {len(touches) for _, touches in found} == {0, 1}
     assert sorted({t.id for _, touches in found for t in touches}) == [1, 2, 3, 4]
+
+
+def test_a_moving_contact_is_stamped_with_the_time_at_which_it_is_there():
+    way = Act(0.4, 0.6, (0.3, -0.9), (0.3, 0.9), 3.2e-4, 0.02)  # 520 degrees a second: 2.6 in a block
+    scene = PsdScene(PsdScript([way], 0.7), 5000.0)
+    volts = scene.play(0, scene.samples)[0] * (5 / 4096)
+    told = {}
+    for results in ('batch', 'sample'):
+        stage, told[results] = PsdStage(FingerModel(), VALUES | {'results': results}), []
+        for first in range(0, len(volts), 25):
+            told[results] += [(first + k, np.arctan2(*touches[0].normal[[0, 2]]))
+                              for k, touches in stage.process(volts[first:first + 25], first / 5000, 1 / 5000) if touches]
+    blocks, singles = (np.array(found).T for found in told.values())
+    inside = (blocks[0] > 2200) & (blocks[0] < 2800)
+    smooth = np.convolve(singles[1], np.full(25, 1 / 25), 'same')
+    late = blocks[1][inside] - np.interp(blocks[0][inside], singles[0], smooth)
+    assert inside.sum() > 20 and abs(np.mean(late)) < np.radians(0.1) and np.abs(late).max() < np.radians(0.6)
 
 
 def test_one_result_a_sample(taps):

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.psd.ambient_light import ProximityDetector, AmbientStepDetector, ContactDetector, hysteresis
-from tactile_perception.psd.geometry import MIX, TOTAL
+from tactile_perception.psd.ambient_light import ContactDetector, Light, ProximityDetector, hysteresis
 
 SIGMA, PERIOD = 0.02, 1e-3
 RNG = np.random.default_rng(0)
@@ -17,7 +16,8 @@ def watched(total, size):
     """(near (N,), samples of ambient steps) for totals given in batches of that size; steps are subtracted."""
     detector, near, steps, base, begin = ProximityDetector(), [], [], 0.0, 0
     while begin < len(total):
-        state = detector.process(total[begin:begin + size] - base, SIGMA, PERIOD)
+        some = total[begin:begin + size] - base
+        state = detector.process(some, some.min(), some.max(), SIGMA, PERIOD)
         near += state.near.tolist()
         begin += len(state.near)
         if state.ambient_step:
@@ -67,50 +67,6 @@ def test_a_single_spike_is_rejected():
     assert not near.any() and steps == []
 
 
-SIGMA_STEPS, PERIOD_STEPS, FLOOR = 0.02, 1e-3, 0.2
-LIGHT, AMBIENT = np.array([0.5, 0.9, 0.8, 0.4]), np.array([0.10, 0.12, 0.05, 0.03])
-
-
-def touched(count, seed=0):
-    return LIGHT + np.random.default_rng(seed).normal(0, SIGMA_STEPS / 2, (count, 4))
-
-
-def found(volts, size, period=PERIOD_STEPS):
-    """(sample, change (4,)) of the steps in volts given in batches of that size."""
-    watch, steps = AmbientStepDetector(), []
-    for begin in range(0, len(volts), size):
-        step = watch.find(volts[begin:begin + size] @ MIX, FLOOR, SIGMA_STEPS, period)
-        if step is not None:
-            steps.append((begin + step[0], step[1]))
-    return steps
-
-
-@pytest.mark.parametrize('size', [1, 5, 100, 1000])
-@pytest.mark.parametrize('sign', [1, -1])
-def test_an_ambient_step_during_a_contact_is_detected_with_its_size(size, sign):
-    volts = touched(1000)
-    volts[500:] += sign * AMBIENT
-    (place, change), = found(volts, size)
-    assert 500 < place <= 508
-    assert MIX @ change / 4 == pytest.approx(sign * AMBIENT, abs=0.02)
-
-
-@pytest.mark.parametrize('slope', [0.001, 0.01, 0.03, 0.1, 0.4])
-def test_light_of_an_object_is_no_step(slope):
-    for seed in range(5):
-        ramp = np.clip(slope * (np.arange(1000) - 400), 0, 2.0)
-        assert found(touched(1000, seed) * (1 + ramp)[:, None], 50) == []
-
-
-def test_without_an_object_or_between_slow_samples_there_is_no_step():
-    volts = touched(1000)
-    volts[500:] += AMBIENT
-    assert found(volts, 50, 0.01) == []
-    dark = volts - LIGHT
-    assert found(dark, 50) == []
-    assert (dark @ MIX)[600:, TOTAL].mean() > 0.25
-
-
 SIGMA_TOUCH, PERIOD_TOUCH = 0.02, 1e-3
 
 
@@ -120,21 +76,35 @@ def press():
     return np.r_[np.zeros(500), up, np.full(200, up[-1]), up[::-1], np.zeros(300)] + np.random.default_rng(0).normal(0, SIGMA_TOUCH, 1720)
 
 
-@pytest.mark.parametrize('size', [1, 7, 5000])
-def test_contact_begins_and_ends_where_the_waveguide_is_touched(size):
-    decision, total, contact = ContactDetector(), press(), []
+def contacts(total, level, size=5000):
+    """Whether each sample is in contact, where contact begins at a light of level, at least four standard deviations."""
+    detector, found = ContactDetector(), []
     for k in range(0, len(total), size):
         some = total[k:k + size]
-        contact += decision.process(some, np.full(len(some), 0.3), SIGMA_TOUCH, PERIOD_TOUCH)[0].tolist()
-    edges = np.flatnonzero(np.diff(np.array(contact, int)))
+        over = np.where(some > 3 * SIGMA_TOUCH, some - max(level, 4 * SIGMA_TOUCH), -np.inf)
+        found += detector.process(Light(some, over, some.min(), some.max(), over.min()), SIGMA_TOUCH, PERIOD_TOUCH)[0].tolist()
+    return np.array(found)
+
+
+@pytest.mark.parametrize('size', [1, 7, 5000])
+def test_contact_begins_and_ends_where_the_waveguide_is_touched(size):
+    edges = np.flatnonzero(np.diff(contacts(press(), 0.3, size).astype(int)))
     assert len(edges) == 2 and abs(edges[0] - 800) <= 15 and abs(edges[1] - 1120) <= 15  # 1 mV a sample
 
 
 def test_without_a_known_level_whatever_is_near_touches():
-    contact, _ = ContactDetector().process(press(), None, SIGMA_TOUCH, PERIOD_TOUCH)
+    contact = contacts(press(), 0.0)
     assert 550 < contact.argmax() < 660 and contact[700:1200].all()
 
 
 def test_levels_below_the_noise_are_ignored():
-    total = np.random.default_rng(1).normal(0, SIGMA_TOUCH, 200_000)
-    assert not ContactDetector().process(total, np.full(len(total), 0.001), SIGMA_TOUCH, PERIOD_TOUCH)[0].any()
+    assert not contacts(np.random.default_rng(1).normal(0, SIGMA_TOUCH, 200_000), 0.001).any()
+
+
+def test_light_that_is_there_after_missing_samples_is_an_objects():
+    total = noise(1000)
+    total[500:] += 1.0
+    detector = ProximityDetector()
+    assert not detector.process(total[:500], total[:500].min(), total[:500].max(), SIGMA, PERIOD).near.any()
+    detector.interrupt()
+    assert detector.process(total[500:], total[500:].min(), total[500:].max(), SIGMA, PERIOD).near[5:].all()

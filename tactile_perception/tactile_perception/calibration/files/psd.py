@@ -19,7 +19,7 @@ SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'light, level': 'V', 'force': 'logarithm of N',
          'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,)}
-_NUMBERS = ('deviation', 'reach', 'cross_sigma', 'shot')
+_NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise')
 
 

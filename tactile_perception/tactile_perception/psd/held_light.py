@@ -1,0 +1,137 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ambient light while an object touches: lamps that are switched or dimmed, and the part of the room's light that the object shades.
+
+While something touches, the offset cannot be measured. Three facts replace the measurement. The room's light falls on the whole cover, so
+its centroid on the detector is the offset's, not the contact's. An object that rests keeps its light; a step between two rests whose
+centroid is the room's is a lamp. Four outputs hold one number more than light and place: the cross term, which is known for a single
+contact; what is missing there is the shaded light.
+"""
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .geometry import CROSS, MIX, TOTAL, position
+
+_BIN_S = 0.01  # s, over which light is averaged. Derived: a period of lamps on 50 Hz mains
+_RESTS = 5  # bins that agree while an object rests. Chosen
+_AGREE = 4.0  # standard deviations by which such bins may differ. Chosen: as much as five of them do by noise
+_FORGOTTEN_S = 0.2  # s without rest, after which the last rest says nothing. Chosen: lamps are switched faster
+_CERTAIN = 6.0  # standard deviations of light that is judged. Chosen
+_AROUND = 0.2  # half widths between centroids of the room's light and of the offset, which holds the dark voltages too. Chosen
+_APART, _APART_SIGMA = 0.05, 4.0  # half widths, and standard deviations, between the centroids of a lamp and of the contact. Chosen
+_MOST_ROOM, _MOST_CONTACT = 3.0, 0.5  # parts of the room's light, and of the contact's; brighter changes are a second object. Chosen
+_LEFT = 0.7  # part of an object's light that is left at most after it is gone. Chosen
+_SHADE = 0.05  # standard deviation of the shaded part of the room's light before it is measured. Chosen: an object hides a tenth at most
+_SHADE_LEAST = 0.01  # smallest standard deviation: objects differ. Chosen
+_SHADE_MOST = 0.3  # largest part. Chosen
+_TWO = 4.0  # standard deviations of the cross term, beyond which it is that of two contacts. Chosen
+_MODEL_S = 0.2  # s of a contact from which the shade is measured; the error of the expected cross term is the same for it. Chosen
+
+
+class Change(NamedTuple):
+    """shift: (4,) V, to be added to the offset, or None; net: (4,) V, to be added to the sums of the present samples."""
+
+    shift: np.ndarray | None
+    net: np.ndarray
+
+
+class HeldLight:
+    """Follows ambient light through a contact. cross: expected cross term over the total at places (N, 2), None where it is not calibrated;
+    cross_volts: V, its standard deviation."""
+
+    def __init__(self, cross: Callable[[np.ndarray], np.ndarray] | None, cross_volts: float):
+        self._cross, self._cross_volts = cross, cross_volts
+        self.shade, self._information = 0.0, 1 / _SHADE**2
+        self.begin(np.zeros(4))
+
+    def begin(self, offset: np.ndarray) -> None:
+        """A contact begins; offset: (4,) V, of the untouched outputs before it."""
+        self._room, self._measured_s = offset @ MIX, 0.0
+        self.interrupt()
+
+    def interrupt(self) -> None:
+        """Samples are missing: what came before them is no longer compared with what follows."""
+        self._rest: np.ndarray | None = None
+        self._bins: deque[np.ndarray] = deque(maxlen=_RESTS)
+        self._sum, self._count, self._restless_s = np.zeros(4), 0, 0.0
+
+    def follow(self, mean: np.ndarray, count: int, noise: np.ndarray, period_s: float) -> Change:
+        """The change of ambient light in samples of one contact; mean: (4,) V, of the sums of count samples; noise: (4, 4) V^2, covariance
+        of one sample's sums."""
+        self._sum, self._count = self._sum + mean * count, self._count + count
+        shift = None
+        if self._count * period_s >= _BIN_S * (1 - 1e-9):
+            shift = self._end_bin(noise, self._count * period_s)
+        rest = self._rest
+        sigma = math.sqrt(noise[TOTAL, TOTAL] / count)
+        net = self.shade * self._room
+        if shift is not None:
+            net = net - shift
+        elif rest is not None and abs(mean[TOTAL] - rest[TOTAL]) > _CERTAIN * sigma and self._is_room(mean - rest, rest, sigma):
+            net = net + rest - mean
+        return Change(None if shift is None else MIX @ shift / 4, net)
+
+    def _end_bin(self, noise: np.ndarray, seconds: float) -> np.ndarray | None:
+        """See follow; the change (4,) of the sums that is ambient light, or None."""
+        light, count = self._sum / self._count, self._count
+        self._sum, self._count = np.zeros(4), 0
+        self._bins.append(light)
+        self._measure_shade(light, count, noise, seconds)
+        sigma = math.sqrt(noise[TOTAL, TOTAL] / count)
+        bins = np.array(self._bins)
+        if len(bins) < _RESTS or np.ptp(bins, axis=0).max() > _AGREE * sigma:
+            self._restless_s += seconds
+            if self._restless_s > _FORGOTTEN_S:
+                self._rest = None
+            return None
+        return self._judge(bins.mean(0), sigma / math.sqrt(_RESTS))
+
+    def _judge(self, light: np.ndarray, sigma: float) -> np.ndarray | None:
+        """As _end_bin, for the light (4,) of an object that rests."""
+        before, self._restless_s = self._rest, 0.0
+        if before is not None and abs(light[TOTAL] - before[TOTAL]) > _CERTAIN * sigma:
+            if self._is_room(light - before, before, sigma):
+                self._bins.clear()
+                return light - before
+            if light[TOTAL] < _LEFT * before[TOTAL] and self._is_room(light, before, sigma):
+                self.interrupt()
+                return light
+        self._rest = light
+        return None
+
+    def _is_room(self, change: np.ndarray, contact: np.ndarray, sigma: float) -> bool:
+        """Whether a change (4,) of the sums is the room's light, not that of the contact with sums (4,)."""
+        total = change[TOTAL]
+        each = MIX @ change / (4 * math.copysign(1.0, total))
+        most = max(_MOST_ROOM * self._room[TOTAL], _MOST_CONTACT * contact[TOTAL])
+        if self._room[TOTAL] < _CERTAIN * sigma or each.min() < -sigma or abs(total) > most:
+            return False
+        where = change[:2] / total
+        from_room = math.dist(where, self._room[:2] / self._room[TOTAL])
+        from_contact = math.dist(where, contact[:2] / contact[TOTAL])
+        return from_room < min(_AROUND, from_contact) and from_contact > _APART + _APART_SIGMA * sigma / abs(total)
+
+    def _measure_shade(self, light: np.ndarray, count: int, noise: np.ndarray, seconds: float) -> None:
+        """Update the shaded part by the cross term of light (4,), the mean sums of count samples: least squares with a known variance."""
+        if self._cross is None or not light[TOTAL] > 0 or self._measured_s >= _MODEL_S:
+            return
+        self._measured_s += seconds
+        step = max(_SHADE_LEAST, 1e-3)
+        tried = light + np.array([self.shade, self.shade + step])[:, None] * self._room
+        if not (tried[:, TOTAL] > 0).all():
+            return
+        missing = tried[:, CROSS] - self._cross(np.clip(position(tried), -1, 1)) * tried[:, TOTAL]
+        slope = (missing[1] - missing[0]) / step
+        each = noise[CROSS, CROSS] / count
+        if missing[0] ** 2 > _TWO**2 * (each + self._cross_volts**2 + slope * slope / self._information):
+            return
+        variance = each + self._cross_volts**2 * _MODEL_S / seconds
+        gained = slope * slope / variance
+        self._information = min(self._information + gained, 1 / _SHADE_LEAST**2)
+        self.shade = min(max(self.shade - slope * missing[0] / variance / self._information, 0.0), _SHADE_MOST)
