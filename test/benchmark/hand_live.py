@@ -7,6 +7,7 @@
 The sensors are, in this order: two touchpads of 640 x 480 at 60 frames per second, a PSD finger at 1 kHz, a taxel array at 200 frames per
 second and a sheet with two cameras at 30; --share scales all rates. Their frames are rendered beforehand (rendered.py). This process
 subscribes to the last result of each sensor as serialized messages. Configurations alternate, --repeat times, and medians are reported.
+Growth: of the memory in the --duration s that count.
 Latency: from the stamp to the receipt here (5 ms more for a PSD message, stamped with its first sample). A frame without a result is lost.
 """
 from __future__ import annotations
@@ -125,13 +126,13 @@ def run(names: Sequence[str], way: str, share: float, duration: float, settle: f
             node.create_subscription(SENSORS[name][6], f'/{name}/{SENSORS[name][5]}', heard[name].take, 500, raw=True)
         try:
             live.watch(hand, live.Record(), settle, lambda: executor.spin_once(timeout_sec=0.05))
-            begin = time.time_ns()
+            begin, at_first = time.time_ns(), hand.memory()
             live.watch(hand, record, duration, lambda: executor.spin_once(timeout_sec=0.05))
             memory = hand.memory()
         finally:
             node.destroy_node()
             rclpy.try_shutdown()
-    return summary(heard, record, share, begin, duration) | {'memory MB': memory}
+    return summary(heard, record, share, begin, duration) | {'memory MB': memory, 'growth MB': memory - at_first}
 
 
 def summary(heard: dict[str, Heard], record: live.Record, share: float, begin_ns: int, duration: float) -> dict:
@@ -159,17 +160,18 @@ def medians(results: list[dict]) -> dict:
     sensors = {name: {'lost %': float(np.median([r['sensors'][name]['lost %'] for r in results])),
                       'latency ms': np.median([r['sensors'][name]['latency ms'] for r in results], axis=0).tolist()}
                for name in results[0]['sensors']}
-    return {'CPU %': float(np.median([r['CPU %'] for r in results])), 'memory MB': float(np.median([r['memory MB'] for r in results])),
-            'sensors': sensors}
+    return {name: float(np.median([r[name] for r in results])) for name in ('CPU %', 'memory MB', 'growth MB')} | {'sensors': sensors}
 
 
 def text(table: dict[tuple[int, str], dict]) -> str:
     """The medians as Markdown; key: (number of sensors, way)."""
-    lines = ['| sensors | processes | CPU % of a core | memory MB | latency 50 % / 95 % ms, and lost, of each |', '|---|---|---|---|---|']
+    lines = ['| sensors | processes | CPU % of a core | memory MB, and growth | latency 50 % / 95 % ms, and lost, of each |',
+             '|---|---|---|---|---|']
     for (count, way), result in sorted(table.items()):
-        each = ', '.join(f'{name} {s["latency ms"][0]:.0f} / {s["latency ms"][1]:.0f}, {s["lost %"]:.1f} %'
+        each = ', '.join(f'{name} {s["latency ms"][0]:.1f} / {s["latency ms"][1]:.1f}, {s["lost %"]:.1f} %'
                          for name, s in result['sensors'].items())
-        lines.append(f'| {count} | composed:={way} | {result["CPU %"]:.0f} | {result["memory MB"]:.0f} | {each} |')
+        memory = f'{result["memory MB"]:.0f}, {result["growth MB"]:+.1f}'
+        lines.append(f'| {count} | composed:={way} | {result["CPU %"]:.0f} | {memory} | {each} |')
     return '\n'.join(lines) + '\n'
 
 

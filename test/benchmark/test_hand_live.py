@@ -76,11 +76,11 @@ def test_results_that_are_due():
 
 
 def test_medians_of_runs_and_their_table():
-    runs = [{'CPU %': c, 'memory MB': m, 'sensors': {'thumb': {'lost %': x, 'latency ms': [c, c, c, c]}}}
+    runs = [{'CPU %': c, 'memory MB': m, 'growth MB': m - 100, 'sensors': {'thumb': {'lost %': x, 'latency ms': [c, c, c, c]}}}
             for c, m, x in ((10, 100, 0.0), (30, 120, 1.0), (20, 110, 0.5))]
     middle = hand_live.medians(runs)
     assert (middle['CPU %'], middle['memory MB'], middle['sensors']['thumb']) == (20, 110, {'lost %': 0.5, 'latency ms': [20] * 4})
-    assert '| 1 | composed:=true | 20 | 110 | thumb 20 / 20, 0.5 % |' in hand_live.text({(1, 'true'): middle})
+    assert '| 1 | composed:=true | 20 | 110, +10.0 | thumb 20.0 / 20.0, 0.5 % |' in hand_live.text({(1, 'true'): middle})
 
 
 def test_a_result_is_read_from_its_bytes():
