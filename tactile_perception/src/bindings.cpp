@@ -7,12 +7,8 @@
 #include <limits>
 
 #include "border.hpp"
-#include "contact_score.hpp"
 #include "dot_judge.hpp"
-#include "dot_loads.hpp"
 #include "lattice.hpp"
-#include "membrane_forces.hpp"
-#include "membrane_solver.hpp"
 #include "peaks.hpp"
 #include "ring_colour.hpp"
 #include "sheet_membrane.hpp"
@@ -205,104 +201,6 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
     return py::make_tuple(output(found.ranges, {count}), output(found.slopes, {count}));
 }
 
-// The touchpad's membrane.
-constexpr int LARGEST_GRID = 4096;  // dots. Chosen for memory: the response to the ranges is a dense matrix
-
-Grid grid_of(const Input<double>& dots, const char* name, int rows, int columns) {
-    const Grid grid{within(rows, "rows", 3, LARGEST_GRID / 3), within(columns, "columns", 3, LARGEST_GRID / 3)};
-    within(grid.size(), "rows * columns", 9, LARGEST_GRID);
-    if (dots.length() != grid.size()) throw py::value_error(std::string(name) + ": a row for each of rows * columns dots is needed");
-    return grid;
-}
-
-// A membrane and the arrays that it points to.
-struct GivenMembrane {
-    Input<double> triangles, residual;
-    Membrane membrane;
-    GivenMembrane(const py::object& triangles_, const py::object& residual_, Grid grid)
-        : triangles(triangles_, "triangles", {grid.triangles(), 4}),
-          residual(residual_, "residual", {grid.size(), 3}),
-          membrane{grid, triangles.data(), residual.data()} {}
-};
-
-py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
-    const Input<double> given(rest, "rest", {ANY, 3});
-    const Grid grid = grid_of(given, "rest", rows, columns);
-    return output(membrane_at_rest(grid, given.data(), stiffness, area_share), {grid.triangles(), 4});
-}
-
-py::tuple forces(const py::object& places, const py::object& triangles, int rows, int columns) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> weights(triangles, "triangles", {grid.triangles(), 4});
-    std::vector<double> force(3 * grid.size()), share(3 * grid.size());
-    {
-        py::gil_scoped_release others_run;
-        add_forces(grid, weights.data(), given.data(), force.data(), share.data());
-    }
-    return py::make_tuple(output(force, {grid.size(), 3}), output(share, {grid.size(), 3}));
-}
-
-py::array_t<double> slopes(const py::object& places, const py::object& rays, const py::object& triangles, const py::object& residual,
-                           int rows, int columns, double pressure) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> along(rays, "rays", {grid.size(), 3});
-    const GivenMembrane of(triangles, residual, grid);
-    const Balance balance = find_balance(of.membrane, given.data(), pressure);
-    return output(find_slopes(of.membrane, given.data(), along.data(), pressure, balance), {grid.size(), 9});
-}
-
-py::tuple loads(const py::object& places, const py::object& triangles, const py::object& residual, int rows, int columns,
-                double rest_pressure) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
-    const GivenMembrane of(triangles, residual, grid);
-    Loads found;
-    {
-        py::gil_scoped_release others_run;
-        found = find_loads(of.membrane, given.data(), rest_pressure);
-    }
-    return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
-}
-
-py::tuple membrane_solution(const py::object& rays, const py::object& measured, const py::object& weight, const py::object& ranges,
-                            const py::object& touched, const py::object& change, const py::object& triangles, const py::object& residual,
-                            const py::object& response, const py::object& origin, int rows, int columns, double pressure, bool fresh) {
-    const Input<double> along(rays, "rays", {ANY, 3});
-    const Grid grid = grid_of(along, "rays", rows, columns);
-    const py::ssize_t size = grid.size();
-    const Input<double> seen(measured, "measured", {size}), trust(weight, "weight", {size}), last(ranges, "ranges", {size});
-    const Input<double> moved(change, "change", {size}), centre(origin, "origin", {3});
-    const Input<float> spread(response, "response", {size, size});
-    const Input<double> held(touched, "touched", {size});
-    const GivenMembrane of(triangles, residual, grid);
-    const MembraneFrame frame{centre.data(), along.data(), seen.data(), trust.data(), last.data(), fresh ? nullptr : held.data(),
-                              spread.data(), moved.data(), pressure};
-    MembraneSolution found;
-    {
-        py::gil_scoped_release others_run;
-        found = solve_membrane(of.membrane, frame);
-    }
-    return py::make_tuple(output(found.ranges, {size}), output(found.touched, {size}), output(found.weight, {size}), found.pressure,
-                          output(found.moved, {size}), found.lifted);
-}
-
-// The touchpad's contact.
-py::array_t<double> score(const py::object& load, const py::object& places, const py::object& normals, int rows, int columns,
-                          double pitch) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> carried(load, "load", {grid.size()}), up(normals, "normals", {grid.size(), 3});
-    within(pitch, "pitch", 1e-9, 1e9);
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = contact_score(grid, carried.data(), given.data(), up.data(), pitch);
-    }
-    return output(found, {grid.size()});
-}
-
 }  // namespace
 
 PYBIND11_MODULE(_core, module) {
@@ -351,35 +249,7 @@ PYBIND11_MODULE(_core, module) {
         "Ranges (N,), m, at which the light's paths have the lengths (N,), m, and the lengths' derivatives (N,) there.\n\n"
         "path: as for path_lengths; rays: (N, 3), unit; id: (N,) int64, of the dots on the grid of rows x columns; rest_ranges (N,), m,\n"
         "rest_normals (N, 3), unit: at rest; ring_share: radius of the ring around a dot whose mean a length is, over the dots' pitch.");
-    module.def(
-        "membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
-        py::arg("area_share"),
-        "Triangles (T, 4) float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
-        "of the springs opposite to their corners, N/m, and factor of the area term of the energy, which has the share area_share.");
-    module.def("membrane_forces", &forces, py::arg("places"), py::arg("triangles"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-               "Elastic force (K, 3), N, on each dot at places (K, 3) float64, m, and its share (K, 3), m^2, of the area vectors.");
-    module.def(
-        "membrane_slopes", &slopes, py::arg("places"), py::arg("rays"), py::arg("triangles"), py::arg("residual"), py::kw_only(),
-        py::arg("rows"), py::arg("columns"), py::arg("pressure"),
-        "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at places (K, 3), m, by movements of the 3 x 3 dots\n"
-        "around it, row by row, along their unit rays (K, 3); residual (K, 3), m^2: out of balance at rest. Outermost dots: 0.");
-    module.def(
-        "membrane_loads", &loads, py::arg("places"), py::arg("triangles"), py::arg("residual"), py::kw_only(), py::arg("rows"),
-        py::arg("columns"), py::arg("rest_pressure"),
-        "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
-    module.def(
-        "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("measured"), py::arg("weight"), py::arg("ranges"),
-        py::arg("touched"), py::arg("change"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
-        py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("fresh"),
-        "Ranges (K,), m, probabilities of a load (K,), weights (K,) without outliers, pressure, Pa, and the response of ranges (K,) and\n"
-        "pressure to a change (K,), m, of the measured ranges. Along unit rays (K, 3) from origin (3,) measured (K,), m, with weight\n"
-        "(K,), 1/m^2, 0: unknown; ranges, touched and pressure: of the last frame; fresh: there is none; response (K, K) float32:\n"
-        "information about each dot's load (columns) from the range of one (rows) at unit weight.");
-    module.def(
-        "contact_score", &score, py::arg("load"), py::arg("places"), py::arg("normals"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-        py::arg("pitch"),
-        "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
-        "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    tactile::border::bind_contact(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_taxels(module);
 }

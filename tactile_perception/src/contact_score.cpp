@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dot_loads.hpp"
+#include "grid.hpp"
 #include "small_systems.hpp"
 #include "vectors.hpp"
 
@@ -68,14 +68,14 @@ void drop_single_dots(Grid grid, std::vector<double>& score) {
 
 std::vector<double> heights_over_face(const std::vector<double>& points, const double* mean_normal, const std::vector<int>& neighbours) {
     const std::size_t count = neighbours.size();
-    const Vec3 up = 1 / length(vector_at(mean_normal, 0)) * vector_at(mean_normal, 0);
+    const Vec3 up = 1 / length(vec3_at(mean_normal, 0)) * vec3_at(mean_normal, 0);
     const Vec3 along = 1 / std::hypot(up.x, up.z) * Vec3{up.z, 0, -up.x}, across = cross(up, along);
     Vec3 middle{0, 0, 0};
-    for (std::size_t i = 0; i < count; ++i) middle = middle + 1.0 / count * vector_at(points.data(), i);
+    for (std::size_t i = 0; i < count; ++i) middle = middle + 1.0 / count * vec3_at(points.data(), i);
     std::vector<double> x(count), y(count), residual(count), weight(count), sizes(count), terms(TERMS * count);
     double reach = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        const Vec3 off = vector_at(points.data(), i) - middle;
+        const Vec3 off = vec3_at(points.data(), i) - middle;
         x[i] = dot(off, along), y[i] = dot(off, across), residual[i] = dot(off, up);
         reach = std::max({reach, std::abs(x[i]), std::abs(y[i])});
         weight[i] = std::pow(std::clamp((neighbours[i] - 3) / 5.0, 0.05, 1.0), 2);
@@ -109,8 +109,8 @@ std::vector<double> contact_score(Grid grid, const double* load, const double* p
     std::vector<double> score = load_share(grid, load);
     std::vector<std::uint8_t> loaded(grid.size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) loaded[k] = score[k] > HALF;
-    const std::vector<std::int32_t> patch = patches(grid, loaded.data());
-    const std::int32_t count = *std::max_element(patch.begin(), patch.end());
+    std::vector<std::int32_t> patch;
+    const auto count = static_cast<std::int32_t>(components(loaded.data(), grid.rows, grid.columns, true, patch).size());
     for (std::int32_t number = 1; number <= count; ++number) {
         std::vector<std::ptrdiff_t> member;
         std::vector<double> points;
@@ -120,7 +120,7 @@ std::vector<double> contact_score(Grid grid, const double* load, const double* p
             if (patch[k] != number) continue;
             member.push_back(k);
             points.insert(points.end(), places + 3 * k, places + 3 * k + 3);
-            add_to(normal, 0, vector_at(normals, k));
+            add_to(normal, 0, vec3_at(normals, k));
             neighbours.push_back(0);
             beside(grid, k, [&](std::ptrdiff_t j) { neighbours.back() += loaded[j]; });
         }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grid.hpp"
 #include "vectors.hpp"
 
 namespace tactile {
@@ -46,8 +47,8 @@ Loads find_loads(const Membrane& membrane, const double* places, double rest_pre
     const auto each_inner = [&](auto visit) {
         for (std::ptrdiff_t row = 1; row + 1 < grid.rows; ++row) {
             for (std::ptrdiff_t k = row * grid.columns + 1; k + 1 < (row + 1) * grid.columns; ++k) {
-                const Vec3 area = vector_at(share.data(), k);
-                visit(k, area, area - vector_at(membrane.residual, k), vector_at(elastic.data(), k));
+                const Vec3 area = vec3_at(share.data(), k);
+                visit(k, area, area - vec3_at(membrane.residual, k), vec3_at(elastic.data(), k));
             }
         }
     };
@@ -62,7 +63,7 @@ Loads find_loads(const Membrane& membrane, const double* places, double rest_pre
         found.load[k] = dot(left, area) / (pressure * dot(area, area));
     });
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        const Vec3 area = vector_at(share.data(), k);
+        const Vec3 area = vec3_at(share.data(), k);
         store(found.normal.data(), k, 1 / length(area) * area);
     }
     return found;
@@ -94,36 +95,12 @@ void update_probabilities(Grid grid, const double* gain, double* touched) {
 void drop_weak_patches(Grid grid, const double* gain, double* touched) {
     std::vector<std::uint8_t> held(grid.size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) held[k] = touched[k] > 0.5;
-    const std::vector<std::int32_t> patch = patches(grid, held.data());
-    std::vector<double> evidence(1 + *std::max_element(patch.begin(), patch.end()));
+    std::vector<std::int32_t> patch;
+    std::vector<double> evidence(1 + components(held.data(), grid.rows, grid.columns, true, patch).size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) evidence[patch[k]] += std::min(gain[k], LARGEST_GAIN);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (evidence.size() == 1 || (patch[k] > 0 && !(evidence[patch[k]] > EVIDENCE))) touched[k] = 0;
     }
-}
-
-std::vector<std::int32_t> patches(Grid grid, const std::uint8_t* member) {
-    std::vector<std::int32_t> number(grid.size());
-    std::vector<std::ptrdiff_t> open;
-    std::int32_t count = 0;
-    for (std::ptrdiff_t first = 0; first < grid.size(); ++first) {
-        if (!member[first] || number[first]) continue;
-        number[first] = ++count;
-        open.push_back(first);
-        while (!open.empty()) {
-            const std::ptrdiff_t row = open.back() / grid.columns, column = open.back() % grid.columns;
-            open.pop_back();
-            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid.rows - 1); ++r) {
-                for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid.columns - 1); ++c) {
-                    const std::ptrdiff_t k = r * grid.columns + c;
-                    if (!member[k] || number[k]) continue;
-                    number[k] = count;
-                    open.push_back(k);
-                }
-            }
-        }
-    }
-    return number;
 }
 
 }  // namespace tactile

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "membrane_forces.hpp"
@@ -35,8 +34,5 @@ void update_probabilities(Grid grid, const double* gain, double* touched);
 
 // Sets touched (K) to 0 in connected patches whose summed log likelihood ratios gain (K) are not significant.
 void drop_weak_patches(Grid grid, const double* gain, double* touched);
-
-// Numbers (K), from 1 on, of the patches of neighbouring dots, diagonal ones included, where member (K) is not 0; 0 elsewhere.
-std::vector<std::int32_t> patches(Grid grid, const std::uint8_t* member);
 
 }  // namespace tactile

@@ -33,9 +33,9 @@ struct Triangle {
     double square;  // of the doubled area
     double at[3];   // products of the sides at each corner
     Triangle(const double* places, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
-        const Vec3 origin = vector_at(places, a);
-        u = vector_at(places, b) - origin;
-        v = vector_at(places, c) - origin;
+        const Vec3 origin = vec3_at(places, a);
+        u = vec3_at(places, b) - origin;
+        v = vec3_at(places, c) - origin;
         doubled = cross(u, v);
         square = dot(doubled, doubled);
         at[0] = dot(u, v);
@@ -68,11 +68,11 @@ void add_slopes(Grid grid, const double* of, const Triangle& triangle, const std
     const double stiffening = of[3] / (triangle.square * triangle.square) * doubled * 2;
     Vec3 ray[3], change[3];
     for (int j = 0; j < 3; ++j) {
-        ray[j] = vector_at(rays, corner[j]);
+        ray[j] = vec3_at(rays, corner[j]);
         change[j] = 0.5 * cross(edge[j], ray[j]);
     }
     for (int k = 0; k < 3; ++k) {
-        const Vec3 up = vector_at(normals, corner[k]), turned = 0.5 * cross(edge[k], up), tilt = cross(up, n);
+        const Vec3 up = vec3_at(normals, corner[k]), turned = 0.5 * cross(edge[k], up), tilt = cross(up, n);
         // three from the derivative of 1/A^3, the fourth from the rotation of the triangle's normal
         const Vec3 lever = stiffening / area * (turned - 4 * dot(turned, n) * n) + pressure / 6 * up;
         const int before = (k + 2) % 3, after = (k + 1) % 3;
@@ -122,14 +122,14 @@ Balance find_balance(const Membrane& membrane, const double* places, double pres
     add_forces(grid, membrane.triangles, places, force.data(), share.data());
     Balance found{std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size), std::vector<double>(size)};
     for (std::ptrdiff_t k = 0; k < size; ++k) {
-        const Vec3 part = vector_at(share.data(), k), pushed = part - vector_at(membrane.residual, k);
+        const Vec3 part = vec3_at(share.data(), k), pushed = part - vec3_at(membrane.residual, k);
         found.area[k] = length(part);
         const Vec3 normal = 1 / found.area[k] * part;
         store(found.normal.data(), k, normal);
         if (!grid.inner(k / grid.columns, k % grid.columns)) continue;
         const double scale = 1 / (pressure * found.area[k]);
         found.by_pressure[k] = scale * dot(pushed, normal);
-        found.load[k] = scale * dot(vector_at(force.data(), k), normal) + pressure * found.by_pressure[k];
+        found.load[k] = scale * dot(vec3_at(force.data(), k), normal) + pressure * found.by_pressure[k];
     }
     return found;
 }

@@ -115,8 +115,8 @@ class Steps {
     // weight by their residuals; last: drop insignificant patches.
     void step(double misfit, bool classify, bool robust, bool last) {
         std::vector<double> places(3 * size_);
-        const Vec3 origin = vector_at(frame_.origin, 0);
-        for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin + found_.ranges[k] * vector_at(frame_.rays, k));
+        const Vec3 origin = vec3_at(frame_.origin, 0);
+        for (std::ptrdiff_t k = 0; k < size_; ++k) store(places.data(), k, origin + found_.ranges[k] * vec3_at(frame_.rays, k));
         balance_ = find_balance(membrane_, places.data(), found_.pressure);
         // two steps from the last frame share their slopes: both are near the solution
         if (slopes_.empty() || cold_) slopes_ = find_slopes(membrane_, places.data(), frame_.rays, found_.pressure, balance_);

@@ -32,7 +32,7 @@ inline double length(Vec3 a) {
 }
 
 // Vector k of an array (N, 3).
-inline Vec3 vector_at(const double* array, std::ptrdiff_t k) {
+inline Vec3 vec3_at(const double* array, std::ptrdiff_t k) {
     return {array[3 * k], array[3 * k + 1], array[3 * k + 2]};
 }
 inline void add_to(double* array, std::ptrdiff_t k, Vec3 a) {

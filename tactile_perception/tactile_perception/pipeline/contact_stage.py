@@ -98,7 +98,7 @@ class ContactStage:
 
     def _describe(self, dots: ContactDots, found: DotClassification, stamp_s: float) -> ContactResult:
         regions = find_regions(dots)
-        motion = self._motion.process(dots, stamp_s)
+        motion = self._motion.process(dots, stamp_s, [region.members for region in regions])
         contacts = self._contacts.process(dots, regions)
         slip = self._slip.process(dots, contacts, motion, stamp_s)
         region = describe(dots, regions, motion.motion, motion.interval)

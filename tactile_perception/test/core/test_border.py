@@ -141,6 +141,15 @@ def call_place_covariance(place=FOUR[:2], noise=np.eye(4)):
     return (_core.place_covariance(place, 1.5, noise, 0.01),)
 
 
+MOTION = {'before': DOTS, 'after': DOTS + 1e-4, 'normals': UP, 'origin': -UP[0], 'twist': np.zeros(6)}
+
+
+def call_fit_motion(**arrays):
+    """A motion of all dots."""
+    return [_core.fit_motion(**MOTION | {'drag': UP, 'weights': np.ones(42)} | arrays, across=2e-6, along=2e-5, coarse=4e-5, fine=1e-5,
+                             hold=3.0, fresh=False)]
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
@@ -177,6 +186,8 @@ CALLS = {
                                      'shift': np.array([1e-4, 0, 0.01])}),
     'taxel_pull_pressure': (call_taxel_pull_pressure, {'pull': np.stack([TAXELS, -TAXELS]), 'spreads': np.array([[0.5, 1.2], [0.5, 3.7]])}),
     'steady_motion': (call_steady_motion, {'times': np.arange(9.0), 'places': np.zeros((9, 3))}),
+    'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
+    'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -18,8 +18,9 @@ _FEWEST = 6  # dots that must agree on a motion; chosen: twice the three that de
 
 @dataclass(frozen=True)
 class MotionEstimate:
-    """motion: of the object over interval, s, None and NaN when unknown; slip: (N, 3) m, of each dot over the object in that time, NaN for
-    dots that are free or were not seen before, and where the motion is unknown.
+    """motion: of the object over interval, s, of the largest region with a known motion if there are more, None and NaN when unknown;
+    slip: (N, 3) m, of each dot over its own object in that time, NaN for dots that are free or were not seen before, and where the motion
+    is unknown.
     """
 
     motion: RigidFit | None
@@ -30,7 +31,8 @@ class MotionEstimate:
 class ObjectMotion:
     """The object's motion over the last interval_s, s, frame by frame, on a rows x columns grid.
 
-    A robust rigid fit to the dots that stuck during the whole interval. In gross slip no dot sticks and the motion is unknown.
+    A robust rigid fit to the dots of each separate region that stuck during the whole interval. In gross slip no dot sticks and the motion
+    is unknown.
     """
 
     def __init__(self, rows: int, columns: int, interval_s: float = 0.1):
@@ -43,8 +45,11 @@ class ObjectMotion:
         """Forget all frames."""
         self._past: deque[tuple[float, np.ndarray, np.ndarray]] = deque()
 
-    def process(self, dots: ContactDots, stamp_s: float) -> MotionEstimate:
-        """Motion up to this frame. Raises BadFrame for a stamp that is not later than the last."""
+    def process(self, dots: ContactDots, stamp_s: float, regions: list[np.ndarray] | None = None) -> MotionEstimate:
+        """Motion up to this frame. regions: the members (N,) bool of each separate region, largest first; None: all dots are one region's.
+
+        Raises BadFrame for a stamp that is not later than the last.
+        """
         if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
             raise BadFrame(f'object motion: stamp {stamp_s} s is not later than the last; frame skipped')
         states = np.zeros(self.rows * self.columns, np.uint8)
@@ -54,9 +59,9 @@ class ObjectMotion:
         self._past.append((stamp_s, places, states))
         while len(self._past) > 2 and self._past[1][0] <= stamp_s - self.interval_s * (1 - 1e-6):
             self._past.popleft()
-        return self._estimate(dots, stamp_s)
+        return self._estimate(dots, stamp_s, [np.ones(len(dots.ids), bool)] if regions is None else regions)
 
-    def _estimate(self, dots: ContactDots, stamp_s: float) -> MotionEstimate:
+    def _estimate(self, dots: ContactDots, stamp_s: float, regions: list[np.ndarray]) -> MotionEstimate:
         unknown = MotionEstimate(None, np.nan, np.full((len(dots.ids), 3), np.nan))
         since, before, first = self._past[0]
         if len(self._past) < 2 or not first.any():
@@ -65,12 +70,13 @@ class ObjectMotion:
         for _, _, states in itertools.islice(self._past, 1, None):
             stuck = stuck & (states == 1)
         known = np.isfinite(before[dots.ids, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
-        chosen = known & stuck[dots.ids]
-        motion = _shared_motion(before[dots.ids[chosen]], dots.xyz[chosen], dots.sigma)
-        if motion is None:
-            return unknown
-        slip = np.where(known[:, None], dots.xyz - motion.apply(before[dots.ids]), np.nan)
-        return MotionEstimate(motion, stamp_s - since, slip)
+        chosen, first_motion, slip = known & stuck[dots.ids], None, unknown.slip
+        for members in regions:
+            motion = _shared_motion(before[dots.ids[chosen & members]], dots.xyz[chosen & members], dots.sigma)
+            if motion is not None:
+                first_motion = first_motion or motion
+                slip[known & members] = (dots.xyz - motion.apply(before[dots.ids]))[known & members]
+        return MotionEstimate(first_motion, stamp_s - since, slip) if first_motion else unknown
 
 
 def _shared_motion(before: np.ndarray, now: np.ndarray, sigma: float) -> RigidFit | None:

@@ -221,7 +221,7 @@ class StickSlipTracker:
         return load / np.maximum(near[:, 0], 1e-9), near[:, 1:4]
 
     def _sliding_direction(self, motions, predicted, normals):
-        """Unit vectors (N, 3) along which the object, by the twist predicted, slides over dots on surfaces with normals (N, 3); 0: unknown."""
+        """Unit vectors (N, 3) along which the object, by the twist predicted, slides over the dots, across normals (N, 3); 0: unknown."""
         if predicted is None:
             return np.zeros_like(normals)
         lag = -motions.residuals(predicted)

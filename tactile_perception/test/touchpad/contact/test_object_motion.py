@@ -45,6 +45,18 @@ def test_slip_of_the_others_is_measured(pad):
     assert np.isnan(estimate.slip[dots.score <= 0.5]).all()
 
 
+def test_each_region_has_a_motion_of_its_own(pad):
+    motion = ObjectMotion(23, 23)
+    motion.process(pad.disc(radius=8e-3), 0.0)
+    dots = moved(pad.disc(radius=8e-3), [0, 0, 0], [0.2e-3, 0, 0])
+    right = (dots.score > 0.5) & (dots.xyz[:, 0] > 1e-3)
+    left = (dots.score > 0.5) & ~right
+    dots.xyz[right] += [-0.2e-3, 0.3e-3, 0]
+    estimate = motion.process(dots, 0.1, [left, right])
+    np.testing.assert_allclose(estimate.motion.apply(np.array([[0, 0, 11e-3]]))[0], [0.2e-3, 0, 11e-3], atol=20e-6)
+    assert np.sqrt(np.mean(estimate.slip[left | right]**2)) < 30e-6
+
+
 def test_gross_slip_leaves_it_unknown(pad):
     motion = ObjectMotion(23, 23)
     motion.process(pad.disc(), 0.0)

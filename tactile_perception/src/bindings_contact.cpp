@@ -1,0 +1,205 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Python bindings of the kernels of a touchpad's membrane and contact; see bindings.cpp, whose length they would exceed.
+#include "bindings.hpp"
+#include "border.hpp"
+#include "contact_score.hpp"
+#include "dot_loads.hpp"
+#include "membrane_forces.hpp"
+#include "membrane_solver.hpp"
+#include "object_twist.hpp"
+
+namespace py = pybind11;
+using namespace tactile;
+using tactile::border::ANY;
+using tactile::border::Input;
+using tactile::border::output;
+using tactile::border::within;
+
+namespace {
+
+// The touchpad's membrane.
+constexpr int LARGEST_GRID = 4096;  // dots. Chosen for memory: the response to the ranges is a dense matrix
+
+Grid grid_of(const Input<double>& dots, const char* name, int rows, int columns) {
+    const Grid grid{within(rows, "rows", 3, LARGEST_GRID / 3), within(columns, "columns", 3, LARGEST_GRID / 3)};
+    within(grid.size(), "rows * columns", 9, LARGEST_GRID);
+    if (dots.length() != grid.size()) throw py::value_error(std::string(name) + ": a row for each of rows * columns dots is needed");
+    return grid;
+}
+
+// A membrane and the arrays that it points to.
+struct GivenMembrane {
+    Input<double> triangles, residual;
+    Membrane membrane;
+    GivenMembrane(const py::object& triangles_, const py::object& residual_, Grid grid)
+        : triangles(triangles_, "triangles", {grid.triangles(), 4}),
+          residual(residual_, "residual", {grid.size(), 3}),
+          membrane{grid, triangles.data(), residual.data()} {}
+};
+
+py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
+    const Input<double> given(rest, "rest", {ANY, 3});
+    const Grid grid = grid_of(given, "rest", rows, columns);
+    return output(membrane_at_rest(grid, given.data(), stiffness, area_share), {grid.triangles(), 4});
+}
+
+py::tuple forces(const py::object& places, const py::object& triangles, int rows, int columns) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> weights(triangles, "triangles", {grid.triangles(), 4});
+    std::vector<double> force(3 * grid.size()), share(3 * grid.size());
+    {
+        py::gil_scoped_release others_run;
+        add_forces(grid, weights.data(), given.data(), force.data(), share.data());
+    }
+    return py::make_tuple(output(force, {grid.size(), 3}), output(share, {grid.size(), 3}));
+}
+
+py::array_t<double> slopes(const py::object& places, const py::object& rays, const py::object& triangles, const py::object& residual,
+                           int rows, int columns, double pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> along(rays, "rays", {grid.size(), 3});
+    const GivenMembrane of(triangles, residual, grid);
+    const Balance balance = find_balance(of.membrane, given.data(), pressure);
+    return output(find_slopes(of.membrane, given.data(), along.data(), pressure, balance), {grid.size(), 9});
+}
+
+py::tuple loads(const py::object& places, const py::object& triangles, const py::object& residual, int rows, int columns,
+                double rest_pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const GivenMembrane of(triangles, residual, grid);
+    Loads found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_loads(of.membrane, given.data(), rest_pressure);
+    }
+    return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
+}
+
+py::tuple membrane_solution(const py::object& rays, const py::object& measured, const py::object& weight, const py::object& ranges,
+                            const py::object& touched, const py::object& change, const py::object& triangles, const py::object& residual,
+                            const py::object& response, const py::object& origin, int rows, int columns, double pressure, bool fresh) {
+    const Input<double> along(rays, "rays", {ANY, 3});
+    const Grid grid = grid_of(along, "rays", rows, columns);
+    const py::ssize_t size = grid.size();
+    const Input<double> seen(measured, "measured", {size}), trust(weight, "weight", {size}), last(ranges, "ranges", {size});
+    const Input<double> moved(change, "change", {size}), centre(origin, "origin", {3});
+    const Input<float> spread(response, "response", {size, size});
+    const Input<double> held(touched, "touched", {size});
+    const GivenMembrane of(triangles, residual, grid);
+    const MembraneFrame frame{centre.data(), along.data(), seen.data(), trust.data(), last.data(), fresh ? nullptr : held.data(),
+                              spread.data(), moved.data(), pressure};
+    MembraneSolution found;
+    {
+        py::gil_scoped_release others_run;
+        found = solve_membrane(of.membrane, frame);
+    }
+    return py::make_tuple(output(found.ranges, {size}), output(found.touched, {size}), output(found.weight, {size}), found.pressure,
+                          output(found.moved, {size}), found.lifted);
+}
+
+// The touchpad's contact.
+py::array_t<double> score(const py::object& load, const py::object& places, const py::object& normals, int rows, int columns,
+                          double pitch) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> carried(load, "load", {grid.size()}), up(normals, "normals", {grid.size(), 3});
+    within(pitch, "pitch", 1e-9, 1e9);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = contact_score(grid, carried.data(), given.data(), up.data(), pitch);
+    }
+    return output(found, {grid.size()});
+}
+
+// Motions of dots between two frames.
+struct GivenMotions {
+    Input<double> before, after, normals, origin;
+    DotMotions motions;
+    GivenMotions(const py::tuple& arrays, double across, double along)
+        : before(arrays[0], "before", {ANY, 3}),
+          after(arrays[1], "after", {before.length(), 3}),
+          normals(arrays[2], "normals", {before.length(), 3}),
+          origin(arrays[3], "origin", {3}),
+          motions(before.data(), after.data(), normals.data(), before.length(), origin.data(), within(across, "across", 1e-12, 1),
+                  within(along, "along", 1e-12, 1)) {}
+};
+
+Twist twist_of(const py::object& given) {
+    const Input<double> values(given, "twist", {6});
+    Twist twist;
+    std::copy(values.data(), values.data() + 6, twist.begin());
+    return twist;
+}
+
+py::array_t<double> twist_output(const Twist& twist) {
+    return output(std::vector<double>(twist.begin(), twist.end()), {6});
+}
+
+py::array_t<double> motion_fit(const py::object& before, const py::object& after, const py::object& normals, const py::object& origin,
+                               const py::object& twist, const py::object& drag, const py::object& weights, double across, double along,
+                               double coarse, double fine, double hold, bool fresh) {
+    const GivenMotions of(py::make_tuple(before, after, normals, origin), across, along);
+    const Twist start = twist_of(twist);
+    const Input<double> pull(drag, "drag", {of.before.length(), 3}), sticking(weights, "weights", {of.before.length()});
+    return twist_output(of.motions.fit_robust(fresh ? nullptr : &start, pull.data(), sticking.data(), coarse, fine, hold));
+}
+
+py::tuple motion_residuals(const py::object& before, const py::object& after, const py::object& normals, const py::object& origin,
+                           const py::object& twist) {
+    const GivenMotions of(py::make_tuple(before, after, normals, origin), 1, 1);
+    const Twist by = twist_of(twist);
+    const py::ssize_t count = of.before.length();
+    std::vector<double> across(3 * count), along(count);
+    for (py::ssize_t i = 0; i < count; ++i) {
+        store(across.data(), i, of.motions.residual(i, by));
+        along[i] = of.motions.normal_residual(i, by);
+    }
+    return py::make_tuple(output(across, {count, 3}), output(along, {count}));
+}
+
+}  // namespace
+
+void tactile::border::bind_contact(py::module_& module) {
+    module.def(
+        "membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
+        py::arg("area_share"),
+        "Triangles (T, 4) float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
+        "of the springs opposite to their corners, N/m, and factor of the area term of the energy, which has the share area_share.");
+    module.def("membrane_forces", &forces, py::arg("places"), py::arg("triangles"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+               "Elastic force (K, 3), N, on each dot at places (K, 3) float64, m, and its share (K, 3), m^2, of the area vectors.");
+    module.def(
+        "membrane_slopes", &slopes, py::arg("places"), py::arg("rays"), py::arg("triangles"), py::arg("residual"), py::kw_only(),
+        py::arg("rows"), py::arg("columns"), py::arg("pressure"),
+        "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at places (K, 3), m, by movements of the 3 x 3 dots\n"
+        "around it, row by row, along their unit rays (K, 3); residual (K, 3), m^2: out of balance at rest. Outermost dots: 0.");
+    module.def(
+        "membrane_loads", &loads, py::arg("places"), py::arg("triangles"), py::arg("residual"), py::kw_only(), py::arg("rows"),
+        py::arg("columns"), py::arg("rest_pressure"),
+        "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
+    module.def(
+        "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("measured"), py::arg("weight"), py::arg("ranges"),
+        py::arg("touched"), py::arg("change"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
+        py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("fresh"),
+        "Ranges (K,), m, probabilities of a load (K,), weights (K,) without outliers, pressure, Pa, and the response of ranges (K,) and\n"
+        "pressure to a change (K,), m, of the measured ranges. Along unit rays (K, 3) from origin (3,) measured (K,), m, with weight\n"
+        "(K,), 1/m^2, 0: unknown; ranges, touched and pressure: of the last frame; fresh: there is none; response (K, K) float32:\n"
+        "information about each dot's load (columns) from the range of one (rows) at unit weight.");
+    module.def(
+        "contact_score", &score, py::arg("load"), py::arg("places"), py::arg("normals"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        py::arg("pitch"),
+        "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
+        "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    module.def(
+        "fit_motion", &motion_fit, py::arg("before"), py::arg("after"), py::arg("normals"), py::arg("origin"), py::arg("twist"),
+        py::arg("drag"), py::arg("weights"), py::kw_only(), py::arg("across"), py::arg("along"), py::arg("coarse"), py::arg("fine"),
+        py::arg("hold"), py::arg("fresh"),
+        "Twist (6,) of the object that dots touch, from their places before and after (N, 3), m, normals (N, 3) and origin (3,) of the\n"
+        "rays: robust, from twist, which weighs hold dots; fresh: from nothing. See twist_fit.DotMotions.");
+    module.def("motion_residuals", &motion_residuals, py::arg("before"), py::arg("after"), py::arg("normals"), py::arg("origin"),
+               py::arg("twist"), "Motions (N, 3), m, across the rays and (N,), m, along the normals less those of the twist (6,).");
+}
