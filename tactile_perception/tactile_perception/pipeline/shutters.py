@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from tactile_driver.stitching.calibration import Stitching
@@ -13,9 +14,47 @@ from ..common.dots import DotTracks
 from ..markers.places.seam import SeamBalance
 from ..markers.view.sensor import MarkerSensor
 
-_UNEVEN = 0.5  # standard deviation of a ratio of motions where speed changes between frames; chosen
+# Where motion begins or ends at any moment of an interval, its share in a part f of it varies by f (1 - f) at most. The standard deviation
+# of the ratio is taken as so many times the root of that, and as a tenth of it where speed is steady; chosen.
+_UNEVEN, _STEADIEST = 2.0, 0.1
 _FARTHEST = 3.0  # last motions by which a marker is moved on; chosen
+_TORN = 0.06  # imbalance at the seam of a touch that one view does not show yet: 0.12 to 0.5, of others at most 0.02 (simulated)
 _CLEAR = 0.9  # share of a motion that is not noise from which it counts as clear; noise of 100 markers reaches it once in 200 frames
+
+
+class _View:
+    """The last places of the markers that one camera sees; count: K, of markers."""
+
+    def __init__(self, count: int):
+        self._uv, self._sigma, self._area = np.full((count, 2), np.nan), np.full(count, np.nan), np.full(count, np.nan)
+        self._time_s, self._speed = np.full(count, np.nan), 0.0
+
+    def take(self, seen: DotTracks, time_s: float) -> _Motion:
+        """The motion of markers that are seen at time_s, s, since they were seen before."""
+        id, uv = seen.id, seen.uv
+        move = np.where(np.isfinite(self._uv[id]), uv - self._uv[id], 0.0)
+        elapsed = time_s - self._time_s[id]
+        with np.errstate(divide='ignore', invalid='ignore'):
+            share = 1 - 2 * (seen.sigma**2 + self._sigma[id]**2) / (move**2).sum(axis=1)
+            growth = seen.area / self._area[id]
+        speed = float(np.sqrt(np.nansum((move / elapsed[:, None])**2)))
+        change = abs(speed - self._speed) / max(speed + self._speed, 1e-9)
+        self._uv[id], self._sigma[id], self._area[id], self._time_s[id], self._speed = uv, seen.sigma, seen.area, time_s, speed
+        return _Motion(move, np.where(share > 0, share, 0.0), np.where(np.isfinite(growth), growth, 1.0), elapsed, change)
+
+
+class _Motion(NamedTuple):
+    """Motion of the N markers of a view between two exposures.
+
+    move: (N, 2) px, 0 if unknown; share: (N,) of it that is not noise; growth: (N,) ratio of areas, 1 if unknown; elapsed: (N,) s, NaN if
+    unknown; change: of the speed since the motion before, 0 (steady) to 1 (begins or ends).
+    """
+
+    move: np.ndarray
+    share: np.ndarray
+    growth: np.ndarray
+    elapsed: np.ndarray
+    change: float
 
 
 class RightShutter:
@@ -26,55 +65,58 @@ class RightShutter:
     at the seam tells the ratio better; both are weighted by their variances.
     A motion m of a marker is known with noise of variance n = 2 (sigma^2 + sigma_before^2), summed over both axes. The part 1 - n / |m|^2
     of it counts, none below 0 (positive-part shrinkage after James and Stein 1961): so markers at rest stay where they are seen. A marker
-    without an earlier place in the right view stays too.
+    without an earlier place in the right view stays too. Where a touch has begun between an earlier right and the left exposure, the right
+    view tells nothing of it: its markers are left out of this frame.
     """
 
     def __init__(self, seam: float, count: int, balance: SeamBalance | None = None):
-        self._seam, self._balance = seam, balance
-        self._uv, self._sigma, self._area = np.full((count, 2), np.nan), np.full(count, np.nan), np.full(count, np.nan)
-        self._time_s = np.full(count, np.nan)
+        self._seam, self._count, self._balance = seam, count, balance
+        self._views = _View(count), _View(count)
 
     def process(self, tracks: DotTracks, stamp_s: float, skew_s: float) -> DotTracks:
         """The tracks at the left exposure. tracks: of the stitched image; stamp_s: left exposure, s; skew_s: from it to the right one, s,
         negative where the right one is earlier; 0 leaves the tracks as they are."""
-        right = np.flatnonzero(tracks.uv[:, 0] > self._seam)
-        id, uv, sigma, area, time_s = tracks.id[right], tracks.uv[right], tracks.sigma[right], tracks.area[right], stamp_s + skew_s
-        move, share = self._motion(id, uv, sigma)
-        elapsed, before = time_s - self._time_s[id], self._area[id]
-        self._uv[id], self._sigma[id], self._area[id], self._time_s[id] = uv, sigma, area, time_s
-        if not skew_s or not (share > 0).any():
+        is_right = tracks.uv[:, 0] > self._seam
+        left = self._views[0].take(tracks.take(~is_right), stamp_s)
+        right = self._views[1].take(tracks.take(is_right), stamp_s + skew_s)
+        if skew_s < 0 and self._has_missed(tracks, is_right):
+            return tracks.take(~is_right)
+        if not skew_s or not (right.share > 0).any():
             return tracks
-        ratio = share * np.where(share > 0, self._ratio(tracks, id, move, share, -skew_s / elapsed), 0.0)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            growth = (area / before)**ratio
+        steady = np.where(right.share > 0, np.clip(-skew_s / right.elapsed, -1.0, _FARTHEST), 0.0)
+        usual = float(np.median(steady[right.share > 0]))
+        ratio = right.share * steady * (self._told(tracks, is_right, right, usual, max(left.change, right.change)) / usual)
         moved = replace(tracks, uv=tracks.uv.copy(), duv=tracks.duv.copy(), area=tracks.area.copy(), sigma=tracks.sigma.copy())
-        moved.uv[right] += ratio[:, None] * move
-        moved.duv[right] += ratio[:, None] * move
-        moved.area[right] *= np.where(np.isfinite(growth), growth, 1.0)
-        moved.sigma[right] *= np.hypot(1 + ratio, ratio)
+        moved.uv[is_right] += ratio[:, None] * right.move
+        moved.duv[is_right] += ratio[:, None] * right.move
+        moved.area[is_right] *= right.growth**ratio
+        moved.sigma[is_right] *= np.hypot(1 + ratio, ratio)
         return moved
 
-    def _motion(self, id: np.ndarray, uv: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Motion (N, 2), px, since the last right exposure, and the share (N,) of it that counts; both 0 where it is not known."""
-        move = np.where(np.isfinite(self._uv[id]), uv - self._uv[id], 0.0)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            share = 1 - 2 * (sigma**2 + self._sigma[id]**2) / (move**2).sum(axis=1)
-        return move, np.where(share > 0, share, 0.0)
-
-    def _ratio(self, tracks: DotTracks, id: np.ndarray, move: np.ndarray, share: np.ndarray, steady: np.ndarray) -> np.ndarray:
-        """(N,) by which multiple of its last motion each marker goes on (> 0) or back (< 0); steady: (N,) the same of steady motion."""
-        steady = np.clip(steady, -1.0, _FARTHEST)
-        if self._balance is None or not (share > _CLEAR).any():
-            return steady
-        count, usual = len(self._uv), float(np.nanmedian(steady))
-        everywhere = scatter(move, id, count)
-        everywhere[np.isnan(everywhere)] = 0.0
-        found, sigma = self._balance.ratio(scatter(tracks.uv, tracks.id, count), scatter(tracks.duv, tracks.id, count), everywhere)
+    def _told(self, tracks: DotTracks, is_right: np.ndarray, right: _Motion, usual: float, change: float) -> float:
+        """By which multiple of its last motion the right view goes on (> 0) or back (< 0); usual: the same of steady motion; change: of the
+        speed."""
+        if self._balance is None or not (right.share > _CLEAR).any():
+            return usual
+        move = np.zeros((self._count, 2))
+        move[tracks.id[is_right]] = right.move
+        found, sigma = self._balance.ratio(*self._everywhere(tracks), move)
         if not np.isfinite(found):
-            return steady
-        weight = 1 / (1 + (sigma / _UNEVEN)**2)
-        told = np.clip(usual + weight * (found - usual), *((-1.0, 0.0) if usual < 0 else (0.0, _FARTHEST)))
-        return steady * told / usual
+            return usual
+        part = min(abs(usual), 0.5)
+        weight = 1 / (1 + (sigma / (_UNEVEN * max(change, _STEADIEST) * np.sqrt(part * (1 - part))))**2)
+        return float(np.clip(usual + weight * (found - usual), *((-1.0, 0.0) if usual < 0 else (0.0, _FARTHEST))))
+
+    def _has_missed(self, tracks: DotTracks, is_right: np.ndarray) -> bool:
+        """Whether the earlier right exposure shows an untouched sheet and the left one a touch that the sheet does not balance."""
+        clear = (tracks.duv**2).sum(axis=1) > 2 * tracks.sigma**2 / (1 - _CLEAR)
+        if self._balance is None or not clear[~is_right].any() or clear[is_right].any():
+            return False
+        return self._balance.imbalance(*self._everywhere(tracks)) > _TORN
+
+    def _everywhere(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and displacements (K, 2), px, of all markers, NaN for those not seen."""
+        return scatter(tracks.uv, tracks.id, self._count), scatter(tracks.duv, tracks.id, self._count)
 
 
 def right_shutter(stitching: Stitching | None, sensor: MarkerSensor) -> RightShutter | None:

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Markers of the right view at the left exposure, against markers whose motion is known."""
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tactile_perception.common.dots import DotTracks
@@ -71,3 +73,47 @@ def test_a_marker_without_an_earlier_place_stays_where_it_is_seen():
     shutter.process(seen(PERIOD, skew).take(np.array([0, 1, 2])), PERIOD, skew)
     found = shutter.process(seen(2 * PERIOD, skew), 2 * PERIOD, skew)
     assert np.abs(found.uv - (REST + SPEED * 2 * PERIOD)).max() < 0.02, 'a marker that was missed once goes on from its last place'
+
+
+def balance(ratio=np.nan, sigma=np.inf, imbalance=0.0):
+    """A seam that tells this."""
+    return SimpleNamespace(ratio=lambda uv, duv, move: (ratio, sigma), imbalance=lambda uv, duv: imbalance)
+
+
+def begun(told, skew, steady=True):
+    """Tracks after two frames at rest and one (steady: three) in motion, and what was seen last."""
+    shutter = RightShutter(SEAM, 4, told)
+    for k in range(2):
+        shutter.process(seen(k * PERIOD, skew, speed=0 * SPEED), k * PERIOD, skew)
+    for k in range(2, 5 if steady else 3):
+        given = seen(k * PERIOD, skew)
+        tracks = shutter.process(given, k * PERIOD, skew)
+    return tracks, given
+
+
+def test_a_motion_that_begins_is_told_by_the_seam_and_a_steady_one_by_its_intervals():
+    skew = 0.4 * PERIOD
+    tracks, given = begun(balance(-1.0, 0.05), skew, steady=False)
+    assert np.abs(tracks.uv[2:] - REST[2:]).max() < 0.05 * np.abs(given.uv[2:] - REST[2:]).max(), 'the press began after the left exposure'
+    tracks, _ = begun(balance(-1.0, 0.5), skew)
+    assert np.abs(tracks.uv - (REST + SPEED * 4 * PERIOD)).max() < 0.2, 'a vague seam does not disturb a steady motion'
+    for found in (begun(told, skew)[0] for told in (balance(), None)):
+        assert np.abs(found.uv - (REST + SPEED * 4 * PERIOD)).max() < 0.01
+
+
+def test_nothing_goes_back_beyond_its_last_place():
+    for ratio in (-5.0, 5.0):
+        tracks, given = begun(balance(ratio, 1e-3), 0.4 * PERIOD, steady=False)
+        low, high = np.minimum(REST, given.uv), np.maximum(REST, given.uv)
+        assert (tracks.uv >= low - 0.01).all() and (tracks.uv <= high + 0.01).all()
+
+
+@pytest.mark.parametrize('skew, imbalance, kept', [(-0.4, 0.2, [0, 1]), (-0.4, 0.01, [0, 1, 2, 3]), (0.4, 0.2, [0, 1, 2, 3])])
+def test_a_right_view_from_before_the_touch_is_left_out(skew, imbalance, kept):
+    shutter = RightShutter(SEAM, 4, balance(imbalance=imbalance))
+    for k in range(3):
+        given = seen(0.0 if k < 2 else PERIOD, 0.0)
+        given.uv[2:] = REST[2:]
+        given.duv[2:] = 0.0
+        tracks = shutter.process(given, k * PERIOD, skew * PERIOD)
+    assert tracks.id.tolist() == kept

@@ -35,14 +35,22 @@ class SeamBalance:
         uv, duv: (K, 2) px, positions and displacements of all markers, NaN for those not seen; move: (K, 2) px, last motion of those in the
         right view, 0 for the others. NaN and inf where the motion does not reach the seam.
         """
-        place = (uv - self._stitching.origin) / self._stitching.scale
-        eye = self._stitching.eyes[self._stitching.side_of(uv)]
-        depth = self._surface.depths(place, np.stack([duv, move]) / self._stitching.scale, eye)
-        tip = np.argmax(np.abs(depth).sum(axis=0))
-        free = self._beside & (np.hypot(*(self._steps - self._steps[tip]).T) >= _TIP)
+        depth, free = self._depths(uv, np.stack([duv, move]))
         load, change = self._surface.loads(depth)[:, free]
         strength = float(change @ change)
         if not strength > 0:
             return np.nan, np.inf
         ratio = -float(load @ change) / strength
         return ratio, _CORRELATED * float(np.linalg.norm(load + ratio * change)) / np.sqrt(strength)
+
+    def imbalance(self, uv: np.ndarray, duv: np.ndarray) -> float:
+        """RMS load at the seam, in units of tension, over the largest depth; uv, duv: as of ratio."""
+        depth, free = self._depths(uv, duv[None])
+        return float(np.sqrt((self._surface.loads(depth)[:, free]**2).mean()) / np.abs(depth).max())
+
+    def _depths(self, uv: np.ndarray, shifts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Depths (M, K), m, by displacements (M, K, 2), px, and which markers (K,) beside the seam are free of the tip's load."""
+        place = (uv - self._stitching.origin) / self._stitching.scale
+        depth = self._surface.depths(place, shifts / self._stitching.scale, self._stitching.eyes[self._stitching.side_of(uv)])
+        tip = np.argmax(np.abs(depth).sum(axis=0))
+        return depth, self._beside & (np.hypot(*(self._steps - self._steps[tip]).T) >= _TIP)
