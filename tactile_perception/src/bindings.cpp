@@ -77,7 +77,7 @@ constexpr double LARGEST_DISC = 200, LARGEST_LEVEL = 1e6;  // px, grey levels. C
 
 py::tuple measured_dots(const py::object& image, const py::object& places, const py::object& basis, const py::object& estimators,
                         const py::object& modes, const py::object& gains, const py::object& levers, const py::object& profile, int half,
-                        double per_square, double smallest, double largest, double blur, double typical, double contrast, double ground,
+                        double per_square, double smallest, double largest, double blur, double typical, double contrast, int ground,
                         double noise, double usual) {
     const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
     const Input<double> given(places, "places", {ANY, 2});
@@ -87,8 +87,9 @@ py::tuple measured_dots(const py::object& image, const py::object& places, const
         throw py::value_error("estimators: at least two sizes and as many phases down as across are needed");
     const Input<float> shapes(modes, "modes", {sizes, phases, phases, MODES, DIMENSIONS});
     const Input<double> gain(gains, "gains", {sizes, phases, phases}), lever(levers, "levers", {sizes, 2});
-    within(half, "half", 1, LARGEST_DISC);
-    const Input<float> base(basis, "basis", {DIMENSIONS, padded((half + 1) * (half + 1))}), along(profile, "profile", {ANY, ANY});
+    within(half, "half", 1, LARGEST_HALF);
+    const Input<std::int16_t> base(basis, "basis", {DIMENSIONS, padded((half + 1) * (half + 1))});
+    const Input<float> along(profile, "profile", {ANY, ANY});
     within(std::min(along.length(0), along.length(1)), "profile", 2, 1e6);
     within(smallest, "smallest", 0.1, LARGEST_DISC), within(largest, "largest", smallest + 1e-3, 2 * LARGEST_DISC);
     DiscModel model{half, smallest, largest, within(blur, "blur", 0, LARGEST_DISC), sizes, phases};
@@ -97,7 +98,7 @@ py::tuple measured_dots(const py::object& image, const py::object& places, const
     model.profiles = along.length(0), model.profile_length = along.length(1), model.profile = along.data();
     model.per_square = within(per_square, "per_square", 1e-3, 1e3);
     const DotLook look{within(typical, "typical", 0.5, LARGEST_DISC), within(contrast, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
-                       within(ground, "ground", -LARGEST_LEVEL, LARGEST_LEVEL), within(noise, "noise", 0, LARGEST_LEVEL)};
+                       within(ground, "ground", 0, 255), within(noise, "noise", 0, LARGEST_LEVEL)};
     JudgedDots judged;
     {
         py::gil_scoped_release others_run;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace tactile {
 
@@ -13,7 +14,9 @@ constexpr std::ptrdiff_t SECTORS = 4;      // parities of a patch: even or odd a
 // Number of dimensions of each sector: even, odd along u, odd along v, odd along both.
 constexpr std::ptrdiff_t SECTOR_SIZES[SECTORS] = {12, 8, 8, 4};
 
-constexpr std::ptrdiff_t LANES = 8;  // sums side by side, which an instruction adds at once, in a fixed order
+constexpr int BASIS_UNITS = 32768;           // of the basis' whole numbers
+constexpr std::ptrdiff_t LARGEST_HALF = 30;  // px. Derived: sums of products of patch and basis stay within 32 bits
+constexpr std::ptrdiff_t LANES = 8;          // sums side by side, which an instruction adds at once, in a fixed order
 
 // The least multiple of LANES that is not less than a count.
 constexpr std::ptrdiff_t padded(std::ptrdiff_t count) {
@@ -33,14 +36,14 @@ inline float product(const float* a, const float* b, std::ptrdiff_t count) {
 // are diameters and distances of the centre from the patch's middle pixel, 0 to 1 px down and across; other quadrants mirror them.
 struct DiscModel {
     std::ptrdiff_t half;
-    double smallest, largest;           // px, of the nodes' diameters
-    double blur;                        // px, standard deviation
-    std::ptrdiff_t diameters, phases;   // number of nodes: diameters, distances
-    const float* basis = nullptr;       // (DIMENSIONS, padded((half + 1)^2)), see DiscPatch::compress
-    const float* estimators = nullptr;  // (diameters, phases, phases, ESTIMATES, DIMENSIONS)
-    const float* modes = nullptr;       // (diameters, phases, phases, MODES, DIMENSIONS), orthonormal
-    const double* gains = nullptr;      // (diameters, phases, phases): px^2, variance of a position at unit contrast and pixel noise
-    const double* levers = nullptr;     // (diameters, 2): px^2, shift by a slope of the ground and of the dot
+    double smallest, largest;             // px, of the nodes' diameters
+    double blur;                          // px, standard deviation
+    std::ptrdiff_t diameters, phases;     // number of nodes: diameters, distances
+    const std::int16_t* basis = nullptr;  // (DIMENSIONS, padded((half + 1)^2)), in BASIS_UNITS, see DiscPatch::compress
+    const float* estimators = nullptr;    // (diameters, phases, phases, ESTIMATES, DIMENSIONS)
+    const float* modes = nullptr;         // (diameters, phases, phases, MODES, DIMENSIONS), orthonormal
+    const double* gains = nullptr;        // (diameters, phases, phases): px^2, variance of a position at unit contrast and pixel noise
+    const double* levers = nullptr;       // (diameters, 2): px^2, shift by a slope of the ground and of the dot
     std::ptrdiff_t profiles = 0, profile_length = 0;
     double per_square = 0;           // entries of a profile per px^2 of squared radius
     const float* profile = nullptr;  // (profiles, profile_length): image of unit brightness, of diameters smallest to largest
@@ -50,7 +53,8 @@ struct DiscModel {
 struct DotLook {
     double typical;   // px, diameter
     double contrast;  // dot minus ground, signed
-    double ground, noise;
+    int ground;       // whole grey levels, 0 to 255
+    double noise;
 };
 
 }  // namespace tactile

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "disc_model.hpp"
@@ -14,13 +15,14 @@ class DiscPatch {
  public:
     explicit DiscPatch(const DiscModel& model);
 
-    // Copies the pixels around (column, row), which is inside the image, minus a grey level; outside the image, the outermost pixels.
-    void cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, float level);
+    // Copies the pixels around (column, row), which is inside the image, minus a grey level from 0 to 255; outside the image, the outermost
+    // pixels.
+    void cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level);
 
     // Subtracts the image of a disc at (u, v), px from the middle pixel; diameter: px; amplitude: grey levels; all finite.
     void subtract(double u, double v, double diameter, double amplitude);
 
-    // Writes the DIMENSIONS coefficients.
+    // Writes the DIMENSIONS coefficients, grey levels.
     void compress(float* out);
 
  private:
@@ -28,7 +30,7 @@ class DiscPatch {
 
     const DiscModel& model_;
     const std::ptrdiff_t half_, side_, quarter_, sector_;  // sector_: length of a folded patch
-    std::vector<float> values_, across_, folded_;
+    std::vector<std::int16_t> values_, down_, folded_;
 };
 
 }  // namespace tactile

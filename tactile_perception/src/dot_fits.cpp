@@ -54,7 +54,7 @@ class Fits {
     // px between the candidates.
     double began_apart(const DotFit& a, const DotFit& b) const { return std::hypot(a.start_u - b.start_u, a.start_v - b.start_v); }
 
-    void cut(const DotFit& dot) { patch_.cut(image_, dot.column, dot.row, static_cast<float>(look_.ground)); }
+    void cut(const DotFit& dot) { patch_.cut(image_, dot.column, dot.row, look_.ground); }
     void fit(DotFit& dot, int steps) { dot.disc = fit_disc(dot.patch, dot.disc, steps, model_, dot.node); }
 
     // Fits a dot alone, in the patch around its nearest pixel.

@@ -58,7 +58,7 @@ def call_water_ranges(**arrays):
 TABLES = DiscModel(4.0, 8.0, 0.9).tables
 DISC_ARRAYS = {name: table for name, table in TABLES.items() if isinstance(table, np.ndarray)}
 DISC_NUMBERS = {name: number for name, number in TABLES.items() if name not in DISC_ARRAYS}
-LOOK = {'typical': 6.0, 'contrast': -100.0, 'ground': 150.0, 'noise': 2.0, 'usual': 0.5}
+LOOK = {'typical': 6.0, 'contrast': -100.0, 'ground': 150, 'noise': 2.0, 'usual': 0.5}
 
 
 def call_measure_dots(image=IMAGE, places=PLACES, **tables):
@@ -272,7 +272,7 @@ def test_numbers_of_find_peaks_are_checked(wrong):
 
 
 @pytest.mark.parametrize('wrong', [{'half': 0}, {'half': 1000}, {'per_square': np.nan}, {'smallest': -1.0}, {'largest': 4.0},
-                                   {'blur': np.inf}, {'typical': 0.0}, {'contrast': np.nan}, {'ground': 1e9}, {'noise': -1.0}])
+                                   {'blur': np.inf}, {'typical': 0.0}, {'contrast': np.nan}, {'ground': 256}, {'noise': -1.0}])
 def test_numbers_of_measure_dots_are_checked(wrong):
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
         _core.measure_dots(IMAGE, PLACES, **(TABLES | LOOK | wrong))

@@ -36,7 +36,7 @@ def printed(rng, rows=6, columns=8):
 
 def measured(image, places, **other):
     """Answer of the kernel for an image (H, W) of any type, rounded, and candidates at these places."""
-    look = {'typical': 7.0, 'contrast': CONTRAST, 'ground': GROUND, 'noise': 2.0, 'usual': np.nan} | other
+    look = {'typical': 7.0, 'contrast': CONTRAST, 'ground': int(GROUND), 'noise': 2.0, 'usual': np.nan} | other
     return measure_dots(np.clip(np.rint(image), 0, 255).astype(np.uint8), places, **MODEL.tables, **look)
 
 

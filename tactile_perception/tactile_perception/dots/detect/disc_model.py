@@ -18,6 +18,7 @@ _NODE_DIAMETERS = 0.6  # px, greatest spacing of the nodes' diameters: the model
 _TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the information about its position lies beyond
 _TAPER = 2.0  # px over which the window falls from one to zero. Chosen
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
+_BASIS_UNITS = 32768  # of the kernel: the basis in whole numbers
 _LANES = 8  # of the kernel: rows of the basis are padded to a multiple
 _MODELS_FIRST = 1e3  # weight of the dots' images against the rows in the compression, so that its loss causes no bias. Chosen
 _PER_SQUARE = 16.0  # entries of a profile per px^2 of squared radius. Chosen
@@ -29,7 +30,7 @@ class DiscModel:
     """Discs of a range of diameters, imaged with a known blur.
 
     smallest, largest: diameters, px; blur: standard deviation, px. Construction takes some hundredths of a second.
-    tables: arguments of the kernel: basis (K, S) of folded patches with sides of 2 half + 1 px; estimators (D, 4, 4, 5, K) for D
+    tables: arguments of the kernel: basis (K, S) int16 of folded patches with sides of 2 half + 1 px; estimators (D, 4, 4, 5, K) for D
     diameters and distances down and across from the middle pixel, of amplitude times du, dv and ddiameter, amplitude and ground; modes
     (D, 4, 4, 10, K), orthonormal, of a dot's image; gains (D, 4, 4) px^2, variance of a position for unit contrast and noise; levers
     (D, 2) px^2, shift by slopes of ground and dot; profile (P, L): images along the squared radius, per_square entries per px^2.
@@ -82,7 +83,7 @@ class DiscModel:
 
 def _compression(rows, images, half):
     """(pixels, K) orthonormal basis of the dots' images and, with less weight, of the rows: leading principal directions of each parity;
-    and (K, S) float32, the same for sums of mirrored pixels, where those on an axis count twice, padded with zeros."""
+    and (K, S) int16, the same for sums of mirrored pixels, where those on an axis count twice, in _BASIS_UNITS, padded."""
     flat = rows.reshape(-1, rows.shape[2])
     flat = flat / np.linalg.norm(flat, axis=1, keepdims=True)
     images = images / np.linalg.norm(images, axis=1, keepdims=True)
@@ -97,8 +98,8 @@ def _compression(rows, images, half):
     folded = basis.reshape(2 * half + 1, 2 * half + 1, -1)[half:, half:].copy()
     folded[0] /= 2
     folded[:, 0] /= 2
-    padded = np.zeros((basis.shape[1], -(-(half + 1) ** 2 // _LANES) * _LANES), np.float32)
-    padded[:, :(half + 1) ** 2] = folded.reshape(-1, basis.shape[1]).T
+    padded = np.zeros((basis.shape[1], -(-(half + 1) ** 2 // _LANES) * _LANES), np.int16)
+    padded[:, :(half + 1) ** 2] = np.rint(_BASIS_UNITS * folded.reshape(-1, basis.shape[1]).T)
     return basis, padded
 
 
