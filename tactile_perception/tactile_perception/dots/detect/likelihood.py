@@ -67,6 +67,6 @@ class LikelihoodDetector:
         look = self._look
         grey = np.ascontiguousarray(shrink(select_channel(image, look.channel), look.step))
         found, outgrown, self._usual = measure_dots(
-            grey, find_candidates(grey, look), **self._model.tables, typical=look.typical, contrast=look.contrast, ground=round(look.ground),
-            noise=look.noise, usual=self._usual)
+            grey, find_candidates(grey, look), **self._model.tables, typical=look.typical, contrast=look.contrast,
+            ground=round(look.ground), noise=look.noise, usual=self._usual)
         return Dots((found[:, :2] + 0.5) * look.step - 0.5, found[:, 2] * look.step**2, found[:, 3] * look.step), outgrown
