@@ -4,12 +4,8 @@
 #include "bindings.hpp"
 
 #include <array>
-#include <limits>
 
 #include "border.hpp"
-#include "dot_judge.hpp"
-#include "lattice.hpp"
-#include "peaks.hpp"
 #include "ring_colour.hpp"
 #include "sheet_membrane.hpp"
 #include "water_ranges.hpp"
@@ -22,94 +18,6 @@ using tactile::border::output;
 using tactile::border::within;
 
 namespace {
-
-constexpr int LARGEST_SIDE = 255;  // px, of the filters of find_peaks. Chosen: sums over the square stay within 32-bit integers
-
-Image as_image(const Input<std::uint8_t>& image) {
-    return {image.data(), image.length(0), image.length(1)};
-}
-
-int odd(int value, const char* name) {
-    within(value, name, 1, LARGEST_SIDE);
-    if (value % 2 == 0) throw py::value_error(std::string(name) + ": an odd number is needed, got " + std::to_string(value));
-    return value;
-}
-
-py::array_t<double> peaks(const py::object& image, int step, int smooth, int box, int sign, double lowest) {
-    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    within(step, "step", 1, 2);
-    if (sign != 1 && sign != -1) throw py::value_error("sign: 1 or -1 is needed, got " + std::to_string(sign));
-    within(lowest, "lowest", 0, 1e6);
-    const PeakSearch search{step, odd(smooth, "smooth"), odd(box, "box"), sign, static_cast<float>(lowest)};
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = find_peaks(as_image(pixels), search);
-    }
-    return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
-}
-
-constexpr double LARGEST_PLACE = 1e12;  // px. Chosen: beyond any image, and squares stay far from overflow
-
-py::object lattice(const py::object& places, double angle_hint) {
-    const Input<double> given(places, "places", {ANY, 2});
-    const py::ssize_t count = given.length();
-    within(angle_hint, "angle_hint", -1e3, 1e3);
-    for (py::ssize_t k = 0; k < 2 * count; ++k) within(given.data()[k], "places", -LARGEST_PLACE, LARGEST_PLACE);
-    Lattice found;
-    {
-        py::gil_scoped_release others_run;
-        found = find_lattice(given.data(), count, angle_hint);
-    }
-    if (!found.found) return py::none();
-    py::array_t<std::int64_t> indices({count, py::ssize_t{2}});
-    std::int64_t* out = indices.mutable_data();
-    for (py::ssize_t i = 0; i < count; ++i) {
-        out[2 * i] = found.row[i];
-        out[2 * i + 1] = found.column[i];
-    }
-    const std::vector<bool> member(found.member.begin(), found.member.end());
-    return py::make_tuple(indices, output<bool>(member, {count}), found.angle, found.pitch);
-}
-
-// Dots.
-constexpr double LARGEST_DISC = 200, LARGEST_LEVEL = 1e6;  // px, grey levels. Chosen: beyond any dot, and far from overflow
-
-py::tuple measured_dots(const py::object& image, const py::object& places, const py::object& basis, const py::object& estimators,
-                        const py::object& modes, const py::object& gains, const py::object& levers, const py::object& profile, int half,
-                        double per_square, double smallest, double largest, double blur, double typical, double contrast, int ground,
-                        double noise, double usual) {
-    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY});
-    const Input<double> given(places, "places", {ANY, 2});
-    const Input<float> rows(estimators, "estimators", {ANY, ANY, ANY, ESTIMATES, DIMENSIONS});
-    const py::ssize_t sizes = rows.length(0), phases = rows.length(1);
-    if (sizes < 2 || phases < 2 || rows.length(2) != phases)
-        throw py::value_error("estimators: at least two sizes and as many phases down as across are needed");
-    const Input<float> shapes(modes, "modes", {sizes, phases, phases, MODES, DIMENSIONS});
-    const Input<double> gain(gains, "gains", {sizes, phases, phases}), lever(levers, "levers", {sizes, 2});
-    within(half, "half", 1, LARGEST_HALF);
-    const Input<std::int16_t> base(basis, "basis", {DIMENSIONS, padded((half + 1) * (half + 1))});
-    const Input<float> along(profile, "profile", {ANY, ANY});
-    within(std::min(along.length(0), along.length(1)), "profile", 2, 1e6);
-    within(smallest, "smallest", 0.1, LARGEST_DISC), within(largest, "largest", smallest + 1e-3, 2 * LARGEST_DISC);
-    DiscModel model{half, smallest, largest, within(blur, "blur", 0, LARGEST_DISC), sizes, phases};
-    model.basis = base.data(), model.estimators = rows.data(), model.modes = shapes.data();
-    model.gains = gain.data(), model.levers = lever.data();
-    model.profiles = along.length(0), model.profile_length = along.length(1), model.profile = along.data();
-    model.per_square = within(per_square, "per_square", 1e-3, 1e3);
-    const DotLook look{within(typical, "typical", 0.5, LARGEST_DISC), within(contrast, "contrast", -LARGEST_LEVEL, LARGEST_LEVEL),
-                       within(ground, "ground", 0, 255), within(noise, "noise", 0, LARGEST_LEVEL)};
-    JudgedDots judged;
-    {
-        py::gil_scoped_release others_run;
-        const Image seen = as_image(pixels);
-        judged = judge_dots(seen, fit_dots(seen, given.data(), given.length(), model, look), model, look, usual);
-    }
-    py::array_t<double> dots({static_cast<py::ssize_t>(judged.dots.size()), py::ssize_t{4}});
-    double* out = dots.mutable_data();
-    for (const Dot& dot : judged.dots) *out++ = dot.u, *out++ = dot.v, *out++ = dot.area, *out++ = dot.sigma;
-    return py::make_tuple(dots, judged.outgrown, judged.usual);
-}
 
 // Sheets.
 
@@ -206,28 +114,7 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
-    module.def(
-        "find_peaks", &peaks, py::arg("image"), py::kw_only(), py::arg("step"), py::arg("smooth"), py::arg("box"), py::arg("sign"),
-        py::arg("lowest"),
-        "Rough places (N, 2) float64 of dots, px, in an image (H, W) uint8: peaks against their local ground.\n\n"
-        "step: 1, or 2 to average two by two pixels into one first; smooth, box: px after that, odd: sides of the Gaussian that\n"
-        "takes the noise off and of the square whose mean is the ground; sign: 1 for bright dots, -1 for dark; lowest: grey levels.");
-    module.def(
-        "measure_dots", &measured_dots, py::arg("image"), py::arg("places"), py::kw_only(), py::arg("basis"), py::arg("estimators"),
-        py::arg("modes"), py::arg("gains"), py::arg("levers"), py::arg("profile"), py::arg("half"), py::arg("per_square"),
-        py::arg("smallest"), py::arg("largest"), py::arg("blur"), py::arg("typical"), py::arg("contrast"), py::arg("ground"),
-        py::arg("noise"), py::arg("usual"),
-        "Dots (M, 4) float64 near places (N, 2) float64, px, in an image (H, W) uint8: u, v, px, area, px^2, standard deviation of u and "
-        "v,\n"
-        "px; whether larger ones than the model's were left out; median ratio of residual to contrast when usual was NaN, else usual.\n\n"
-        "basis, estimators, modes, gains, levers, profile, half, per_square, smallest, largest, blur: tables and numbers of "
-        "disc_model.DiscModel;\n"
-        "typical, contrast, ground, noise: of the dots, appearance.Look.");
-    module.def(
-        "find_lattice", &lattice, py::arg("places"), py::arg("angle_hint") = 0.0,
-        "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"
-        "of them are members (N,) bool; the angle of the rows against u, rad, within 45 degrees of angle_hint; the pitch, px. None\n"
-        "where the dots form no grid, or one that contradicts itself.");
+    tactile::border::bind_dots(module);
     module.def(
         "press_sheet", &pressed_sheet, py::arg("value"), py::arg("slope"), py::arg("laplacian"), py::arg("weight"), py::arg("rest"),
         py::arg("depths"), py::kw_only(), py::arg("place"), py::arg("radius"), py::arg("prestretch"), py::arg("bending"),

@@ -150,6 +150,20 @@ def call_fit_motion(**arrays):
                              hold=3.0, fresh=False)]
 
 
+FLOATS = np.float32(IMAGE)
+QUADRANT = np.float32(np.hypot(*np.mgrid[:7, :7]) < 4.5), np.float32(np.hypot(*np.mgrid[:7, :7]) < 6.2)
+
+
+def call_find_disc_peaks(image=FLOATS, inside=QUADRANT[0], support=QUADRANT[1]):
+    """Peaks with numbers as they are in use."""
+    return _core.find_disc_peaks(image, inside, support, least=0.1, apart=2, margin=3.0, radius=4.0, line=0.8)
+
+
+def call_fit_worn_discs(image=FLOATS, places=PLACES):
+    """Discs of usual size."""
+    return _core.fit_worn_discs(image, places, radius=5.0, ring=1.4)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
@@ -159,6 +173,8 @@ CALLS = {
     'count_repeats': (call_count_repeats, {'volts': VOLTS, 'last': FOUR, 'same': FOUR}),
     'place_values': (call_place_values, {'places': PLACES / 60, 'table': TABLE}),
     'place_covariance': (call_place_covariance, {'place': FOUR[:2], 'noise': np.eye(4)}),
+    'find_disc_peaks': (call_find_disc_peaks, {'image': FLOATS, 'inside': QUADRANT[0], 'support': QUADRANT[1]}),
+    'fit_worn_discs': (call_fit_worn_discs, {'image': FLOATS, 'places': PLACES}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
@@ -276,3 +292,16 @@ def test_numbers_of_find_peaks_are_checked(wrong):
 def test_numbers_of_measure_dots_are_checked(wrong):
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
         _core.measure_dots(IMAGE, PLACES, **(TABLES | LOOK | wrong))
+
+
+@pytest.mark.parametrize('wrong', [{'radius': 0.0}, {'radius': np.nan}, {'ring': 0.5}])
+def test_numbers_of_fit_worn_discs_are_checked(wrong):
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.fit_worn_discs(FLOATS, PLACES, **({'radius': 5.0, 'ring': 1.4} | wrong))
+
+
+@pytest.mark.parametrize('wrong', [{'least': 2.0}, {'apart': -1}, {'margin': np.nan}, {'radius': -1.0}, {'line': np.nan}])
+def test_numbers_of_find_disc_peaks_are_checked(wrong):
+    rules = {'least': 0.1, 'apart': 2, 'margin': 3.0, 'radius': 4.0, 'line': 0.8} | wrong
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.find_disc_peaks(FLOATS, *QUADRANT, **rules)

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Detection of worn, speckled or textured discs by normalised correlation with a disc on a ring of ground.
+"""Detection of worn, speckled or textured discs by normalised correlation with a disc on a ring of ground (kernel find_disc_peaks).
 
 A threshold fragments a speckled disc; a filter of its size averages the speckles. Correlation: Lewis, Fast normalized cross-correlation,
 1995. Scale: the one at which the discs explain most of the image's variance, in the spirit of Lindeberg's scale selection (1998).
@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from tactile_perception._core import find_disc_peaks
 
 SIZE = 13.0  # px, diameter of a disc in the filtered image. Chosen: averages speckles, keeps positions within a pixel
 RING = 1.4  # outer diameter of the ring over that of the disc. Derived: excludes neighbours down to a pitch of 1.2 diameters
@@ -19,7 +20,6 @@ LEAST = 0.45  # correlation: twice that of pixel noise, two thirds of that of a 
 _SCANNED = 9.0  # px, diameter of a disc in the images of the scale search. Chosen
 _DIAMETERS = 6.0 * 1.12 ** np.arange(20)  # px, from the smallest disc that is no dot to 52
 _APART = 0.8  # diameters, least distance of two peaks. Chosen
-_NOISE = 1.0  # grey levels, regularises the normalisation of flat regions. Chosen
 _LINE = 0.6  # of a peak's correlation, a radius off on both sides: streaks of light keep more, 99 of 100 worn discs less (measured)
 _SUBPIXEL = 8  # samples along a pixel's side where templates are made
 _FEWEST = 4
@@ -52,17 +52,10 @@ def find_discs(grey: np.ndarray, sign: int, diameter: float, size: float = SIZE,
     """
     small, scale = shrunk(grey, min(1.0, size / diameter))
     across = diameter * float(scale.mean())
-    correlation, amplitude = _correlate(small * sign, across)
-    width = 2 * int(_APART * across / 2) + 1
-    near = cv2.dilate(correlation, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width)))
-    v, u = np.nonzero((correlation >= near) & (correlation > least))
-    margin = across / 2 - 0.5
-    whole = (u >= margin) & (v >= margin) & (u <= small.shape[1] - 1 - margin) & (v <= small.shape[0] - 1 - margin)
-    u, v = u[whole], v[whole]
-    ended = _ridge(correlation, u, v, across / 2) < _LINE
-    u, v = u[ended], v[ended]
-    uv = (np.stack([u, v], axis=1) + 0.5) / scale - 0.5
-    return Peaks(uv, np.minimum(correlation[v, u], 0.999).astype(float), amplitude[v, u].astype(float))
+    inside, support = _template(round(across, 2))
+    u, v, correlation, amplitude = find_disc_peaks(small * np.float32(sign), inside, support, least=least, apart=int(_APART * across / 2),
+                                                   margin=across / 2 - 0.5, radius=across / 2, line=_LINE).T
+    return Peaks((np.stack([u, v], axis=1) + 0.5) / scale - 0.5, np.minimum(correlation, 0.999), amplitude)
 
 
 def measure_diameter(grey: np.ndarray, sign: int) -> float:
@@ -84,36 +77,11 @@ def explained_energy(found: Peaks, diameter: float) -> float:
     return float((amplitude**2 * found.correlation**2).sum() * diameter**2)
 
 
-def _ridge(correlation, u, v, away) -> np.ndarray:
-    """(N,) how high the correlation still is this far away, px, on both sides of peaks, along the axis where it is highest; 1 as at the
-    peak."""
-    height, width = correlation.shape
-    highest = np.zeros(len(u))
-    for angle in np.arange(8) * np.pi / 8:
-        step = np.rint(away * np.array([np.cos(angle), np.sin(angle)])).astype(int)
-        both = [correlation[np.clip(v + side * step[1], 0, height - 1), np.clip(u + side * step[0], 0, width - 1)] for side in (-1, 1)]
-        highest = np.maximum(highest, np.minimum(*both))
-    return highest / correlation[v, u]
-
-
-def _correlate(image: np.ndarray, across: float) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) normalised correlation with a bright disc, px across, and its amplitude over the ring, in the image's levels."""
-    inside, support = _template(round(across, 2))
-    share, total = float(inside.sum() / support.sum()), float(support.sum())
-    contrast = inside - support * share
-    norm = float((contrast * contrast).sum())
-    level = image - image.mean()  # of float32 sums of squares little is left otherwise
-    product, plain, square = (cv2.filter2D(values, cv2.CV_32F, kernel, borderType=cv2.BORDER_REFLECT)
-                              for values, kernel in ((level, contrast), (level, support), (level * level, support)))
-    variance = np.maximum(square - plain * plain / total, 0) + total * _NOISE**2
-    return product / np.sqrt(variance * norm), product / norm
-
-
 @lru_cache(maxsize=64)
 def _template(across: float) -> tuple[np.ndarray, np.ndarray]:
-    """(n, n) float32 share of each pixel inside a disc, px across, and inside disc and ring."""
+    """(n, n) float32 share of each pixel inside a disc, px across, and inside disc and ring: one quadrant, from the centre outwards."""
     half = int(np.ceil(RING * across / 2 + 0.5))
-    at = (np.arange((2 * half + 1) * _SUBPIXEL) + 0.5) / _SUBPIXEL - half - 0.5
+    at = (np.arange((half + 1) * _SUBPIXEL) + 0.5) / _SUBPIXEL - 0.5
     away = np.hypot(at[:, None], at)
-    fine = 2 * half + 1, _SUBPIXEL, 2 * half + 1, _SUBPIXEL
+    fine = half + 1, _SUBPIXEL, half + 1, _SUBPIXEL
     return tuple((away < radius).reshape(fine).mean(axis=(1, 3)).astype(np.float32) for radius in (across / 2, RING * across / 2))
