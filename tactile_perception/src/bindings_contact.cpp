@@ -5,6 +5,7 @@
 #include "border.hpp"
 #include "contact_score.hpp"
 #include "dot_loads.hpp"
+#include "holes.hpp"
 #include "membrane_forces.hpp"
 #include "membrane_solver.hpp"
 #include "object_twist.hpp"
@@ -37,6 +38,19 @@ struct GivenMembrane {
           residual(residual_, "residual", {grid.size(), 3}),
           membrane{grid, triangles.data(), residual.data()} {}
 };
+
+py::array_t<double> filled(const py::object& values, const py::object& known, int rows, int columns) {
+    const Input<double> given(values, "values", {ANY, ANY});
+    const Grid grid = grid_of(given, "values", rows, columns);
+    const Input<bool> seen(known, "known", {grid.size()});
+    within(given.length(1), "values", 0, LARGEST_GRID);
+    std::vector<double> found(given.data(), given.data() + given.length() * given.length(1));
+    {
+        py::gil_scoped_release others_run;
+        fill_holes(found.data(), seen.data(), rows, columns, given.length(1));
+    }
+    return output(found, {given.length(), given.length(1)});
+}
 
 py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
     const Input<double> given(rest, "rest", {ANY, 3});
@@ -165,6 +179,10 @@ py::tuple motion_residuals(const py::object& before, const py::object& after, co
 }  // namespace
 
 void tactile::border::bind_contact(py::module_& module) {
+    module.def(
+        "fill_holes", &filled, py::arg("values"), py::arg("known"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        "values (K, n) float64 of dots on a grid with those where known (K,) bool is false replaced by the mean of their neighbours\n"
+        "(Laplace's equation), in which unknown neighbours count half; all 0 where nothing is known.");
     module.def(
         "membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
         py::arg("area_share"),

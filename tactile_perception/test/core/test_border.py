@@ -180,6 +180,8 @@ CALLS = {
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
     'path_lengths': (call_path_lengths, LIGHT),
     'water_ranges': (call_water_ranges, PAD),
+    'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
+                   {'values': DOTS, 'known': np.arange(42) % 3 > 0}),
     'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
     'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
                         {'places': DOTS, 'triangles': AT_REST}),

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ... import _core
 from ...errors import BadArgument
 
 _OFFSETS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
@@ -35,14 +36,4 @@ class GridMesh:
     def fill(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
         """values (K, n) with the rows where known (K,) is False replaced by the mean of their neighbours (Laplace's equation), in which
         unknown neighbours count half."""
-        holes = np.flatnonzero(~known)
-        filled = np.where(known[:, None], values, 0.0)
-        if len(holes) == 0 or not known.any():
-            return filled
-        around = self.stencil[holes]
-        weight = (self.valid[holes] & (np.arange(9) != 4)) * np.where(known[around], 1.0, .5)
-        hole, slot = np.nonzero((weight > 0) & ~known[around])
-        matrix = np.diag(weight.sum(axis=1))
-        matrix[hole, np.searchsorted(holes, around[hole, slot])] = -.5
-        filled[holes] = np.linalg.solve(matrix, (weight[..., None] * filled[around]).sum(axis=1))
-        return filled
+        return _core.fill_holes(values, known, rows=self.rows, columns=self.columns)
