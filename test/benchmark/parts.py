@@ -25,6 +25,8 @@ import touch_sources  # noqa: E402
 import tracking  # noqa: E402
 
 NOISE = 2.0  # grey levels
+_TOUCHPAD_RECORDINGS = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist', 'tp_two_spheres', 'tp_disc_impact', 'tp_rect_release',
+                        'tp_disc_press_glare')
 SIZES = {'320 x 240': (320, 240), '640 x 480': (640, 480), '960 x 720': (960, 720)}
 VGA = '640 x 480'
 
@@ -112,7 +114,7 @@ class Touchpad:
     errors = {'region overlap': '1 - IoU', 'contact dots': '1 - F1', 'slipping dots': '1 - F1', 'depth': 'mm'}
 
     def __init__(self, plan: Plan):
-        names = ('tp_rect_drag', 'tp_ring_press', 'tp_disc_twist') if plan.recorded else tuple(
+        names = _TOUCHPAD_RECORDINGS if plan.recorded else tuple(
             f'scene:{name}' for name in ('rectangle_drag', 'ring_press', 'disc_twist'))
         rate = 5.0 if plan.quick else 10.0
         sizes = [VGA] if plan.recorded else ['320 x 240', VGA]

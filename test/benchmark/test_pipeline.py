@@ -51,6 +51,14 @@ def test_contact_on_recordings_from_the_rest_shape_alone(name):
     assert ours['depth mm'] < 0.1 and ours['force %'] < 5
 
 
+@pytest.mark.parametrize('name, stick, slip, overlap', [('tp_disc_impact', 0.9, 0.85, 0.78), ('tp_rect_release', 0.95, 0.85, 0.72),
+                                                        ('tp_two_spheres', 0.8, np.nan, 0.65)])
+def test_contact_on_recordings_of_an_impact_a_release_and_two_objects(name, stick, slip, overlap):
+    found = rows(name, methods={'membrane': {}})['membrane']
+    assert found['contact F1'] > 0.88 and found['stick F1'] > stick and not found['slip F1'] < slip and found['IoU'] > overlap
+    assert found['xyz mm'] < 0.06 and found['false frames'] == found['refused'] == 0
+
+
 @pytest.mark.parametrize('name', ['tp_rect_drag', 'tp_disc_twist'])
 def test_contact_on_recordings_when_calibrated(name, calibration):
     found = rows(name, calibration, {'membrane': {}})['membrane']
