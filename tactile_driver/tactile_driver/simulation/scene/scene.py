@@ -91,7 +91,8 @@ class Scene:
     def _follow(self, motion: Motion, start: float, end: float):
         """Move one tool from the time start to the time end, s, in steps of at most _LONGEST_STEP (at most 40 steps)."""
         first, last = motion.pose(start), motion.pose(end)
-        way = np.linalg.norm(last.origin - first.origin) / self.membrane.spacing + _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
+        way = (np.linalg.norm(last.origin - first.origin) + np.linalg.norm(last.other - first.other)) / self.membrane.spacing
+        way += _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
         steps = min(max(math.ceil(way / _LONGEST_STEP), 1), 40)
         before = first
         for part in range(1, steps + 1):

@@ -85,6 +85,13 @@ def _two_spheres(start: float) -> Act:
     return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2}, {'t': 1.9, 'y': 0.002}, {'t': 2.5, 'press': 0.0})
 
 
+def _two_objects(start: float) -> Act:
+    """Two balls, pressed together, then dragged apart along y, one of them deeper; each slips or sticks by itself."""
+    return act('two_spheres', start, {'t': 0.8, 'press': 0.0034}, {'t': 1.2},
+               {'t': 2.2, 'y': 0.0008, 'other_y': -0.0035, 'other_press': 0.0005}, {'t': 2.5},
+               {'t': 3.1, 'press': 0.0, 'other_press': 0.0})
+
+
 def _sphere_grid() -> tuple[Act, ...]:
     """Presses of a ball at known positions and depths, each from rest."""
     acts, t = [], UNTOUCHED
@@ -109,6 +116,7 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'impact': Script(touchpad, one_after_the_other([_impact])),
     'prism': Script(touchpad, one_after_the_other([_prism])),
     'two_spheres': Script(touchpad, one_after_the_other([_two_spheres])),
+    'two_objects': Script(touchpad, one_after_the_other([_two_objects])),
     'glare': Script(partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.02, largest_spot=14.0)),
                     one_after_the_other([_rectangle_drag])),
     'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),

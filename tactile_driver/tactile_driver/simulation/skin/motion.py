@@ -3,7 +3,7 @@
 """Motions of tools: poses interpolated between keys; depths are relative to first contact with the resting skin."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from .tools import Tool
 @dataclass(frozen=True)
 class Key:
     """Pose of the tool at time t, s. x, y: m; press: m, below the height of first contact (negative: above the skin); yaw about z, roll
-    about x, pitch about y: rad, applied in the order roll, pitch, yaw."""
+    about x, pitch about y: rad, applied in the order roll, pitch, yaw. other_x, other_y, other_press: m, how far the part of the tool at
+    x > 0 has moved from its place, and how much deeper it is pressed: an object of its own."""
 
     t: float
     x: float = 0.0
@@ -23,6 +24,9 @@ class Key:
     yaw: float = 0.0
     roll: float = 0.0
     pitch: float = 0.0
+    other_x: float = 0.0
+    other_y: float = 0.0
+    other_press: float = 0.0
 
 
 def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
@@ -36,18 +40,21 @@ def attitude(yaw: float, roll: float, pitch: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pose:
-    """Pose of the tool. origin: (3,) m; turn: (3, 3) rotation; x_sensor = origin + turn @ x_tool."""
+    """Pose of the tool. origin: (3,) m; turn: (3, 3) rotation; x_sensor = origin + turn @ x_tool; other: (3,) m, what is added to x_sensor
+    for the part of the tool at x_tool > 0, which moves by itself."""
 
     origin: np.ndarray
     turn: np.ndarray
+    other: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     def to_tool(self, xyz: np.ndarray) -> np.ndarray:
-        """Points (..., 3), m, from the sensor frame to the tool frame."""
-        return (xyz - self.origin) @ self.turn
+        """Points (..., 3), m, from the sensor frame to the tool frame; those of the other part by its own motion."""
+        p = (xyz - self.origin) @ self.turn
+        return np.where(p[..., :1] > 0, p - self.other @ self.turn, p) if self.other.any() else p
 
     def to_sensor(self, p: np.ndarray) -> np.ndarray:
         """Points (..., 3), m, from the tool frame to the sensor frame."""
-        return p @ self.turn.T + self.origin
+        return p @ self.turn.T + self.origin + (p[..., :1] > 0) * self.other
 
 
 class Motion:
@@ -60,7 +67,7 @@ class Motion:
         for key in keys:
             turn = attitude(key.yaw, key.roll, key.pitch)
             height = skin.touching_height(tool.distance, turn, key.x, key.y) - key.press
-            rows.append([key.x, key.y, height, key.yaw, key.roll, key.pitch])
+            rows.append([key.x, key.y, height, key.yaw, key.roll, key.pitch, key.other_x, key.other_y, -key.other_press])
         self._rows = np.array(rows)
 
     def covers(self, t: float) -> bool:
@@ -79,5 +86,5 @@ class Motion:
             share = 1 - ramp - (1 - part)**2 / (2 * ramp)
         else:
             share = part - ramp / 2
-        x, y, z, yaw, roll, pitch = self._rows[k] + (share / (1 - ramp)) * (self._rows[k + 1] - self._rows[k])
-        return Pose(np.array([x, y, z]), attitude(yaw, roll, pitch))
+        row = self._rows[k] + (share / (1 - ramp)) * (self._rows[k + 1] - self._rows[k])
+        return Pose(row[:3], attitude(*row[3:6]), row[6:])

@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -43,6 +45,21 @@ def twist():
 @pytest.fixture(scope='module')
 def balls():
     return run('two_spheres', [Key(0, press=0.0), Key(0.6, press=0.0034), Key(0.8, press=0.0034)])
+
+
+@pytest.fixture(scope='module')
+def two_objects():
+    pressed = Key(0.6, press=0.0034)
+    return run('two_spheres', [Key(0, press=0.0), pressed, replace(pressed, t=0.8), replace(pressed, t=1.8, other_y=-0.004)])
+
+
+def test_one_of_two_objects_is_dragged_until_it_slips_and_the_other_rests(two_objects):
+    membrane, _, _, frames = two_objects
+    truth = frames[-3][0]
+    touched, right = truth.dot_state != NON_CONTACT, truth.dot_xyz[:, 0] > 0
+    assert (truth.dot_state[touched & ~right] == STICKING).mean() > 0.8 and (truth.dot_state[touched & right] == SLIPPING).mean() > 0.5
+    y = sorted((contact.position[0], contact.position[1]) for contact in truth.contacts)
+    assert abs(y[0][1]) < 1e-6 and y[1][1] == pytest.approx(-0.004, abs=0.5e-3)
 
 
 def test_dots_are_seen_where_they_are(drag):

@@ -40,6 +40,15 @@ def test_pose_moves_there_and_back():
     np.testing.assert_allclose(pose.to_sensor(pose.to_tool(places)), places, atol=1e-15)
 
 
+def test_the_other_part_of_a_tool_moves_by_itself():
+    other = np.array([0.0005, -0.002, -0.0003])
+    pose = Pose(np.array([0.001, 0.002, 0.003]), attitude(0.3, 0.2, 0.1), other)
+    places = np.array([[-0.006, 0.001, 0.0], [0.006, 0.001, 0.0]])
+    seen = pose.to_sensor(places)
+    np.testing.assert_allclose(seen - Pose(pose.origin, pose.turn).to_sensor(places), [[0, 0, 0], other], atol=1e-15)
+    np.testing.assert_allclose(pose.to_tool(seen), places, atol=1e-15)
+
+
 def test_motion_passes_its_keys_and_moves_smoothly_between(membrane):
     motion = Motion(tool_named('sphere'), [Key(1, press=0.0), Key(2, press=0.003), Key(4, x=0.004, press=0.003)], membrane)
     assert not motion.covers(0.9) and motion.covers(1.0) and not motion.covers(4.01)
