@@ -141,7 +141,7 @@ class StickSlipTracker:
         if thing.still >= self._rest_frames(thing):
             return np.zeros(6), False
         if predicted is not None:
-            near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(3.0, .1 * len(ratio)), grip)
+            near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(1.0, .1 * len(ratio)), grip)
             agree = np.count_nonzero(lengths(motions.residuals(near)) < 1.3 * fine)
             slides = self._slides_on(thing, motions, predicted, ratio, drag)
             if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not thing.gross and self._in_touch(motions, near) and not (
@@ -168,11 +168,12 @@ class StickSlipTracker:
 
     def _rest_frames(self, thing):
         """Frames for which dots must be at rest before the object counts as at rest."""
-        if not thing.gross:
-            return _REST_AFTER_SLIP if thing.slipping > _MANY else 1
         far = np.sqrt(thing.slid @ thing.slid)
-        left_behind = far > _TELLING and thing.followed @ thing.slid < _FOLLOWS * far**2
-        return thing.still if left_behind else _REST_AFTER_GROSS
+        if far > _TELLING and thing.followed @ thing.slid < _FOLLOWS * far**2:
+            return thing.still
+        if thing.gross:
+            return _REST_AFTER_GROSS
+        return _REST_AFTER_SLIP if thing.slipping > _MANY else 1
 
     def _still(self, motions):
         """Whether the dots' mean square motion is within three standard deviations of noise."""
@@ -191,7 +192,7 @@ class StickSlipTracker:
         size = lengths(lag) + 1e-12
         along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
         dragged = along.sum() / size.sum() > (.25 if thing.gross else .5)
-        loaded = median(ratio) > .65 * thing.friction
+        loaded = not thing.friction > 0 or median(ratio) > .65 * thing.friction
         return bool(dragged and loaded and self._in_touch(motions, predicted) and (thing.gross or thing.slipping > _MANY))
 
     def _learn(self, thing, motions, twist, ratio, slips):
