@@ -30,8 +30,8 @@ _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; 
 _MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
 # The region of an object that slides follows it, less where the face is larger than the region: by this share at least, told once it should
-# have slid by this far, m; chosen: a third of a pitch, ten times the error of a region's centre.
-_FOLLOWS, _TELLING = 0.15, 0.45e-3
+# have slid by this far, m; chosen: two thirds of a pitch, five times the error of a region's centre in one frame.
+_FOLLOWS, _TELLING = 0.15, 0.8e-3
 
 
 @dataclass
@@ -39,8 +39,8 @@ class _Object:
     """What is known of one object from its last frame.
 
     twist (6,), a frame, about centre (3,), m, None: unknown; friction: coefficient; slipping: share of its dots that slip; gross: whether
-    it slips grossly; still: frames for which its dots have been at rest, in which it should have slid by slid (3,), m, and its region
-    followed by followed (3,), m; weight (K,): scores of its dots, 0 elsewhere.
+    it slips grossly; still: frames for which its dots have been at rest; slid, followed (3,): m, how far it should have slid over dots that
+    are about at rest, and how far its region has moved; weight (K,): scores of its dots less 0.5, 0 elsewhere.
     """
 
     friction: float
@@ -85,7 +85,7 @@ class StickSlipTracker:
         for member in self._separate(touched):
             thing, both = self._continued(member), member[known[member] & (self._held[member] > 0)]
             weight = np.zeros(len(score))
-            weight[member] = score[member]
+            weight[member] = score[member] - 0.5  # so that dots come and go gradually
             moved = np.zeros(3) if thing.weight is None else _mean(state.xyz, weight) - _mean(state.xyz, thing.weight)
             if len(both) >= _FEWEST:
                 states[both[self._classify(thing, state, touched, both, moved)]] = SLIPPING
@@ -158,10 +158,10 @@ class StickSlipTracker:
 
     def _watch_rest(self, thing, motions, predicted, moved):
         """Count the frames in which the dots are at rest, and how far the region has moved in them: moved (3,), m, in this one."""
-        if not self._still(motions):
-            thing.still, thing.slid, thing.followed = 0, np.zeros(3), np.zeros(3)
+        thing.still = thing.still + 1 if self._still(motions) else 0
+        if np.sqrt(np.vdot(motions.moved_across, motions.moved_across) / len(motions.moved_across)) > self.tolerance:
+            thing.slid, thing.followed = np.zeros(3), np.zeros(3)
             return
-        thing.still += 1
         thing.followed = thing.followed + moved
         if predicted is not None:
             thing.slid = thing.slid - motions.residuals(predicted).mean(axis=0)

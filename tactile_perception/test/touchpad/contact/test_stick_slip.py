@@ -102,7 +102,7 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
 def test_an_object_that_stops_after_gross_slip_rests_because_its_region_has_not_moved_on():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
-    for _ in range(4):  # in which it would have slid by half a pitch
+    for _ in range(6):  # in which it would have slid by two thirds of a pitch
         found = states.update(face.state([0, 0, 0], 0.6), face.score)
     np.testing.assert_array_equal(found[face.inside], STICKING)
 
@@ -110,6 +110,7 @@ def test_an_object_that_stops_after_gross_slip_rests_because_its_region_has_not_
 def test_an_object_whose_region_moves_on_over_dots_at_rest_slips():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
+    states.update(face.state([20e-6, 0, 0], 0.6), face.score)  # the dots creep on, from now on they are at rest
     row, column = np.divmod(np.arange(SIDE**2), SIDE)
     for frame in range(10):
         face.score = (np.abs(row - 6) <= 3) * np.clip(4 - np.abs(column - 6 - 0.1 * frame), 0, 1)
