@@ -43,7 +43,7 @@ class DualPublishers(ImagePublishers):
     @property
     def wanted(self) -> bool:
         """Whether any of the topics has a subscriber."""
-        return super().wanted or any(view.wanted for view in self.views)
+        return super().wanted or bool(self.right_time.get_subscription_count()) or any(view.wanted for view in self.views)
 
 
 class DualStream(BaseStream):
@@ -82,9 +82,9 @@ class DualStream(BaseStream):
             if frame is not None:
                 own = header_of(frame.stamp_ns, self._values['frame_id'])
                 topic.publish(frame, self._values['encoding'], own, self._infos[name])
+        if pair.left is not None and pair.right is not None:
+            self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
         if self._publishers.picture.wanted:
-            if pair.left is not None and pair.right is not None:
-                self._publishers.right_time.publish(right_time_message(pair.right.stamp_ns, header))
             self._publish_picture(pair, header)
         if pair.truth is not None:
             self._publishers.truth.publish(pair.truth, 1 / self.source.describe()['rate'], header)

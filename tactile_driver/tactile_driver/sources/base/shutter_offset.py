@@ -8,7 +8,7 @@ from collections import deque
 
 import numpy as np
 
-_PAIRS = 300  # latest pairs that are measured: 10 s at 30 Hz; chosen
+_PAIRS = 150  # latest pairs that are measured: 5 s at 30 Hz; chosen
 _FEWEST = 10  # pairs from which there is a result; chosen
 _NS = 1e9
 
@@ -31,8 +31,9 @@ class ShutterOffset:
         self._pairs.append((left_ns, offset))
 
     def numbers(self) -> dict[str, float]:
-        """shutter offset (ms) of the last pair, positive where the right camera is later; drift (ppm) and jitter (ms, RMS), by a straight
-        line through the latest pairs. NaN before there are enough."""
+        """shutter offset (ms) of the last pair, positive where the right camera is later; and drift (ppm), by a straight line
+        through the latest pairs; jitter (ms, standard deviation), by second differences, which drift does not touch. NaN before there are
+        enough pairs."""
         offset, drift, jitter = self._line(list(self._pairs))
         return {'shutter offset (ms)': 1e3 * offset, 'shutter drift (ppm)': 1e6 * drift, 'shutter jitter (ms)': 1e3 * jitter}
 
@@ -47,10 +48,11 @@ class ShutterOffset:
 
     @staticmethod
     def _line(pairs: list[tuple[int, int]]) -> tuple[float, float, float]:
-        """Offset, s, drift, s/s, and RMS residual, s, of a least-squares line through (left stamp, offset), ns; NaN for too few."""
+        """Offset, s, and drift, s/s, of a least-squares line through (left stamp, offset), ns, and jitter, s; NaN for too few."""
         if len(pairs) < _FEWEST:
             return math.nan, math.nan, math.nan
         # The last stamp is subtracted as an integer: stamps are too large for doubles.
         t, offset = np.array([(stamp - pairs[-1][0], offset) for stamp, offset in pairs], float).T / _NS
         slope, last = np.polyfit(t, offset, 1)
-        return float(last), float(slope), float(np.sqrt(np.mean((offset - last - slope * t)**2)))
+        jitter = np.sqrt(np.mean(np.diff(offset, 2)**2) / 6)  # white noise has second differences of six times its variance
+        return float(last), float(slope), float(jitter)

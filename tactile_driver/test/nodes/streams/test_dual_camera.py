@@ -90,6 +90,11 @@ def test_each_view_has_its_stamp_and_the_picture_the_left_ones(node):
     assert streamed.stream.remark == ''
 
 
+def test_the_right_exposure_is_told_to_whom_wants_nothing_else(node):
+    found, = Streamed(node, TwoCameras()).received(('right/time_reference', TimeReference))
+    assert found.source == 'right camera'
+
+
 def test_the_right_exposure_of_each_picture_is_told(node):
     found, image = Streamed(node, TwoCameras(), frame_id='pad').received(('right/time_reference', TimeReference), ('image_raw', Image))
     assert stamp(found) % 10**7 == 0 and found.header.frame_id == image.header.frame_id == 'pad' and found.source == 'right camera'
