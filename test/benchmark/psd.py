@@ -4,7 +4,8 @@
 
     python test/benchmark/psd.py [--out out/benchmark] [SPECIMEN ...]
 
-SPECIMEN: sim:0, sim:1 ... (the simulated finger with that seed) or recorded (TACTILE_RECORDINGS). Each is calibrated by its own presses,
+SPECIMEN: sim:0, sim:1 ... (the simulated finger with that seed), simB:0 ... (a finger of another design) or recorded (TACTILE_RECORDINGS).
+Each is calibrated by its own presses,
 and the published method by two of them, at the pole and at 30 degrees, as in the paper.
 """
 from __future__ import annotations
@@ -21,6 +22,10 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from psd_scenes import Signals, recorded, simulated  # noqa: E402
 
+from tactile_driver.parameters.table import defaults  # noqa: E402
+from tactile_driver.simulation.psd.finger import DESIGN_B, Design  # noqa: E402
+from tactile_perception.parameters.psd import PSD_PARAMETERS  # noqa: E402
+from tactile_perception.pipeline.psd_stage import PsdStage  # noqa: E402
 from tactile_perception.psd.finger import FingerSettings, PsdFinger  # noqa: E402
 from tactile_perception.psd.geometry import MIX, angles, error_angle, position  # noqa: E402
 from tactile_perception.psd.model import FingerModel  # noqa: E402
@@ -36,7 +41,8 @@ RINGS = (0, 15, 30, 45, 60)
 
 def signals(specimen: str, name: str) -> Signals:
     """A scene of a specimen."""
-    return recorded(name) if specimen == 'recorded' else simulated(name, int(specimen.partition(':')[2]))
+    kind, _, seed = specimen.partition(':')
+    return recorded(name) if kind == 'recorded' else simulated(name, int(seed), DESIGN_B if kind == 'simB' else Design())
 
 
 def paper_model(presses: Presses) -> FingerModel:
@@ -96,6 +102,26 @@ def contacts(finger: PsdFinger, scene: Signals) -> dict:
             'events within a sample (%)': 100 * float(np.mean(near)) if near else math.nan}
 
 
+def touches(model: FingerModel, scene: Signals, block: int = 5) -> dict:
+    """Touches as messages tell them: mean and largest error, degrees, of a touch's mean place; false results; normalised squared error."""
+    stage, told, errors, squares = PsdStage(model, defaults(PSD_PARAMETERS)), [], [], []
+    for first in range(0, len(scene.volts), block):
+        part = np.asarray(scene.volts[first:first + block], np.float32)
+        told += [(first + k, *found) for k, found in stage.process(part, first * scene.period_s, scene.period_s)]
+    told = [row for row in told if len(row) > 1 and np.isfinite(row[1].normal).all()]
+    edges = np.flatnonzero(np.diff(np.r_[False, scene.touching, False].astype(np.int8)))
+    for begin, end in zip(edges[::2], edges[1::2]):
+        inside = [(k, touch) for k, touch in told if begin <= k < end]
+        mean, true = (np.mean(rows, axis=0) for rows in ([touch.normal for _, touch in inside], scene.normal[begin:end]))
+        errors.append(math.degrees(error_angle(mean / np.linalg.norm(mean), true / np.linalg.norm(true))))
+        for k, touch in inside:
+            off = touch.position - np.linalg.norm(touch.position) * scene.normal[int(k)]
+            squares.append(off @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ off / 2)
+    near = np.convolve(scene.touching, np.ones(4 * block + 1), 'same') > 0
+    return {'mean': float(np.mean(errors)), 'largest': float(np.max(errors)), 'false': sum(not near[int(k)] for k, _ in told),
+            'normalised squared error': float(np.mean(squares))}
+
+
 def speed(made: dict, scene: Signals, repeats: int = 150) -> dict:
     """Median time, us, of batches of 1000 and 5 samples in contact, methods in turn; with the contact that a message needs."""
     held = scene.held()[0]
@@ -121,7 +147,10 @@ def run(specimen: str) -> dict:
     """All figures of one specimen."""
     made = fingers(specimen)
     scenes = {name: signals(specimen, name) for name in ('grid', 'taps', 'light')}
-    return {'accuracy': {name: accuracy(make(), scenes['grid']) for name, make in made.items()},
+    shown = ('grid', 'bright', 'lamp', 'slide', *(['weak'] if specimen != 'recorded' else []))
+    model = made['map']().model
+    return {'touches': {name: touches(model, signals(specimen, name)) for name in shown},
+            'accuracy': {name: accuracy(make(), scenes['grid']) for name, make in made.items()},
             'contacts': {f'{name}, {scene}': contacts(make(), scenes[scene]) for name, make in made.items() for scene in ('taps', 'light')},
             'speed': speed(made, scenes['grid'])}
 
@@ -143,6 +172,9 @@ def text(specimen: str, result: dict) -> str:
     lines += ['', '| method, scene | touches | missed | false samples, % | events within a sample, % |', '|---|---|---|---|---|']
     lines += [f'| {name} | {c["touches"]} | {c["missed"]} | {c["false samples (%)"]:.2f} | {c["events within a sample (%)"]:.0f} |'
               for name, c in result['contacts'].items()]
+    lines += ['', '| scene | mean of a touch, degrees | largest | false results | normalised squared error |', '|---|---|---|---|---|']
+    lines += [f'| {name} | {t["mean"]:.2f} | {t["largest"]:.2f} | {t["false"]} | {t["normalised squared error"]:.2f} |'
+              for name, t in result['touches'].items()]
     lines += ['', '| method, batch | samples, us | million samples/s | with the contact for a message, us |', '|---|---|---|---|']
     lines += [f'| {name} | {a:.0f} | {int(name.split(", ")[1]) / a:.2f} | {b:.0f} |' for name, (a, b) in result['speed'].items()]
     return '\n'.join(lines) + '\n'

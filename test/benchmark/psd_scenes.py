@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from tactile_driver.simulation.psd.finger import Design
 from tactile_driver.simulation.psd.scene import open_psd_scene
 
 from tactile_perception.psd.presses import Recording
 
 _VOLT, _RATE, _CONTACT = 5 / 4096, 1000.0, 2
-_RECORDED = {'calibration': 'psd_cal_dense', 'grid': 'psd_grid25', 'taps': 'psd_inter_32_670', 'light': 'psd_nocontact_drift'}
+_RECORDED = {'calibration': 'psd_cal_dense', 'grid': 'psd_grid25', 'taps': 'psd_inter_32_670', 'light': 'psd_nocontact_drift',
+             'bright': 'psd_grid25_bright', 'lamp': 'psd_light_step', 'slide': 'psd_slide_meridian'}
 
 
 @dataclass(frozen=True)
@@ -39,9 +41,9 @@ class Signals:
         return [slice(b + (e - b) // 4, e - (e - b) // 4) for b, e in pairs]
 
 
-def simulated(name: str, seed: int) -> Signals:
-    """A scene of the simulated finger at 1 kHz."""
-    scene = open_psd_scene(name, _RATE, seed)
+def simulated(name: str, seed: int, design: Design = Design()) -> Signals:
+    """A scene of a simulated finger at 1 kHz."""
+    scene = open_psd_scene(name, _RATE, seed, design)
     counts, truth = scene.play(0, scene.samples)
     return Signals(counts * _VOLT, 1 / _RATE, truth.touching > 0, truth.normal, truth.force, truth.depth)
 

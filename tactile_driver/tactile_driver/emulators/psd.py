@@ -25,15 +25,17 @@ class Emulator(PortEmulator):
     """Plays a scene of the simulated finger at rate samples/s, batch samples in a frame.
 
     link: path of a symbolic link to the port, which survives unplugging; format: binary or csv; keep: record every sample in sent, as
-    (device time in us, counts (4,)). Raises BadArgument for a batch outside 1 to 256 or another format.
+    (device time in us, counts (4,)); modulation: the finger's light is on in every second sample only, and a fifth column tells which.
+    Raises BadArgument for a batch outside 1 to 256 or another format.
     """
 
     def __init__(self, link: str | Path, scene: str = 'demo', rate: float = 1000.0, batch: int = 5, seed: int = 0, format: str = 'binary',
-                 keep: bool = False):
+                 keep: bool = False, modulation: bool = False):
         if not 0 < batch <= 256 or format not in ('binary', 'csv'):
             raise BadArgument(f'emulator: batch {batch} must be 1 to 256, format {format!r} binary or csv')
         self.sent = [] if keep else None
         self._scene, self._format = open_psd_scene(scene, rate, seed), format
+        self._modulation = modulation
         self._made, self._made_at = np.zeros((0, CHANNELS), np.uint16), 0
         super().__init__(link, rate, batch, seed)
 
@@ -49,11 +51,17 @@ class Emulator(PortEmulator):
         return b''.join(write_line(c.tolist(), int(t)) for t, c in zip(times, counts))
 
     def _counts(self) -> np.ndarray:
-        """Counts (batch, 4) of the next frame, simulated for many frames at once."""
+        """Counts (batch, 4 or 5) of the next frame, simulated for many frames at once."""
         first = self._number - self._made_at
         if not 0 <= first <= len(self._made) - self._batch:
-            self._made, self._made_at, first = self._scene.play(self._number, self._batch * _FRAMES_AT_ONCE)[0], self._number, 0
+            self._made, self._made_at, first = self._play(self._number, self._batch * _FRAMES_AT_ONCE), self._number, 0
         return self._made[first:first + self._batch]
+
+    def _play(self, first: int, count: int) -> np.ndarray:
+        if not self._modulation:
+            return self._scene.play(first, count)[0]
+        lit = (first + np.arange(count)) % 2 == 0
+        return np.column_stack([self._scene.play(first, count, lit)[0], lit.astype(np.uint16)])
 
 
 @tells_errors('psd_emulator')
@@ -62,8 +70,10 @@ def main(args: list[str] | None = None) -> int:
     parser = emulator_parser('psd_emulator', __doc__, 'psd_finger_port', 1000.0)
     parser.add_argument('--batch', type=int, default=5, help='samples a frame')
     parser.add_argument('--format', default='binary', choices=('binary', 'csv'))
+    parser.add_argument('--modulation', action='store_true',
+                        help="the finger's light is on in every second sample; a fifth column tells which")
     given = parser.parse_args(args)
-    return serve(Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format))
+    return serve(Emulator(given.link, given.scene, given.rate, given.batch, given.seed, given.format, modulation=given.modulation))
 
 
 if __name__ == '__main__':

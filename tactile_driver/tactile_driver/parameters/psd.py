@@ -16,6 +16,9 @@ PSD_DRIVER_PARAMETERS = (
     Parameter('format', str, 'binary', '', 'source device: format of the stream, see doc/serial_protocol.md', choices=FORMATS),
     Parameter('adc.full_scale', float, 5.0, 'V', 'source device: voltage that the count 2**bits of the converter would mean', 1e-3, 1e3),
     Parameter('adc.bits', int, 12, '', 'source device, format csv: resolution of the converter; binary frames state it', 8, 16),
+    Parameter('modulation', bool, False, '',
+              "source device: the finger's light is on in every second sample, and a fifth column tells which; "
+              'the dark samples are subtracted and half as many net samples published'),
     Parameter('saturation', float, 4.9, 'V', 'voltage from which an output counts as saturated in /diagnostics', 1e-3, 1e3),
     Parameter('batch_period', float, 0.005, 's', 'sources device and sim: time that the samples of one message span', 0.001, 0.05),
     Parameter('path', str, '', '', 'source bag: the rosbag2 folder'),

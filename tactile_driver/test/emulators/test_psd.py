@@ -21,12 +21,12 @@ pytestmark = pytest.mark.full  # a device in a thread keeps its own time
 class Bench:
     """A running emulator, and a source that is open on it."""
 
-    def __init__(self, folder, format='binary', rate=2000.0):
-        self.emulator = Emulator(folder / 'port', 'demo', rate, 4, format=format, keep=True)
+    def __init__(self, folder, format='binary', rate=2000.0, scene='demo', modulation=False):
+        self.emulator = Emulator(folder / 'port', scene, rate, 4, format=format, keep=True, modulation=modulation)
         self._ended = False
         self._thread = threading.Thread(target=self.emulator.run, args=(lambda: self._ended,), daemon=True)
         self._thread.start()
-        settings = SerialSettings(format, 921600, 5.0, 12, 0.005)
+        settings = SerialSettings(format, 921600, 5.0, 12, 0.005, modulation)
         self.source = PsdSerialSource(str(folder / 'port'), settings, time.time_ns)
         self.source.open()
 
@@ -115,6 +115,16 @@ def test_it_goes_on_after_a_silence(bench, fault):
     rig.check(blocks + after)
     assert sum(len(b.volts) for b in after) > 200
     assert (np.diff([b.stamp_ns for b in blocks + after]) > 0).all()
+
+
+@pytest.mark.parametrize('format', ['binary', 'csv'])
+def test_with_modulation_the_driver_publishes_net_voltages_at_half_the_rate(bench, format):
+    rig = bench(scene='light', format=format, modulation=True)  # nothing touches, under lamps that flicker
+    blocks = rig.read(1.5)
+    volts = np.concatenate([block.volts for block in blocks])
+    assert volts.shape[1] == 4 and 500 < len(volts) < 1600 and abs(volts.mean(0)).max() < 2e-3
+    assert blocks[-1].period_s == pytest.approx(1e-3, rel=0.1 if format == 'csv' else 1e-6)
+    assert rig.source.describe()['samples without a dark neighbour'] < 20
 
 
 def test_wrong_words(tmp_path, capsys):

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 
 from ..errors import BadArgument
 from .geometry import MIX, TOTAL
 
-_SLOW_S = 0.5  # s, time constant of drift. Chosen
+_SLOW_S = 0.1  # s, time constant of drift. Chosen: drift of 0.1 V/s then lags by 10 mV, and noise of a sample counts a tenth
+_UNSEEN_S = 0.5  # s, longest time for which drift under a contact is made up for at once. Chosen
+_BEFORE = 3  # updates before a contact that may hold the object's shade. Chosen: 60 ms, in which it comes near
+_SHADE = 0.15  # part of the light that an object shades at most. Chosen
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
 _NOISE_S = 5.0  # s, time constant of the noise. Chosen
 _STEP_S = 0.02  # s, between updates. Chosen: two periods of lamps on 50 Hz mains
@@ -36,14 +40,14 @@ class Reference:
     def begin(self) -> None:
         """Measure it anew from the next samples."""
         self._taken: list[np.ndarray] = []
-        self._have_s, self._flat_s, self._flat_at = 0.0, 0.0, 0.0
+        self._have_s, self._flat_s, self._flat_at, self._unseen_s = 0.0, 0.0, 0.0, 0.0
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
         self.ready = False
 
     @property
     def sigma(self) -> float:
         """Standard deviation of the total at rest, V."""
-        return math.sqrt(self.noise[TOTAL, TOTAL])
+        return math.sqrt(self.noise.item(TOTAL, TOTAL))
 
     def take(self, volts: np.ndarray, period_s: float) -> int:
         """Measure with the first of finite samples (N, 4); returns how many it used."""
@@ -63,6 +67,7 @@ class Reference:
         sums = (chosen - self.offset) @ MIX
         self.noise = sums.T @ sums / max(len(sums) - 1, 1) + _MIN_SIGMA**2 * np.eye(4)
         self._taken, self.ready = [], True
+        self._earlier: deque[np.ndarray] = deque([self.offset], _BEFORE)
 
     def follow(self, sums: np.ndarray, period_s: float) -> None:
         """Track with untouched samples: sums (N, 4) relative to the present offset."""
@@ -74,18 +79,30 @@ class Reference:
             self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
             self._update(mean, square, count, count * period_s)
 
+    def hold(self, seconds: float) -> None:
+        """Something touches for so many seconds: the offset stays, and may have drifted when it is seen again."""
+        self._unseen_s = min(self._unseen_s + seconds, _UNSEEN_S)
+
+    def recall(self) -> None:
+        """A contact begins: return to the offset before the object came near and shaded a part of the ambient light."""
+        before, now = self._earlier[0], self.offset
+        if before.sum() * (1 - _SHADE) < now.sum():
+            self.offset = before
+
     def _update(self, mean: np.ndarray, square: np.ndarray, count: int, seconds: float) -> None:
         scatter = self.sigma / math.sqrt(count)
-        change = MIX @ mean / 4
+        change, slack = MIX @ mean / 4, self._fastest * (_SLOW_S + self._unseen_s)
         if mean[TOTAL] < -_QUIET * scatter - self._fastest * seconds:
             self.offset = self.offset + change * (1 - math.exp(-seconds / _FAST_S))
-        elif mean[TOTAL] > _QUIET * scatter + self._fastest * _SLOW_S:
+        elif mean[TOTAL] > _QUIET * scatter + slack:
             self._update_brighter(change, mean[TOTAL], scatter, seconds)
         else:
             self._flat_s = 0.0
-            self.offset = self.offset + change * (1 - math.exp(-seconds / _SLOW_S))
+            self.offset = self.offset + change * (1 - math.exp(-(seconds + self._unseen_s) / _SLOW_S))
+            self._unseen_s = 0.0
             part = 1 - math.exp(-seconds / _NOISE_S)
             self.noise = (1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4))
+        self._earlier.append(self.offset)
 
     def _update_brighter(self, change: np.ndarray, total: float, scatter: float, seconds: float) -> None:
         """Brighter than untouched without contact: an approaching object, or ambient light if it stays constant. Until that is decided the
@@ -100,6 +117,7 @@ class Reference:
     def shift(self, change: np.ndarray) -> None:
         """Apply a step of ambient light: change (4,) V."""
         self.offset = self.offset + change
+        self._earlier = deque([offset + change for offset in self._earlier], _BEFORE)
 
 
 def _difference_noise(total: np.ndarray) -> float:

@@ -174,15 +174,23 @@ class PsdFinger:
     def _hold(self, sums: np.ndarray, contact: np.ndarray, saturated: np.ndarray, was_touching: bool, period_s: float) -> None:
         """Correct sums (N, 4) of samples in contact for ambient light that changes during it; the offset follows what is certain."""
         usable = contact & ~saturated
-        count = int(np.count_nonzero(usable))
+        count, every = int(np.count_nonzero(usable)), slice(None)
+        self.reference.hold(len(contact) * period_s)
         if not (was_touching and contact[0]):
-            self._held.begin(self.reference.offset)
+            self._begin_contact(sums)
         if count:
             mean = np.add.reduce(sums if count == len(sums) else sums[usable], axis=0) / count
             change = self._held.follow(mean, count, self.reference.noise, period_s)
-            sums[contact] += change.net
+            sums[every if count == len(sums) else contact] += change.net
             if change.shift is not None:
                 self.reference.shift(change.shift)
+
+    def _begin_contact(self, sums: np.ndarray) -> None:
+        """A contact begins in samples with sums (N, 4), which are corrected for the offset that is recalled."""
+        before = self.reference.offset
+        self.reference.recall()
+        sums += (before - self.reference.offset) @ MIX
+        self._held.begin(self.reference.offset)
 
     def _cross_at(self, place: np.ndarray) -> np.ndarray:
         """Expected cross term over the total of a single contact at positions (N, 2)."""

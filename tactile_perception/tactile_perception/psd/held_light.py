@@ -18,6 +18,7 @@ import numpy as np
 
 from .geometry import CROSS, MIX, TOTAL, position
 
+_TOTALS = 4 * TOTAL + TOTAL  # flat index of the total's variance in a covariance of sums
 _BIN_S = 0.01  # s, over which light is averaged. Derived: a period of lamps on 50 Hz mains
 _RESTS = 5  # bins that agree while an object rests. Chosen
 _AGREE = 4.0  # standard deviations by which such bins may differ. Chosen: as much as five of them do by noise
@@ -31,6 +32,7 @@ _SHADE = 0.05  # standard deviation of the shaded part of the room's light befor
 _SHADE_LEAST = 0.01  # smallest standard deviation: objects differ. Chosen
 _SHADE_MOST = 0.3  # largest part. Chosen
 _TWO = 4.0  # standard deviations of the cross term, beyond which it is that of two contacts. Chosen
+_ONSET_S = 0.03  # s of a contact in which it grows. Chosen
 _MODEL_S = 0.2  # s of a contact from which the shade is measured; the error of the expected cross term is the same for it. Chosen
 
 
@@ -52,45 +54,45 @@ class HeldLight:
 
     def begin(self, offset: np.ndarray) -> None:
         """A contact begins; offset: (4,) V, of the untouched outputs before it."""
-        self._room, self._measured_s = offset @ MIX, 0.0
+        self._room, self._since_s = offset @ MIX, 0.0
+        self._shaded = self.shade * self._room
         self.interrupt()
 
     def interrupt(self) -> None:
         """Samples are missing: what came before them is no longer compared with what follows."""
         self._rest: np.ndarray | None = None
-        self._bins: deque[np.ndarray] = deque(maxlen=_RESTS)
-        self._sum, self._count, self._restless_s = np.zeros(4), 0, 0.0
+        self._bins: deque[list[float]] = deque(maxlen=_RESTS)
+        self._sum, self._count, self._restless_s = [0.0] * 4, 0, 0.0
 
     def follow(self, mean: np.ndarray, count: int, noise: np.ndarray, period_s: float) -> Change:
         """The change of ambient light in samples of one contact; mean: (4,) V, of the sums of count samples; noise: (4, 4) V^2, covariance
         of one sample's sums."""
-        self._sum, self._count = self._sum + mean * count, self._count + count
+        self._sum, self._count = [a + b * count for a, b in zip(self._sum, mean.tolist())], self._count + count
         shift = None
         if self._count * period_s >= _BIN_S * (1 - 1e-9):
             shift = self._end_bin(noise, self._count * period_s)
-        rest = self._rest
-        sigma = math.sqrt(noise[TOTAL, TOTAL] / count)
-        net = self.shade * self._room
         if shift is not None:
-            net = net - shift
-        elif rest is not None and abs(mean[TOTAL] - rest[TOTAL]) > _CERTAIN * sigma and self._is_room(mean - rest, rest, sigma):
-            net = net + rest - mean
-        return Change(None if shift is None else MIX @ shift / 4, net)
+            return Change(MIX @ shift / 4, self._shaded - shift)
+        rest, sigma = self._rest, math.sqrt(noise.item(_TOTALS) / count)
+        if rest is not None and abs(mean.item(TOTAL) - rest.item(TOTAL)) > _CERTAIN * sigma and self._is_room(mean - rest, rest, sigma):
+            return Change(None, self._shaded + rest - mean)
+        return Change(None, self._shaded)
 
     def _end_bin(self, noise: np.ndarray, seconds: float) -> np.ndarray | None:
         """See follow; the change (4,) of the sums that is ambient light, or None."""
-        light, count = self._sum / self._count, self._count
-        self._sum, self._count = np.zeros(4), 0
+        count, light = self._count, [part / self._count for part in self._sum]
+        self._sum, self._count = [0.0] * 4, 0
         self._bins.append(light)
-        self._measure_shade(light, count, noise, seconds)
-        sigma = math.sqrt(noise[TOTAL, TOTAL] / count)
-        bins = np.array(self._bins)
-        if len(bins) < _RESTS or np.ptp(bins, axis=0).max() > _AGREE * sigma:
+        self._since_s += seconds
+        if self._cross is not None and _ONSET_S < self._since_s <= _ONSET_S + _MODEL_S:
+            self._measure_shade(np.array(light), count, noise, seconds)
+        sigma = math.sqrt(noise.item(_TOTALS) / count)
+        if len(self._bins) < _RESTS or max(max(part) - min(part) for part in zip(*self._bins)) > _AGREE * sigma:
             self._restless_s += seconds
             if self._restless_s > _FORGOTTEN_S:
                 self._rest = None
             return None
-        return self._judge(bins.mean(0), sigma / math.sqrt(_RESTS))
+        return self._judge(np.mean(self._bins, axis=0), sigma / math.sqrt(_RESTS))
 
     def _judge(self, light: np.ndarray, sigma: float) -> np.ndarray | None:
         """As _end_bin, for the light (4,) of an object that rests."""
@@ -119,12 +121,9 @@ class HeldLight:
 
     def _measure_shade(self, light: np.ndarray, count: int, noise: np.ndarray, seconds: float) -> None:
         """Update the shaded part by the cross term of light (4,), the mean sums of count samples: least squares with a known variance."""
-        if self._cross is None or not light[TOTAL] > 0 or self._measured_s >= _MODEL_S:
-            return
-        self._measured_s += seconds
         step = max(_SHADE_LEAST, 1e-3)
         tried = light + np.array([self.shade, self.shade + step])[:, None] * self._room
-        if not (tried[:, TOTAL] > 0).all():
+        if not (light[TOTAL] > 0 and (tried[:, TOTAL] > 0).all()):
             return
         missing = tried[:, CROSS] - self._cross(np.clip(position(tried), -1, 1)) * tried[:, TOTAL]
         slope = (missing[1] - missing[0]) / step
@@ -135,3 +134,4 @@ class HeldLight:
         gained = slope * slope / variance
         self._information = min(self._information + gained, 1 / _SHADE_LEAST**2)
         self.shade = min(max(self.shade - slope * missing[0] / variance / self._information, 0.0), _SHADE_MOST)
+        self._shaded = self.shade * self._room

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import played
 import pytest
-from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScript
+from tactile_driver.samples import SampleBlock
+from tactile_driver.simulation.psd.scene import Act, Ambient, PsdScene, PsdScript
+from tactile_driver.sources.psd.modulation import Demodulator
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.psd.finger import AMBIGUOUS, OUT_OF_RANGE, SATURATED, FingerSettings, PsdFinger
@@ -251,6 +253,25 @@ def test_ambient_steps_during_a_contact_are_rejected(model, light):
     assert not samples.contact[2505:3995].any() and samples.contact[700:2400].all()
     for some in (slice(1600, 2300), slice(4200, 4800)):
         assert np.degrees(error_angle(finger.touch(samples, some).normal, truth.normal[some.start])) < 0.4
+
+
+def test_with_modulated_light_lamps_and_flicker_are_no_contacts_and_touches_are_found(model):
+    lamps = Ambient(1.2, 0.2, 3.0, 0.08, ((0.8, 0.7), (1.5, -0.9), (2.2, 2.0)))
+    place, rate = (2.0, 0.9), 10_000.0
+    scene = PsdScene(PsdScript([Act(1.8, 2.6, place, place, 2.4e-4)], 3.0, lamps), rate)
+    lit = np.arange(scene.samples) % 2 == 0
+    counts, truth = scene.play(0, scene.samples, lit)
+    rows = np.column_stack([counts * played.VOLT, lit]).astype(np.float32)
+    made, finger, found = Demodulator(4.9), PsdFinger(model), []
+    for k in range(0, len(rows), 50):
+        for block in made.net(SampleBlock(rows[k:k + 50], 10**9 + round(k / rate * 1e9), 1 / rate)):
+            samples = finger.process(block.volts, block.period_s)
+            found += [(block.stamp_ns * 1e-9 - 1, samples.contact.mean(), finger.touch(samples, run))
+                      for run in samples.runs() if samples.contact[run].any()]
+    times = np.array([at for at, _, _ in found])
+    assert 1.79 < times.min() < 1.83 and 2.57 < times.max() < 2.61
+    errors = [np.degrees(error_angle(touch.normal, truth.normal[21_000])) for at, _, touch in found if 1.9 < at < 2.5]
+    assert np.mean(errors) < 1.5 and finger.reference.offset == pytest.approx(np.zeros(4), abs=5e-3)
 
 
 def test_bad_settings(model):

@@ -47,8 +47,8 @@ def test_leave_one_out_residuals_equal_those_of_a_fit_without_the_contact():
     smooth, left_out = fit_smooth_map(place, values, noise)
     from tactile_perception.psd.maps import SmoothMap, _solved
     hyper = smooth.length, smooth.amplitude, smooth.extra
-    _, slopes, weights, _ = _solved(place[1:], values[1:], noise[1:], 5, hyper)
-    without = SmoothMap(place[1:], slopes, weights, *hyper, noise[1:])
+    _, slopes, weights, *_ = _solved(place[1:], values[1:], noise[1:], 5, hyper)
+    without = SmoothMap(place[1:], slopes, weights, *hyper, noise[1:], np.ones(19))
     assert values[0] - without.values(place[:1])[0] == pytest.approx(left_out[0], rel=1e-6)
 
 

@@ -32,19 +32,34 @@ class Material:
     glow: float = 2.4e-3
 
 
-class FingerSpecimen:
-    """One finger; seed: of its irregularities."""
+@dataclass(frozen=True)
+class Design:
+    """A kind of finger. reach: radius of the rim's image, in half widths of the detector; squeeze: how much more the plate magnifies at the
+    rim; irregular: factor of the plate's irregularities."""
 
-    def __init__(self, seed: int = 0):
+    reach: float = 0.66
+    squeeze: float = 0.10
+    irregular: float = 1.0
+    material: Material = Material()
+
+
+#: Another kind of finger: a larger image, a thicker and softer cover that glows more, a finer plate.
+DESIGN_B = Design(0.80, 0.02, 1.4, Material(1.6e-4, 800.0, 0.7e6, 0.45, 0.65, 3.2e-3))
+
+
+class FingerSpecimen:
+    """One finger of a design; seed: of its irregularities."""
+
+    def __init__(self, seed: int = 0, design: Design = Design()):
         rng = np.random.default_rng([20260, seed])
-        self.material = Material()
-        self._reach = 0.66 * (1 + 0.03 * rng.standard_normal())  # radius of the rim's image, in half widths of the detector
-        self._squeeze = 0.10 + 0.03 * rng.standard_normal()
+        self.material = design.material
+        self._reach = design.reach * (1 + 0.03 * rng.standard_normal())
+        self._squeeze = design.squeeze + 0.03 * rng.standard_normal()
         self._oval = rng.normal(0, 0.015, (3, 2))
         self._twist = rng.normal(0, 0.015)
         self._waves = rng.normal(0, 2.2, (_MODES, 2))
         self._phases = rng.uniform(0, 2 * math.pi, (_MODES, 2))
-        self._heights = rng.normal(0, 0.0022, (_MODES, 2))
+        self._heights = design.irregular * rng.normal(0, 0.0022, (_MODES, 2))
         self._turn, self._shift = rng.normal(0, 0.015), rng.normal(0, 0.03, 2)
         self._lamps = rng.normal(0, 0.06, 2)
         self.gains = 1 + rng.normal(0, 0.006, 4)

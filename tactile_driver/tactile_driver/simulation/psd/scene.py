@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...errors import BadArgument
-from .finger import COVER_RADIUS, Electronics, FingerSpecimen
+from .finger import COVER_RADIUS, Design, Electronics, FingerSpecimen
 from ..truth import Touch
 
 
@@ -38,19 +38,21 @@ class Act:
 @dataclass(frozen=True)
 class Ambient:
     """Ambient light, as the sum of the outputs, V. level; drift: amplitude, with its period, s; flicker: amplitude at 100 Hz, the flicker
-    of lamps at 50 Hz mains; steps: (time in s, change in V)."""
+    of lamps at 50 Hz mains; steps: (time in s, change in V), each within rise, s; shade: part that an object near the finger hides."""
 
     level: float = 0.3
     drift: float = 0.0
     period: float = 30.0
     flicker: float = 0.01
     steps: tuple[tuple[float, float], ...] = ()
+    rise: float = 0.0
+    shade: float = 0.0
 
     def at(self, t: np.ndarray) -> np.ndarray:
         """Ambient light (N,), V, at times (N,), s."""
         light = self.level + self.drift * np.sin(2 * math.pi * t / self.period) + self.flicker * np.sin(200 * math.pi * t)
         for when, change in self.steps:
-            light = light + change * (t >= when)
+            light = light + change * np.clip((t - when) / max(self.rise, 1e-9), 0, 1)
         return light
 
 
@@ -86,10 +88,10 @@ class PsdScene:
 
     sensor = 'psd_finger'
 
-    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics()):
+    def __init__(self, script: PsdScript, rate: float, seed: int = 0, electronics: Electronics = Electronics(), design: Design = Design()):
         if not 0 < rate < math.inf:
             raise BadArgument(f'simulation: rate is {rate!r}; give samples per second, more than 0')
-        self.specimen, self.electronics, self.rate = FingerSpecimen(seed), electronics, rate
+        self.specimen, self.electronics, self.rate = FingerSpecimen(seed, design), electronics, rate
         self.script, self._rng = script, np.random.default_rng([7, seed])
 
     @property
@@ -97,17 +99,22 @@ class PsdScene:
         """Number of samples of the whole scene."""
         return round(self.script.duration * self.rate)
 
-    def play(self, first: int, count: int) -> tuple[np.ndarray, PsdTruth]:
-        """Counts (count, 4) uint16 and truth of the samples first to first + count - 1; the scene repeats."""
+    def play(self, first: int, count: int, lit: np.ndarray | None = None) -> tuple[np.ndarray, PsdTruth]:
+        """Counts (count, 4) uint16 and truth of the samples first to first + count - 1; the scene repeats. lit: (count,) bool, whether the
+        finger's own light is on, None for always."""
         t = (first + np.arange(count)) / self.rate
         within = t % self.script.duration
-        volts = self.specimen.dark + self.script.ambient.at(within)[:, None] * self.specimen.electrodes(self.specimen.stray)
+        near = np.zeros(count, bool)
+        for act in self.script.acts:
+            near |= (within > act.start) & (within < act.end)
+        room = self.script.ambient.at(within) * (1 - self.script.ambient.shade * near)
+        volts = self.specimen.dark + room[:, None] * self.specimen.electrodes(self.specimen.stray)
         truth = PsdTruth(np.zeros(count, int), np.full((count, 3), np.nan), np.full(count, np.nan), np.full(count, np.nan))
         for act in self.script.acts:
             some = np.flatnonzero((within > act.start) & (within < act.end))
             if len(some):
                 normal, depth = act.at(within[some])
-                volts[some] += self.specimen.light(normal, depth)
+                volts[some] += self.specimen.light(normal, depth) * (1.0 if lit is None else lit[some, None])
                 self._note(truth, some, normal, depth)
         return self.electronics.counts(volts * self.specimen.gains, self._rng), truth
 
@@ -140,11 +147,29 @@ def _taps() -> PsdScript:
     return PsdScript(acts, acts[-1].end + 0.5)
 
 
-def _grid() -> PsdScript:
+def _grid(depth: float = 2.8e-4, ambient: Ambient = Ambient()) -> PsdScript:
     """The pole and six azimuths at four polar angles (paper psd_finger, section 6.2): 25 places, other than those of the calibration."""
     places = [(0.0, 0.0)] + [(phi + 11.0, theta) for theta in (15.0, 30.0, 45.0, 60.0) for phi in range(0, 360, 60)]
-    acts = [_press(0.5 + 0.45 * k, phi, theta, 2.8e-4) for k, (phi, theta) in enumerate(places)]
-    return PsdScript(acts, acts[-1].end + 0.5)
+    acts = [_press(0.5 + 0.45 * k, phi, theta, depth) for k, (phi, theta) in enumerate(places)]
+    return PsdScript(acts, acts[-1].end + 0.5, ambient)
+
+
+def _bright() -> PsdScript:
+    """The grid in a bright room."""
+    return _grid(ambient=Ambient(1.3, 0.15, 9.0, 0.07, shade=0.06))
+
+
+def _lamp() -> PsdScript:
+    """A lamp is switched on while an object rests on the finger, and off during the next touch."""
+    acts = [_press(0.5, 40, 50, 3.0e-4, 2.0), _press(3.5, 200, 35, 2.6e-4, 2.0)]
+    return PsdScript(acts, 6.5, Ambient(0.35, steps=((1.5, 0.6), (4.5, -0.6)), rise=0.02, shade=0.05))
+
+
+def _swing() -> PsdScript:
+    """An object slides back and forth through the pole, at up to 900 degrees a second."""
+    way = [(0.8, math.radians(side * 55)) for side in (-1, 1, -1, 1, -1)]
+    acts = [Act(0.5 + 0.12 * k, 0.62 + 0.12 * k, *pair, 3.2e-4, 0.004) for k, pair in enumerate(zip(way, way[1:]))]
+    return PsdScript(acts, 1.5)
 
 
 def _demo() -> PsdScript:
@@ -171,11 +196,14 @@ def _two() -> PsdScript:
 
 PSD_SCENES: dict[str, Callable[[], PsdScript]] = {
     'demo': _demo, 'rest': lambda: PsdScript([], 10.0), 'calibration': _calibration, 'grid': _grid, 'taps': _taps, 'slide': _slide,
-    'light': _light, 'two': _two}
+    'light': _light, 'two': _two, 'bright': _bright, 'weak': lambda: _grid(1.9e-4), 'lamp': _lamp, 'swing': _swing}
 
 
-def open_psd_scene(name: str, rate: float, seed: int = 0) -> PsdScene:
-    """The scene of that name at rate samples/s. Raises BadArgument for an unknown name (the message lists the known ones) or rate."""
+def open_psd_scene(name: str, rate: float, seed: int = 0, design: Design = Design()) -> PsdScene:
+    """The scene of that name at rate samples/s, on a finger of that design.
+
+    Raises BadArgument for an unknown name (the message lists the known ones) or rate.
+    """
     if name not in PSD_SCENES:
         raise BadArgument(f'simulation: scene {name!r} is unknown; choose one of {", ".join(sorted(PSD_SCENES))}')
-    return PsdScene(PSD_SCENES[name](), rate, seed)
+    return PsdScene(PSD_SCENES[name](), rate, seed, design=design)

@@ -11,7 +11,7 @@ from ...errors import BadArgument
 
 def _device(values: Mapping, clock: Clock) -> Source:
     from .serial import PsdSerialSource, SerialSettings
-    names = ('format', 'baud', 'adc.full_scale', 'adc.bits', 'batch_period')
+    names = ('format', 'baud', 'adc.full_scale', 'adc.bits', 'batch_period', 'modulation', 'saturation')
     return PsdSerialSource(values['device'], SerialSettings(*(values[name] for name in names)), clock)
 
 

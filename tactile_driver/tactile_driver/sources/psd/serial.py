@@ -13,6 +13,7 @@ from ...samples import CHANNELS
 from ...serial_frames.assemble import SampleAssembler
 from ...serial_frames.binary import SAMPLES, BinaryReader, Expected
 from ...serial_frames.lines import LineReader
+from .modulation import Demodulator
 
 _LONGEST_POLL_S = 0.01  # Linux buffers 4 KB of unread input: 10 ms at 400 KB/s
 _DEAF_BYTES = 4096  # so many bytes without a frame mean a wrong format or baud rate; chosen
@@ -22,13 +23,16 @@ FORMATS = ('binary', 'csv')
 
 @dataclass(frozen=True)
 class SerialSettings:
-    """format: one of FORMATS; baud: bit/s; full_scale: of the converter, V; bits: of the converter, for CSV; batch_period: s."""
+    """format: one of FORMATS; baud: bit/s; full_scale: of the converter, V; bits: of the converter, for CSV; batch_period: s; modulation:
+    whether a fifth column tells if the finger's light is on; saturation: V, see Demodulator."""
 
     format: str
     baud: int
     full_scale: float
     bits: int
     batch_period: float
+    modulation: bool = False
+    saturation: float = 4.9
 
 
 class PsdSerialSource(SerialSource):
@@ -38,12 +42,14 @@ class PsdSerialSource(SerialSource):
         if settings.format not in FORMATS:
             raise BadArgument(f'format: {settings.format!r} is unknown; choose one of {", ".join(FORMATS)}')
         self._settings, self._missing, self._resets = settings, 0, 0
+        self._columns = CHANNELS + settings.modulation
         self._assembler = SampleAssembler(settings.full_scale)
+        self._demodulator = Demodulator(settings.saturation) if settings.modulation else None
         super().__init__(device, settings.baud, clock, _DEAF_BYTES)
 
     def _new_reader(self) -> FrameReader:
-        return BinaryReader(Expected(SAMPLES, columns=CHANNELS), self._counts) if self._settings.format == 'binary' \
-            else LineReader(CHANNELS, self._settings.bits, self._counts)
+        return BinaryReader(Expected(SAMPLES, columns=self._columns), self._counts) if self._settings.format == 'binary' \
+            else LineReader(self._columns, self._settings.bits, self._counts)
 
     def _begin(self) -> None:
         super()._begin()
@@ -67,13 +73,16 @@ class PsdSerialSource(SerialSource):
         self._due_s = arrived_ns * 1e-9 + self._settings.batch_period - 0.5 * min(self._settings.batch_period, _LONGEST_POLL_S)
         frames, self._waiting = self._waiting, []
         offset = stamp_of(arrived_ns, self._clock) - arrived_ns
-        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0))
-                       for block in self._assembler.assemble(frames, arrived_ns)]
+        blocks = self._assembler.assemble(frames, arrived_ns)
+        if self._demodulator is not None:
+            blocks = [net for block in blocks for net in self._demodulator.net(block)]
+        self._ready = [replace(block, stamp_ns=max(block.stamp_ns + offset, 0)) for block in blocks]
 
     def describe(self) -> dict:
         """The port and its error counts."""
         about = super().describe()
-        return about | {'format': self._settings.format, 'missing samples': self.skipped,
+        unpaired = {'samples without a dark neighbour': self._demodulator.missing} if self._demodulator is not None else {}
+        return about | unpaired | {'format': self._settings.format, 'missing samples': self.skipped,
                         'resets': about['resets'] + self._resets + self._assembler.clock.resets}
 
     def _deafness(self) -> str:

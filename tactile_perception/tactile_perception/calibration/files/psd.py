@@ -20,7 +20,7 @@ UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'l
          'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,)}
 _NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
-_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise')
+_SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
 
 
 def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
@@ -62,8 +62,10 @@ def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
 
 
 def _smooth(fitted: dict) -> SmoothMap:
-    place, slopes, weights, noise = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
+    place, slopes, weights, noise, left_out = (np.array(fitted[name], float) for name in _SMOOTH_ARRAYS)
     count = len(place)
-    if place.shape != (count, 2) or weights.shape != (count, 2) or noise.shape != (count,) or slopes.shape not in ((3, 2), (5, 2)):
+    pairs, singles = (place, weights), (noise, left_out)
+    if any(part.shape != (count, 2) for part in pairs) or any(part.shape != (count,) for part in singles) or \
+            slopes.shape not in ((3, 2), (5, 2)):
         raise ValueError('the map of the distortion does not fit together')
-    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise)
+    return SmoothMap(place, slopes, weights, *(float(fitted[name]) for name in _SMOOTH_NUMBERS), noise, left_out)
