@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 from tactile_driver.stitching.calibration import SideView
 
 from ..common.statistics import robust_sigma
@@ -50,7 +50,8 @@ def fit_sides(found: list[SideMarkers], grid: np.ndarray) -> list[SideView]:
     start, makes = np.concatenate([first for first, _ in models]), [make for _, make in models]
     print_sigma = 1e-4
     for _ in range(ROUNDS):
-        fitted = least_squares(lambda q: _misfit(_sides(q, split, makes), found, grid, print_sigma), start, x_scale='jac', loss='soft_l1')
+        fitted = scipy.optimize.least_squares(lambda q: _misfit(_sides(q, split, makes), found, grid, print_sigma), start, x_scale='jac',
+                                              loss='soft_l1')
         start, sides = fitted.x, _sides(fitted.x, split, makes)
         off = [side.place(m.uv) - grid[m.id] for side, m in zip(sides, found)]
         print_sigma = max(float(robust_sigma(np.concatenate(off))), FINEST_PRINT)

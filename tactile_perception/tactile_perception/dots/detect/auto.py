@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .blobs import BlobDetector
 from ...common.dots import Dots
@@ -68,6 +68,6 @@ def _agree(dots: Dots, discs: Dots) -> bool:
     if not len(dots):
         return False
     reach = _NEAR * 2 * np.sqrt(np.median(discs.area) / np.pi)
-    found = cKDTree(dots.uv).query(discs.uv)[0] < reach
-    true = cKDTree(discs.uv).query(dots.uv)[0] < reach
+    found = scipy.spatial.cKDTree(dots.uv).query(discs.uv)[0] < reach
+    true = scipy.spatial.cKDTree(discs.uv).query(dots.uv)[0] < reach
     return bool(found.mean() >= _ALL and true.mean() >= _ALL)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .appearance import CHANNELS, select_channel
 from ...common.dots import Dots
@@ -84,7 +84,7 @@ def _strong(found: Peaks) -> np.ndarray:
     """(N,) bool: amplitude near that of the neighbours, and correlation near the typical one."""
     if len(found) < 2:
         return np.ones(len(found), bool)
-    near = cKDTree(found.uv).query(found.uv, min(_NEIGHBOURS + 1, len(found)))[1]
+    near = scipy.spatial.cKDTree(found.uv).query(found.uv, min(_NEIGHBOURS + 1, len(found)))[1]
     strong = found.amplitude > _FAINT * np.median(found.amplitude[near], axis=1)
     return strong & (found.correlation > _UNLIKE * np.median(found.correlation[strong]))
 
@@ -92,7 +92,7 @@ def _strong(found: Peaks) -> np.ndarray:
 def _single(uv: np.ndarray, score: np.ndarray, apart: float) -> np.ndarray:
     """(N,) bool: without the lower score (N,) of any two positions uv (N, 2) px closer than apart, px."""
     kept = np.ones(len(uv), bool)
-    for a, b in cKDTree(uv).query_pairs(apart, output_type='ndarray'):
+    for a, b in scipy.spatial.cKDTree(uv).query_pairs(apart, output_type='ndarray'):
         if kept[a] and kept[b]:
             kept[a if score[a] < score[b] else b] = False
     return kept

@@ -8,7 +8,7 @@ one. A prediction far from a whole number, or with a high leverage, is rejected.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 _NEAREST = 8  # indexed dots in a fit. Chosen
 _REACH = 2.9  # pitches, dots further away are excluded. Chosen
@@ -49,7 +49,7 @@ def _wave(uv, rc, member, pitch, leverage) -> bool:
 
 def _said(uv, known_uv, known_rc, pitch, leverage, skip=0):
     """Predicted indices (L, 2) at uv (L, 2) px, from fits to the nearest known dots after the first `skip`; and (L,) bool, reliable."""
-    distance, near = cKDTree(known_uv).query(uv, _NEAREST + skip)
+    distance, near = scipy.spatial.cKDTree(known_uv).query(uv, _NEAREST + skip)
     distance, near = distance[:, skip:], near[:, skip:]
     weight = (distance < _REACH * pitch)[:, :, None].astype(float)
     basis = np.concatenate([weight, (known_uv[near] - uv[:, None]) / pitch * weight], axis=2)

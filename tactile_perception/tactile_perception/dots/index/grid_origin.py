@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 OUTER_SHARE = 0.2  # of the printed length, least number of dots of an outer row; fewer are false dots. Chosen
 CLIPPED_SHARE = 0.75  # of the median row, most dots of an outer row that may be dropped where too many rows are seen. Chosen
@@ -82,7 +82,7 @@ def _vote_of_last_frame(rc, uv, pitch, previous) -> _Vote | None:
     """The offset at which most dots continue those of the last frame, or None."""
     if previous is None or not len(previous[0]):
         return None
-    distance, nearest = cKDTree(previous[0]).query(uv, distance_upper_bound=NEAR * pitch)
+    distance, nearest = scipy.spatial.cKDTree(previous[0]).query(uv, distance_upper_bound=NEAR * pitch)
     near = np.isfinite(distance)
     enough = STAYED_SHARE * min(len(uv), len(previous[0]))
     if near.sum() < enough:

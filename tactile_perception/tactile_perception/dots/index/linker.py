@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial import cKDTree
+import scipy
 
 from tactile_perception.errors import BadArgument
 
@@ -116,14 +115,14 @@ def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarra
     none = np.zeros(0, np.int64)
     if not len(places) or not len(dots) or not gate > 0:
         return none, none
-    near = cKDTree(places).sparse_distance_matrix(cKDTree(dots), gate, output_type='coo_matrix')
+    near = scipy.spatial.cKDTree(places).sparse_distance_matrix(scipy.spatial.cKDTree(dots), gate, output_type='coo_matrix')
     row, column = near.row.astype(np.int64), near.col.astype(np.int64)
     plain = (np.bincount(row, minlength=len(places))[row] == 1) & (np.bincount(column, minlength=len(dots))[column] == 1)
     hard_row, r = np.unique(row[~plain], return_inverse=True)
     hard_column, c = np.unique(column[~plain], return_inverse=True)
     cost = np.full((len(hard_row), len(hard_column)), gate**2)
     cost[r, c] = near.data[~plain] ** 2
-    a, b = linear_sum_assignment(cost)
+    a, b = scipy.optimize.linear_sum_assignment(cost)
     linked = cost[a, b] < gate**2
     return np.r_[row[plain], hard_row[a[linked]]], np.r_[column[plain], hard_column[b[linked]]]
 
@@ -132,4 +131,4 @@ def _spacing(uv: np.ndarray) -> float:
     """Median distance, px, to the nearest other dot; 0 for fewer than two."""
     if len(uv) < 2:
         return 0.0
-    return float(np.median(cKDTree(uv).query(uv, 2)[0][:, 1]))
+    return float(np.median(scipy.spatial.cKDTree(uv).query(uv, 2)[0][:, 1]))

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from tactile_perception.dots.index.grid import GridNumbers, Numbered, number_grid
 from tactile_perception.dots.index.linker import FARTHEST, Linker
@@ -37,7 +37,7 @@ def nearest(uv: np.ndarray, rows: int, columns: int, previous: Numbered | None =
     """Nearest neighbour in the last frame, one to one, as a baseline; the first frame by number_grid."""
     if previous is None or not len(previous.id) or not len(uv):
         return number_grid(uv, rows, columns, None, image_size)
-    distance, dot = cKDTree(previous.uv).query(uv)
+    distance, dot = scipy.spatial.cKDTree(previous.uv).query(uv)
     order = np.argsort(-distance)
     closest = np.full(len(previous.id), -1)
     closest[dot[order]] = order  # written in order of falling distance: the nearest remains

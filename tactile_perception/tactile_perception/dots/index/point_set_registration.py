@@ -5,8 +5,7 @@ registration: coherent point drift, 2010: Gaussian mixture, smooth displacement)
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError, cKDTree
-from scipy.spatial.distance import cdist
+import scipy
 
 from tactile_perception.dots.index.linker import FARTHEST, assign
 from tactile_perception.errors import BadArgument, BadFrame
@@ -35,14 +34,14 @@ class Pattern:
         if len(uv) > MOST:
             raise BadArgument(f'a pattern of {len(uv)} dots is too large to register, the most is {MOST}; give rows and columns of a grid')
         self.uv = uv
-        distance = cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
+        distance = scipy.spatial.cKDTree(uv).query(uv, min(NEIGHBOURS, len(uv) - 1) + 1)
         self.spacing = np.mean(distance[0][:, 1:4], axis=1)
         self._near = distance[1][:, 1:]
         self._unit = float(np.median(self.spacing))
         self._middle = uv.mean(axis=0)
         try:
-            self._triangles = _stout(Delaunay(uv).simplices, uv)
-        except QhullError as error:
+            self._triangles = _stout(scipy.spatial.Delaunay(uv).simplices, uv)
+        except scipy.spatial.QhullError as error:
             raise BadArgument('the positions of a pattern are collinear') from error
         self._basis, self._cost = self._modes()
 
@@ -85,7 +84,7 @@ class Pattern:
 
     def _step(self, start, warped, uv, width):
         """Positions (K, 2) px after one step of expectation and maximisation."""
-        near = cdist(warped, uv, 'sqeuclidean')
+        near = scipy.spatial.distance.cdist(warped, uv, 'sqeuclidean')
         near *= -0.5 / width**2
         np.exp(near, out=near)
         share = near / (near.sum(axis=0) + OUTLIERS * 2 * np.pi * (width / self._unit)**2)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 SEARCH = 0.5  # pitches around a predicted position. Chosen: the paper gives no value; wider ones overlap
 
@@ -17,7 +17,7 @@ def number_by_paper(uv: np.ndarray, shape: tuple[int, int], image_size: tuple[in
     """
     if len(uv) < 4:
         return np.full(len(uv), -1), f'only {len(uv)} dots found'
-    tree = cKDTree(uv)
+    tree = scipy.spatial.cKDTree(uv)
     pitch = float(np.median(tree.query(uv, 2)[0][:, 1]))
     centre = (np.asarray(image_size) - 1) / 2
     row = _propagate_line(tree, centre - [pitch * (shape[1] - 1) / 2, 0], np.array([pitch, 0]), shape[1])
@@ -28,7 +28,7 @@ def number_by_paper(uv: np.ndarray, shape: tuple[int, int], image_size: tuple[in
     return _propagate_grid(tree, crossing[0], shape, pitch), ''
 
 
-def _propagate_line(tree: cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
+def _propagate_line(tree: scipy.spatial.cKDTree, start: np.ndarray, step: np.ndarray, count: int) -> list[int]:
     """Step 3, eqs 17 and 18: dots in sequence, each predicted by the last two; stops where there is none."""
     dots = [int(tree.query(start)[1])]
     reach = SEARCH * np.linalg.norm(step)
@@ -41,7 +41,7 @@ def _propagate_line(tree: cKDTree, start: np.ndarray, step: np.ndarray, count: i
     return dots
 
 
-def _propagate_grid(tree: cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
+def _propagate_grid(tree: scipy.spatial.cKDTree, middle: int, shape: tuple[int, int], pitch: float) -> np.ndarray:
     """Step 5: outwards from the central dot, each dot predicted by two or three indexed ones."""
     start = (shape[0] // 2, shape[1] // 2)
     places = {start: tree.data[middle]}

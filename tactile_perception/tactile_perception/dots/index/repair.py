@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 BENDS = 3.0  # largest second difference at completed nodes over the largest within NEAR rows and columns. Chosen
 NEAR = 3  # rows and columns
@@ -26,7 +26,7 @@ def complete_grid(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.
     bends = _bends(shape)
     places[missing] = _least_bent(places, bends, missing)
     first = places[missing]
-    dot = linear_sum_assignment(((first[:, None] - uv[loose])**2).sum(axis=2))[1]
+    dot = scipy.optimize.linear_sum_assignment(((first[:, None] - uv[loose])**2).sum(axis=2))[1]
     dot = _exchange(places, bends, missing, uv[loose], dot)
     places[missing] = uv[loose[dot]]
     if _is_folded(places.reshape(*shape, 2)) or _bends_more(places, bends, missing, shape[1]):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 FEWEST = 30  # dots. Chosen
 NEIGHBOURS = 4
@@ -44,7 +44,7 @@ class CalibratedRest:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
-        distance, near = cKDTree(rest).query(rest, NEIGHBOURS + 1)
+        distance, near = scipy.spatial.cKDTree(rest).query(rest, NEIGHBOURS + 1)
         left = _affine_residual(rest, off)
         together, square = np.mean(left * np.mean(left[near[:, 1:]], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from .absorption import WaterModel
 from .colour import POINTS, RING, RING_PIXELS, background_ratios, check_image, log_ratios, pitch_px, ring_share
@@ -112,7 +112,7 @@ def fit(colours: Colours, camera: CameraModel, prior: OpticsPrior) -> tuple[np.n
     misfit = _Misfit(colours, camera, prior)
     start = _start(colours, misfit)
     scale = np.concatenate([[1, 1], np.abs(start[2:4]) + 1, misfit.sd])
-    result = least_squares(misfit.residuals, start, misfit.jacobian, x_scale=scale, max_nfev=60, ftol=_ENOUGH)
+    result = scipy.optimize.least_squares(misfit.residuals, start, misfit.jacobian, x_scale=scale, max_nfev=60, ftol=_ENOUGH)
     noise = float(np.sqrt(np.mean(result.fun[:-4] ** 2)))
     return result.x, np.linalg.pinv(result.jac.T @ result.jac), noise
 
