@@ -14,21 +14,35 @@ from ..common.statistics import SIGMA_PER_MAD
 from .array import SoftPad, TaxelArray
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .shear import BORDER_LEAD, SurfaceShear
+from .traction_watch import TractionWatch
 
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels of motion and of growth after which a new keyframe is taken. Chosen: below one taxel
 _LOAD_WINDOW_S = 0.06  # s, over which changes of the load are judged. Chosen: 12 frames at 200 Hz
 _WINDOW_S = 0.2  # s, longest stretch for a velocity. Chosen: a turn of 0.01 rad/s is told from noise
 _FEW = 40  # taxels up to which a contact is followed by its pressure's centroid, for want of edges. Chosen
 _FEWEST = 4  # frames that are kept at least. Chosen: two more than a line needs
+# Friction of an object that slides: part of the present traction over pressure, which is uneven, and the least such. Chosen.
+_LOOSENED, _SMOOTHEST = 0.8, 0.08
+# Parts of the friction that the pad is said to have: traction over pressure before a motion, and when the object slides, up to which it is
+# smoother. Chosen: a traction that is released, and the rim that slips first, look alike.
+_LOOSE, _SMOOTH = 0.25, 0.6
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
 _BOUND = 2.5  # standard deviations: see steady_motion. Chosen
-_EVIDENT_SIGMAS = 4.0  # standard deviations of a velocity, from which the object moves. Chosen
+_EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
 _LEAST_NOISE = 2e-3  # taxels, of a place, at least. Chosen: what registration leaves of the phase between object and taxels
 _EVIDENT = 0.4  # taxels a frame, from which a centroid's shift is motion even if the load rises a little. Chosen
 _LOAD_CHANGE = 0.2  # relative change of the load over the window, from which changes of the image are attributed to it. Chosen
 _SLIDES = 0.1  # part of the object's motion by which the pad's surface lags where it slips. Chosen: coupled neighbours creep a little
 # Growth of the contact, taxels and parts of its shift, from which the image is attributed to a change of load. Chosen.
 _LOADED, _LOADING = 0.08, 1.5
+
+
+@dataclass(frozen=True)
+class SeenPressure:
+    """pressure: (rows, columns) as the taxels see it; sigma: its noise."""
+
+    pressure: np.ndarray
+    sigma: float
 
 
 @dataclass(frozen=True)
@@ -51,12 +65,14 @@ class ImprintTracker:
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._array, self._pad = array, pad
         self.shear = SurfaceShear(array, pad)
+        self._watch = TractionWatch(array, pad)
         self._middle = 0.5 * np.array([array.columns - 1, array.rows - 1])
         self.reset()
 
     def reset(self) -> None:
         """Forget; nothing touches."""
         self.shear.reset()
+        self._watch.reset()
         self._key: Keyframe | KeyCentroid | None = None
         self._seen: KeyframeMotion | None = None  # in the last frame
         self._expected: np.ndarray | None = None  # predicted fit of the next frame
@@ -66,44 +82,51 @@ class ImprintTracker:
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
-        self._slip_fraction = 0.0
+        self._slip_fraction = self._pulled_at_rest = 0.0
+        self._moves = False
         self._along = np.zeros(3)
 
     def traction_pressure(self) -> np.ndarray | None:
         """(rows, columns) Pa, the part of the next frame's pressure that traction causes; None without traction."""
         return self.shear.traction_pressure()
 
-    def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float) -> ImprintMotion:
-        """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty."""
+    def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float,
+                seen: SeenPressure | None = None) -> ImprintMotion:
+        """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty; seen: the
+        pressure with the part that traction causes, without which sudden slip of a smooth object is told late."""
         inside = pressure[touched]
         load, count = float(inside.sum()), len(inside)
         now = (pressure, touched) if count <= _FEW else (score,)
         kind = Keyframe if len(now) == 1 else KeyCentroid
         if not isinstance(self._key, kind):
             self._rekey(kind, now)
-        seen = self._key.motion(score, self._expected) if kind is Keyframe else self._key.motion(*now)
-        if seen is None:
+        found = self._key.motion(score, self._expected) if kind is Keyframe else self._key.motion(*now)
+        if found is None:
             self._rekey(kind, now)
             self._past.clear()
+            self._moves = False
             return self._unknown()
-        if self._is_load_change(seen, kind, load, stamp_s):
+        same_load = not self._is_load_change(found, kind, load, stamp_s)
+        if not same_load:
             self._rekey(kind, now)
-            seen = replace(seen, fit=np.zeros(4), turn=0 * seen.turn)
-        step = self._step(seen, load / count)
+            found = replace(found, fit=np.zeros(4), turn=0 * found.turn)
+        step = self._step(found, load / count)
         about = (self._key.middle - self._middle) * self._array.pitch
         at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
-        self._expected = seen.fit if self._seen is None else 1.5 * seen.fit - 0.5 * self._seen.fit
-        self._seen = seen
+        self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
+        self._seen = found
         smooth, velocity, moves, steady = self._followed(np.array([*at_origin, step[2]]), stamp_s)
+        if seen is not None:
+            self._watch_friction(seen, touched, velocity if moves else None, same_load, load)
         slip = self.shear.move(touched, pressure, smooth[:2], smooth[2])
         self._lags.append((slip, smooth))
         slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
-        if seen.largest > _KEY_MOVED or abs(seen.growth) > _KEY_GREW:
+        if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
             self._rekey(kind, now)
         linear, turn = velocity[:2], float(velocity[2])
-        self._along = self._direction(linear, turn, seen) if moves else np.zeros(3)
+        self._along = self._direction(linear, turn, found) if moves else np.zeros(3)
         self._slip_fraction = np.count_nonzero(slipping) / count
-        turns = not np.isnan(seen.turn)
+        turns = not np.isnan(found.turn)
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
 
     def _is_load_change(self, seen: KeyframeMotion, kind: type, load: float, stamp_s: float) -> bool:
@@ -138,8 +161,8 @@ class ImprintTracker:
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
         velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
-        moves = used > 1 and math.sqrt(speed @ speed) > _EVIDENT_SIGMAS * sigma
-        return smooth - last, velocity if used > 1 else np.full(3, np.nan), moves, used - 1
+        self._moves = used > 1 and math.sqrt(speed @ speed) > (_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma
+        return smooth - last, velocity if used > 1 else np.full(3, np.nan), self._moves, used - 1
 
     def _noise(self, places: np.ndarray) -> float:
         """m, standard deviation of places (N, 3), by their second differences, in which steady motion has no part."""
@@ -147,6 +170,16 @@ class ImprintTracker:
         moved = np.abs(bend[:, :2])
         found = SIGMA_PER_MAD / math.sqrt(6) * float(np.median(moved)) if len(moved) else 0.0
         return max(found, _LEAST_NOISE * self._array.pitch)
+
+    def _watch_friction(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> None:
+        """Take the present traction for that of friction if the object, which moves by velocity (3,), slides; load: sum of pressure."""
+        pulled = float(np.hypot(*self.shear.force)) / max(load * self._array.taxel_area, 1e-12)
+        if velocity is None or not same_load:
+            self._pulled_at_rest = pulled
+            self._watch.rest(seen.pressure, same_load)
+        elif self._watch.slides(seen.pressure, touched, seen.sigma, velocity[:2]) and self._pulled_at_rest < _LOOSE * self._pad.friction:
+            if _SMOOTHEST < pulled < _SMOOTH * self._pad.friction:
+                self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
 
     def _lagging(self, steady: int) -> np.ndarray:
         """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""

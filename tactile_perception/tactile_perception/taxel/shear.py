@@ -16,7 +16,7 @@ from .array import SoftPad, TaxelArray
 # Pressure under a bonded elastic layer by traction on it, relative to a thin layer (thickness times divergence of traction), as a function
 # of wave number times thickness. Derived from linear elasticity for Poisson ratios of 0.3 to 0.49, which hardly matter, and fitted within
 # 0.03 by two Gaussians: share, width over thickness.
-_SPREADS = ((0.47, 0.62), (0.53, 1.85))
+SPREADS = ((0.47, 0.62), (0.53, 1.85))
 
 # Attenuation of a pressure wave by the pad: this times (wave number times thickness) squared. Derived by the same theory.
 FLATTENED = 0.15
@@ -34,7 +34,7 @@ class SurfaceShear:
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._array, self._pad = array, pad
         thickness = pad.thickness / array.pitch
-        self._spreads = np.array([(share, width * thickness) for share, width in _SPREADS])
+        self._spreads = np.array([(share, width * thickness) for share, width in SPREADS])
         self._rule = {'pitch': array.pitch, 'thickness': thickness, 'coupling': _COUPLED * thickness**2,
                       'on_top': 2 * FLATTENED / _SHARPENED**2, 'sharp': _SHARPENED * thickness}
         self.reset()

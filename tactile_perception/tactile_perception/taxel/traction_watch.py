@@ -1,0 +1,97 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Sudden slip of an object that is smoother than expected, from the pressure that its traction causes.
+
+While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over some
+two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is told as one
+before the motion, shifted, turned, grown, of another load, and with some traction; that it falls while the object moves on tells the slip.
+"""
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from .array import SoftPad, TaxelArray
+from .shear import SPREADS
+
+_MEAN = 10  # frames at rest that are averaged for the picture before the motion. Chosen
+_FEWEST = 5  # of them, without which nothing is told. Chosen
+_STRAIGHT = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls. Chosen
+_FARTHEST = 0.5  # taxels from that picture, from which a new one is taken: slopes hold for parts of a taxel. Chosen
+# Traction over pressure that is missing where an object slides: at least, and in standard deviations of the noise. Chosen.
+_MISSING, _SIGMAS = 0.05, 5.0
+_WENT = 0.03  # thicknesses, up to which a motion was none but noise. Chosen
+
+
+class TractionWatch:
+    """Watches the traction of a moving contact."""
+
+    def __init__(self, array: TaxelArray, pad: SoftPad):
+        self._thickness = pad.thickness / array.pitch
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget; the next picture is the one before a motion."""
+        self._before: np.ndarray | None = None
+        self._frames = 0
+        self._fit: np.ndarray | None = None
+        self._went = 0.0
+
+    def rest(self, pressure: np.ndarray, same_load: bool) -> None:
+        """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
+        if self._before is None or not same_load or self._went > _WENT:
+            self.reset()
+            self._before = pressure.copy()
+        self._fit = None
+        self._frames = min(self._frames + 1, _MEAN)
+        self._before += (pressure - self._before) / np.float32(self._frames)
+
+    def slides(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray) -> bool:
+        """Whether the traction of an object that moves in a direction (2,) has ceased to grow.
+
+        pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure.
+        """
+        if self._before is None:
+            self.rest(pressure, True)
+        if self._fit is None:
+            self._begin(touched)
+        found = self._fit @ (pressure - self._before).ravel()
+        shift, traction = found[:2], found[2:]
+        size = float(np.hypot(*direction))
+        if size == 0 or not np.isfinite(found).all():
+            return False
+        along = direction / size
+        if self._along is None and np.hypot(*shift) > _WENT * self._thickness:
+            self._along = along
+        self._straight = self._straight and (self._along is None or along @ self._along > _STRAIGHT)
+        now, way = float(traction @ along), float(shift @ along) / self._thickness
+        if now > self._most:
+            self._most, self._from = now, way
+        self._went = max(self._went, way)
+        slides = self._straight and way > self._from and self._most - now > max(_MISSING, _SIGMAS * self._noise * sigma)
+        if np.hypot(*shift) > _FARTHEST:
+            self.reset()
+            self.rest(pressure, True)
+        return slides
+
+    def _begin(self, touched: np.ndarray) -> None:
+        """Least squares by the picture before the motion: its slopes, turn, growth, load, and the pressure of an even traction."""
+        before = self._before
+        smooth = cv2.GaussianBlur(before, (0, 0), 0.5)
+        down, across = np.gradient(smooth)
+        y, x = np.nonzero(touched)
+        y, x = np.arange(before.shape[0])[:, None] - y.mean(), np.arange(before.shape[1]) - x.mean()
+        level = float(before[touched].mean())
+        even = cv2.GaussianBlur(touched.astype(np.float32) * np.float32(level), (0, 0), 0.5)
+        caused = [self._caused(np.gradient(even, axis=axis)) for axis in (1, 0)]
+        columns = np.stack([-across, -down, *caused, y * across - x * down, np.hypot(across, down), before], axis=-1)
+        columns = columns.reshape(-1, columns.shape[-1]).astype(float)
+        self._fit = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)[:4] @ columns.T
+        self._noise = float(np.sqrt((self._fit[2:]**2).sum(axis=1).max() * (1 + 1 / self._frames)))
+        self._along, self._most, self._from, self._went = None, -np.inf, 0.0, 0.0
+        self._straight = self._frames >= _FEWEST
+
+    def _caused(self, slope: np.ndarray) -> np.ndarray:
+        """(rows, columns) pressure by the convergence of a traction that falls by slope (rows, columns) per taxel."""
+        return sum(cv2.GaussianBlur(slope * np.float32(-share * self._thickness), (0, 0), width * self._thickness,
+                                    borderType=cv2.BORDER_CONSTANT) for share, width in SPREADS)
