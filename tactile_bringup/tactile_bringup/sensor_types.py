@@ -77,7 +77,7 @@ SENSOR_TYPES = {
         shown=('markers',), namespaces=('finger', 'points', 'normals', 'covariances', 'trail'), own_frame='tip',
         uncalibrated='positions are those of a nominal finger, force and depth are unknown; record presses at known positions'),
     'taxel_array': SensorType(
-        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', shown=('image_raw', 'markers', 'points'), own_frame='taxels',
+        'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', own_frame='taxels',
         namespaces=('cells', 'outlines', 'holes', 'axes', 'normals', 'flow', 'slip', 'slip_center', 'force', 'torque'),
         uncalibrated='regions, motion and slip are reported, pressure and force are unknown; record known weights'),
 }

@@ -11,7 +11,6 @@ import json
 import sys
 import time
 from collections import defaultdict
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -20,8 +19,9 @@ import numpy as np
 from tactile_perception.evaluation.scores import macro_f1
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
-from tactile_perception.taxel.response import Response, fit_gains, fit_response
+from tactile_perception.taxel.response import Response, fit_gains
 from tactile_perception.taxel.wrench import GraspedObject, transform_wrench
+from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response
 
 CALIBRATION = ('tac_cal_zero', 'tac_cal_flat')
 STATES = ('none', 'incipient', 'gross')
@@ -39,11 +39,11 @@ def calibrate(folder: Path, array: TaxelArray) -> Response:
     """The response by the even loads of the calibration recordings."""
     zero = read(folder / CALIBRATION[0])[1]['frames'].mean(axis=0, dtype=float)
     known = read(folder / CALIBRATION[1])[1]
-    loaded = known['applied_kPa'] > 0
-    changes = known['frames'][loaded] - zero
+    loaded = np.flatnonzero(known['applied_kPa'] > 0)
+    changes = (known['frames'][loaded] - zero).astype(np.float32)
     forces = 1e3 * known['applied_kPa'][loaded] * array.taxel_area * array.rows * array.columns
-    gain = fit_gains(changes)
-    return replace(fit_response(changes, forces, array.taxel_area, gain)[0], zero=zero.astype(np.float32))
+    loads = Loads(changes, forces, zero, [], [''] * len(loaded), known['t'][loaded], np.zeros(len(loaded), int), np.arange(len(loaded)))
+    return calibrated_response(loads, array, fit_gains(changes))
 
 
 def sensor(meta: dict) -> tuple[TaxelArray, SoftPad]:

@@ -56,7 +56,7 @@ def test_the_example_has_a_panel_for_each_picture():
     hand = read_hand(pathlib.Path(__file__).parents[2] / 'hands' / 'example_hand.yaml')
     page = yaml.safe_load(rviz_configuration(hand))
     names = [d['Name'] for d in page['Visualization Manager']['Displays'] if d['Class'].endswith('/Image')]
-    assert names == ['thumb: annotated', 'index: annotated', 'palm: annotated']
+    assert names == ['thumb: annotated', 'index: annotated', 'little: annotated', 'palm: annotated']
     state = bytes.fromhex(page['Window Geometry']['QMainWindow State'])
     assert all(name.encode('utf-16-be') in state for name in names)
 

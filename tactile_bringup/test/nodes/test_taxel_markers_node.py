@@ -34,3 +34,19 @@ def test_markers_of_one_instant_for_somebody_and_the_array_for_all(bench):
         publishers[topic].publish(kind(header=header))
     assert until(lambda: drawn)
     assert drawn[0].markers[0].ns == 'cells' and drawn[0].markers[0].header.stamp.sec == 7
+
+
+def test_the_annotated_image_is_drawn_for_those_who_look(bench):
+    other, until = bench(TaxelMarkersNode)
+    publishers = {topic: other.create_publisher(kind, topic, 10) for topic, kind in {'image_raw': Image, **RESULTS}.items()}
+    drawn = []
+    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
+    assert until(lambda: all(publisher.get_subscription_count() for publisher in publishers.values()))
+    header = header_of(7 * 10**9, 'taxel_array')
+    values = np.zeros((44, 44), np.uint8)
+    values[10:20, 10:20] = 100
+    publishers['image_raw'].publish(image_to_message(Frame(values, 0, 'mono8'), '', header))
+    for topic, kind in RESULTS.items():
+        publishers[topic].publish(kind(header=header))
+    assert until(lambda: drawn)
+    assert drawn[0].encoding == 'bgr8' and drawn[0].width >= 600 and drawn[0].header.stamp.sec == 7

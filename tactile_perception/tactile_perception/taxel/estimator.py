@@ -17,7 +17,7 @@ from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
 from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
-from .hysteresis import Hysteresis
+from .hysteresis import NOISE_GAIN, Hysteresis
 from .imprint import ImprintMotion, ImprintTracker, SeenPressure
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
@@ -172,7 +172,8 @@ class TaxelEstimator:
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
         pressure = self._hysteresis.undone(response.pressure(repaired), interval)
-        regions, surface = self._method.regions(pressure, sigma * response.slope(_NOISE_AT * sigma))
+        noise = sigma * response.slope(_NOISE_AT * sigma) * (NOISE_GAIN if response.hysteresis else 1.0)
+        regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)
         tracked = self._tracker.assign(regions)

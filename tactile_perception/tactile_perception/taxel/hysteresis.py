@@ -13,6 +13,7 @@ import numpy as np
 _WIDTHS, _RELAXATIONS = np.linspace(0, 0.1, 41), np.geomspace(0.05, 10, 17)  # of the largest load; s: tried in the fit. Chosen
 _BETTER = 0.7  # of the residuals without a loop, below which those with one must be. Chosen: noise alone gains a few percent
 _RESTED_S = 1e6  # s, before the first load
+NOISE_GAIN = 1.3  # noise of the loads over that of what is shown. Derived: the hidden part repeats the noise, blurred by a taxel
 _SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours tell together whether their load rises or falls. Chosen
 
 

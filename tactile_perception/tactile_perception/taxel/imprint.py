@@ -18,9 +18,10 @@ from .traction_watch import TractionWatch
 
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels of motion and of growth after which a new keyframe is taken. Chosen: below one taxel
 _LOAD_WINDOW_S = 0.06  # s, over which changes of the load are judged. Chosen: 12 frames at 200 Hz
-_WINDOW_S = 0.2  # s, longest stretch for a velocity. Chosen: a turn of 0.01 rad/s is told from noise
+_VELOCITY_S = 0.06  # s, over which the velocity that is reported is averaged. Chosen: 12 frames at 200 Hz
+_WINDOW_S = 0.2  # s, longest stretch by which a motion is followed. Chosen: a turn of 0.01 rad/s is told from noise
 _FEW = 40  # taxels up to which a contact is followed by its pressure's centroid, for want of edges. Chosen
-_FEWEST = 4  # frames that are kept at least. Chosen: two more than a line needs
+_FEWEST = 4  # frames for a velocity that is reported. Chosen: two more than a line needs
 # Friction of an object that slides: part of the present traction over pressure, which is uneven, and the least such. Chosen.
 _LOOSENED, _SMOOTHEST = 0.8, 0.08
 # Parts of the friction that the pad is said to have: traction over pressure before a motion, and when the object slides, up to which it is
@@ -29,6 +30,7 @@ _LOOSE, _SMOOTH = 0.25, 0.6
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
 _BOUND = 2.5  # standard deviations: see steady_motion. Chosen
 _EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
+_CREEP = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax. Chosen
 _LEAST_NOISE = 2e-3  # taxels, of a place, at least. Chosen: what registration leaves of the phase between object and taxels
 _EVIDENT = 0.4  # taxels a frame, from which a centroid's shift is motion even if the load rises a little. Chosen
 _LOAD_CHANGE = 0.2  # relative change of the load over the window, from which changes of the image are attributed to it. Chosen
@@ -123,8 +125,8 @@ class ImprintTracker:
         slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
         if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
             self._rekey(kind, now)
-        linear, turn = velocity[:2], float(velocity[2])
-        self._along = self._direction(linear, turn, found) if moves else np.zeros(3)
+        self._along = self._direction(velocity[:2], float(velocity[2]), found) if moves else np.zeros(3)
+        linear, turn = self._velocity()
         self._slip_fraction = np.count_nonzero(slipping) / count
         turns = not np.isnan(found.turn)
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
@@ -161,7 +163,8 @@ class ImprintTracker:
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
         velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
-        self._moves = used > 1 and math.sqrt(speed @ speed) > (_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma
+        evident = (_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma
+        self._moves = used > 1 and math.sqrt(speed @ speed) > max(evident, _CREEP * self._array.pitch)
         return smooth - last, velocity if used > 1 else np.full(3, np.nan), self._moves, used - 1
 
     def _noise(self, places: np.ndarray) -> float:
@@ -213,3 +216,15 @@ class ImprintTracker:
 
     def _rekey(self, kind: type, now: tuple) -> None:
         self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
+
+    def _velocity(self) -> tuple[np.ndarray, float]:
+        """Velocity (2,) m/s at the origin and rad/s that is reported: by a line through the last _VELOCITY_S, NaN with fewer than _FEWEST."""
+        first = self._past[-1][0] - _VELOCITY_S * (1 + 1e-6)
+        recent = np.array([one for one in self._past if one[0] >= first])
+        if len(recent) < _FEWEST:
+            recent = np.array(self._past)[-_FEWEST:]
+        if len(recent) < _FEWEST:
+            return np.full(2, np.nan), np.nan
+        off = recent[:, 0] - recent[:, 0].mean()
+        x, y, turn = (off @ recent[:, 1:] / (off @ off)).tolist()
+        return np.array([x, y]), turn

@@ -17,9 +17,10 @@ from .._core import taxel_edges, taxel_register
 _EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge. Chosen
 _FEWEST, _MOST = 6, 250  # edge taxels: needed (4 unknowns), and used at most (bounds the time). Chosen
 _MIN_SIGMA = 0.015  # least standard deviation of the score's residuals. Chosen
-# Least information on a shift, relative to the best direction, and on a rotation: a face of 3 : 2 has 0.06, a ring has only that of its
-# roughness, which is larger where edges are few (plus _ROUGHNESS over their number).
-_MIN_SHIFT_INFORMATION, _MIN_TURN_INFORMATION, _ROUGHNESS = 0.02, 0.035, 3.0
+# Least information on a shift, relative to the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. And
+# on a rotation: a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus _ROUGHNESS over
+# their number).
+_MIN_SHIFT_INFORMATION, _MIN_TURN_INFORMATION, _ROUGHNESS = 0.08, 0.035, 3.0
 _LARGE = 20  # taxels, from which two at the array's border are ignored, else one. Chosen
 _CENTROID_SIGMA = 0.3  # taxels, standard deviation of the centroid of a contact of few taxels: pressure shifts without motion. Chosen
 _FAR = 5.0  # taxels, largest motion since a keyframe. Chosen: farther the fit does not converge

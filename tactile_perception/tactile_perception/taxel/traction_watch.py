@@ -14,6 +14,7 @@ import numpy as np
 from .array import SoftPad, TaxelArray
 from .shear import SPREADS
 
+_SMALLEST = 4  # rows and columns, from which slopes are told. Chosen
 _MEAN = 10  # frames at rest that are averaged for the picture before the motion. Chosen
 _FEWEST = 5  # of them, without which nothing is told. Chosen
 _STRAIGHT = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls. Chosen
@@ -51,6 +52,8 @@ class TractionWatch:
 
         pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure.
         """
+        if min(pressure.shape) < _SMALLEST:
+            return False
         if self._before is None:
             self.rest(pressure, True)
         if self._fit is None:
@@ -68,7 +71,8 @@ class TractionWatch:
         if now > self._most:
             self._most, self._from = now, way
         self._went = max(self._went, way)
-        slides = self._straight and way > self._from and self._most - now > max(_MISSING, _SIGMAS * self._noise * sigma)
+        least = max(_MISSING, _SIGMAS * self._noise * sigma)
+        slides = self._straight and way > self._from and self._most > least and self._most - now > least
         if np.hypot(*shift) > _FARTHEST:
             self.reset()
             self.rest(pressure, True)

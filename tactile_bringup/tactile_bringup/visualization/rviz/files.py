@@ -49,9 +49,8 @@ def _pictures(sensor_type: str) -> list[dict]:
     kind, raw = SENSOR_TYPES[sensor_type], f'/{sensor_type}/image_raw'
     if 'image_raw' not in kind.shown:
         return []
-    if not kind.annotated:
-        return [page.image('Taxels', raw, 'Best Effort', normalize=True)]
-    return [page.image('Annotated image', f'/{sensor_type}/image_annotated'), page.image('Raw image', raw, 'Best Effort')]
+    taxels = kind.own_frame == 'taxels'  # their values fill only a part of the grey levels
+    return [page.image('Annotated image', f'/{sensor_type}/image_annotated'), page.image('Raw image', raw, 'Best Effort', normalize=taxels)]
 
 
 def rviz_files() -> dict[str, str]:

@@ -32,6 +32,7 @@ FACES: dict[str, Face] = {
     'l': _flat(lambda x, y: _box(x + 0.006, y, 0.008, 0.024) | _box(x, y + 0.008, 0.020, 0.008)),
     'edge': _flat(lambda x, y: (x >= 0) & (np.abs(x) < 0.1) & (np.abs(y) < 0.1)),
     'sphere': lambda x, y: np.where(np.hypot(x, y) < 0.03, 0.03 - np.sqrt(np.maximum(0.03**2 - x * x - y * y, 0)), np.inf),
+    'roller': lambda x, y: np.where((np.abs(y) < 0.008) & (np.abs(x) < 0.02), x * x / 0.06, np.inf),
     'two_fingers': _flat(lambda x, y: (np.hypot(x - 0.009, y) <= 0.006) | (np.hypot(x + 0.009, y) <= 0.006)),
 }
 
@@ -62,6 +63,24 @@ class PadSpecimen:
 
 
 @dataclass(frozen=True)
+class InkSpecimen:
+    """counts_per_pascal: mean gain; uneven: standard deviation of the taxels' gains; offset: mean untouched counts; noise: standard
+    deviation, counts; slack: Pa, largest hysteresis; creep: s, in which it is lost; bits: of the converter."""
+
+    counts_per_pascal: float = 1 / 500
+    uneven: float = 0.05
+    offset: float = 1.8
+    noise: float = 0.6
+    slack: float = 900.0
+    creep: float = 0.8
+    bits: int = 8
+
+
+#: Another sensor: stiffer pad, rougher, of noisier ink with wider hysteresis.
+DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkSpecimen(1 / 420, 0.09, 3.0, 0.9, 2200.0, 0.5))
+
+
+@dataclass(frozen=True)
 class PadState:
     """State of the M threads. pressure: (M,) Pa; tilt: (M, 2) m, tangential displacement of the heads; touched, slipping: (M,) bool."""
 
@@ -83,14 +102,15 @@ class ThreadPad:
         self.cell = step**2
         self._met = np.full(self.places.shape, np.nan)  # point of the object that a head sticks to, in the object frame
 
-    def move(self, face: Face, pose: np.ndarray, depth: float) -> PadState:
-        """Move the object with that face to pose (x, y: m, turn: rad), its contact point depth, m, below the resting surface."""
+    def move(self, face: Face, pose: np.ndarray, depth: float, tilt: np.ndarray = np.zeros(2)) -> PadState:
+        """Move the object with that face to pose (x, y: m, turn: rad), its contact point depth, m, below the resting surface; tilt: (2,)
+        slopes of the object along x and y, about its contact point."""
         cosine, sine = np.cos(pose[2]), np.sin(pose[2])
         turn = np.array([[cosine, -sine], [sine, cosine]])
         pressed = np.zeros(len(self.places))
         if depth > 0:
             local = (self.places - pose[:2]) @ turn
-            pressed = np.maximum(depth - face(local[:, 0], local[:, 1]), 0)
+            pressed = np.maximum(depth - face(local[:, 0], local[:, 1]) - (self.places - pose[:2]) @ tilt, 0)
         touched = pressed > 0
         pressure = self.specimen.press * pressed
         self._met[~touched] = np.nan
@@ -152,25 +172,24 @@ def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.nda
 
 
 class Ink:
-    """Pressure sensitive ink. shape: (rows, columns); seed: of irregularities and noise; rate: frames/s; counts_per_pascal: mean gain;
-    bits: of the converter; dead_rows: rows that read 0."""
+    """Pressure sensitive ink. shape: (rows, columns); seed: of irregularities and noise; rate: frames/s; dead_rows: rows that read 0."""
 
-    def __init__(self, shape: tuple[int, int], seed: int, rate: float, counts_per_pascal: float = 1 / 500, bits: int = 8,
+    def __init__(self, shape: tuple[int, int], seed: int, rate: float, specimen: InkSpecimen = InkSpecimen(),
                  dead_rows: tuple[int, ...] = ()):
         rng = np.random.default_rng([seed, 17])
-        self._gain = counts_per_pascal * np.clip(rng.normal(1, 0.05, shape), 0.8, 1.2)
-        self._offset = rng.gamma(1.2, 1.5, shape)
-        self._noise = np.random.default_rng([seed, 23])
-        self._largest, self._dead = 2**bits - 1, list(dead_rows)
-        self._slack = 900.0  # Pa, largest hysteresis
-        self._creep = 1 - np.exp(-1 / (rate * 0.8))
+        self._gain = specimen.counts_per_pascal * np.clip(rng.normal(1, specimen.uneven, shape), 0.7, 1.3)
+        self._offset = rng.gamma(1.2, specimen.offset / 1.2, shape)
+        self._noise, self._sigma = np.random.default_rng([seed, 23]), specimen.noise
+        self._largest, self._dead = 2**specimen.bits - 1, list(dead_rows)
+        self._slack = specimen.slack
+        self._creep = 1 - np.exp(-1 / (rate * specimen.creep))
         self._stuck = np.zeros(shape)
 
     def read(self, load: np.ndarray) -> np.ndarray:
         """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads by hysteresis and creep."""
         self._stuck = np.clip(self._stuck, load - self._slack, load + self._slack)
         self._stuck += self._creep * (load - self._stuck)
-        value = self._gain * np.maximum(self._stuck, 0) + self._offset + self._noise.normal(0, 0.6, load.shape)
+        value = self._gain * np.maximum(self._stuck, 0) + self._offset + self._noise.normal(0, self._sigma, load.shape)
         whole = np.clip(np.round(value), 0, self._largest)
         whole[self._dead] = 0
         return whole.astype(np.uint8 if self._largest < 256 else np.uint16)

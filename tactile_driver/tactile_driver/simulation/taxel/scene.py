@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 
 from ...errors import BadArgument
-from .pad import FACES, FINE, Ink, PadSpecimen, PadState, ThreadPad, face_named
+from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, ThreadPad, face_named
 from ..truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
 
 STEP_S = 0.005  # step of the object's motion, small against the pitch of the threads; chosen
@@ -19,22 +19,26 @@ _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # slipping fractions: the definition i
 
 @dataclass(frozen=True)
 class Key:
-    """Pose of the object at a time, s: x, y (m), turn (rad), depth (m, negative: above the pad)."""
+    """Pose of the object at a time, s: x, y (m), turn (rad), depth (m, negative: above the pad), tilt_x, tilt_y (slopes)."""
 
     time: float
     x: float
     y: float
     turn: float
     depth: float
+    tilt_x: float = 0.0
+    tilt_y: float = 0.0
 
 
 @dataclass(frozen=True)
 class TaxelScript:
-    """face: name in FACES; keys: in order of time, linearly interpolated; dead_rows: of the array."""
+    """face: name in FACES; keys: in order of time, linearly interpolated; dead_rows: of the array; smoothness: part of the pad's friction
+    that is left on this object."""
 
     face: str
     keys: tuple[Key, ...]
     dead_rows: tuple[int, ...] = ()
+    smoothness: float = 1.0
 
 
 def _held(face: str, x: float = 0.0, y: float = 0.0, turn: float = 0.3, depth: float = 3e-4, **more) -> TaxelScript:
@@ -59,6 +63,25 @@ def _gripped(face: str) -> TaxelScript:
     return TaxelScript(face, tuple(Key(float(time), 0.0, 0.0, 0.3, depth) for time, depth in depths))
 
 
+def _moved(face: str, path: tuple, down: float = 3e-4, **more) -> TaxelScript:
+    """Pressed, held, moved along x by path, (s, m) from 1.5 s on, and released."""
+    keys = [Key(time, 0.0, 0.0, 0.3, depth) for time, depth in ((0.0, -1e-4), (0.5, -1e-4), (1.0, down), (1.5, down))]
+    keys += [Key(1.5 + time, x, 0.3 * x, 0.3, down) for time, x in path]
+    end = keys[-1]
+    return TaxelScript(face, (*keys, *(Key(end.time + t, end.x, end.y, 0.3, -1e-4) for t in (0.2, 0.7))), **more)
+
+
+def _tilted(face: str, tilts: tuple, down: float) -> TaxelScript:
+    """Pressed, then tilted along x and y by (s, slope, slope), without slip, and released."""
+    keys = [Key(time, 0.0, 0.0, 0.0, depth) for time, depth in ((0.0, -1e-4), (0.5, -1e-4), (1.0, down))]
+    keys += [Key(1.0 + time, 0.0, 0.0, 0.0, down, x, y) for time, x, y in tilts]
+    end = keys[-1].time
+    return TaxelScript(face, (*keys, *(Key(end + t, 0.0, 0.0, 0.0, -1e-3) for t in (0.2, 0.7))))
+
+
+_BACK_AND_FORTH = tuple((0.3 * k, 1.6e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
+_JERKS = tuple((0.25 * k, 2.5e-4 * (k // 4 * 4 + (0, 3, 3, 2)[k % 4])) for k in range(13))
+
 TAXEL_SCENES: dict[str, TaxelScript] = {
     'demo': _dragged('bar', 4e-3, 1e-3, 0.0),
     **{face: _held(face) for face in FACES},
@@ -67,8 +90,14 @@ TAXEL_SCENES: dict[str, TaxelScript] = {
     'turn': _dragged('bar', 0.0, 0.0, 0.8),
     'grip': _gripped('bar'),
     'dead_rows': _held('disc', dead_rows=(17, 25)),
+    'smooth': _moved('bar', ((0.0, 0.0), (1.0, 3e-3)), smoothness=0.25),
+    'cycle': _moved('bar', _BACK_AND_FORTH),
+    'jerks': _moved('disc', _JERKS),
+    'roll': _tilted('roller', ((0.3, 0, 0), (1.3, 0.12, 0), (2.3, -0.12, 0), (2.8, 0, 0)), 5e-4),
+    'rock': _tilted('edge', ((0.3, 0, 0), (1.3, 0.01, 0.004), (2.3, 0.02, -0.01), (3.3, 0.0, 0.0)), 3e-4),
     'plate': TaxelScript('edge', tuple(Key(t, -0.05, 0.0, 0.0, d) for t, d in (
-        (0, -1e-4), (0.5, -1e-4), *((0.8 + 0.6 * k, 1e-4 * (k // 2 + 1)) for k in range(8)), (5.6, -1e-4)))),
+        (0, -1e-4), (0.5, -1e-4), *((0.8 + 0.6 * k, 1e-4 * (k // 2 + 1)) for k in range(8)),
+        *((5.6 + 0.6 * k, 1e-4 * (3 - k // 2)) for k in range(6)), (9.2, -1e-4), (9.7, -1e-4)))),
 }
 
 
@@ -77,12 +106,13 @@ class TaxelScene:
 
     sensor = 'taxel_array'
 
-    def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen()):
-        self.rate, self.specimen, self._script, self._seed = rate, specimen, script, seed
+    def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen(), ink: InkSpecimen = InkSpecimen()):
+        self.rate, self._script, self._seed, self._ink_specimen = rate, script, seed, ink
+        self.specimen = replace(specimen, grip=specimen.grip * script.smoothness)
         self._face = face_named(script.face)
         self.duration = script.keys[-1].time
         self._times = np.array([key.time for key in script.keys])
-        self._keys = np.array([[key.x, key.y, key.turn, key.depth] for key in script.keys])
+        self._keys = np.array([[key.x, key.y, key.turn, key.depth, key.tilt_x, key.tilt_y] for key in script.keys])
         self._begin()
 
     @property
@@ -92,11 +122,12 @@ class TaxelScene:
 
     def _begin(self) -> None:
         self.pad = ThreadPad(self.specimen)
-        self._ink = Ink((self.specimen.rows, self.specimen.columns), self._seed, self.rate, dead_rows=self._script.dead_rows)
+        self._ink = Ink((self.specimen.rows, self.specimen.columns), self._seed, self.rate, self._ink_specimen,
+                        self._script.dead_rows)
         self._now = 0.0
 
     def _at(self, time: float) -> np.ndarray:
-        """Pose (4,) at a time, s: x, y (m), turn (rad), depth (m)."""
+        """Pose (6,) at a time, s: x, y (m), turn (rad), depth (m), slopes."""
         return np.array([np.interp(time, self._times, column) for column in self._keys.T])
 
     def render(self, time: float) -> tuple[np.ndarray, TruthFrame]:
@@ -108,7 +139,7 @@ class TaxelScene:
         slipped, before = np.zeros(len(self.pad.places), bool), self._at(begin)
         for k in range(1, steps + 1):
             place = self._at(begin + (time - begin) * k / steps)
-            state = self.pad.move(self._face, place[:3], place[3])
+            state = self.pad.move(self._face, place[:3], place[3], place[4:])
             if np.any(place[:3] != before[:3]):  # release of an object at rest is no slip
                 slipped |= state.slipping
             before = place

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, open_taxel_scene
+from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
+from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 
 
@@ -70,3 +71,24 @@ def test_wrong_words():
         open_taxel_scene('nowhere')
     with pytest.raises(BadArgument, match='more than 0'):
         open_taxel_scene('disc', 0.0)
+
+
+def test_a_smooth_object_slips_at_once_and_a_load_that_goes_back_and_forth_does_not():
+    states = [truth.slip_state for _, truth in played('smooth', 100.0)]
+    assert 0 < states.count(INCIPIENT) <= 4 and states.count(GROSS) > 80
+    assert {truth.slip_state for _, truth in played('cycle')} == {NO_SLIP}
+
+
+@pytest.mark.parametrize('name, moves', [('roll', 5e-3), ('rock', 0.0)])
+def test_tilting_moves_the_contact_without_slip(name, moves):
+    truths = [truth for _, truth in played(name) if truth.area > 0]
+    assert {truth.slip_state for truth in truths} == {NO_SLIP}
+    middles = np.array([truth.centroid[0] for truth in truths])
+    assert np.ptp(middles) >= moves and np.ptp([truth.wrench[2] for truth in truths]) > 0.5
+
+
+def test_another_device_shows_other_values_of_the_same_touch():
+    usual, other = (TaxelScene(TAXEL_SCENES['disc'], 50.0, 1, *device) for device in ((PadSpecimen(), InkSpecimen()), DEVICE_B))
+    for k in range(100):
+        (first, _), (second, truth) = usual.render(k / 50), other.render(k / 50)
+    assert second.mean() > 1.3 * first.mean() and -truth.wrench[2] == pytest.approx(1.9e8 * 3e-4 * truth.area, rel=1e-6)

@@ -158,6 +158,13 @@ def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, lo
     return np.array(found) * areas / loads.forces - 1
 
 
+def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> Response:
+    """The response to loads, with the loop and the untouched values."""
+    loop = find_loop(loads, array, gain)
+    response, _ = fit_response(loads.changes, loop.shown, array.taxel_area, gain)
+    return replace(response, hysteresis=loop.width, relaxation=loop.relaxation, zero=None if loads.zero is None else np.float32(loads.zero))
+
+
 def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
     """Fit, write output and the plot of the residuals beside it, and return a report; serial: of the device.
 
@@ -167,17 +174,14 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     array = taxel_array(values)
     loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
     gain = fit_gains(loads.changes)
-    loop = find_loop(loads, array, gain)
-    response, _ = fit_response(loads.changes, loop.shown, array.taxel_area, gain)
-    response = replace(response, hysteresis=loop.width, relaxation=loop.relaxation)
-    errors = held_out_errors(loads, array, gain, loop)
+    response = calibrated_response(loads, array, gain)
+    errors = held_out_errors(loads, array, gain, find_loop(loads, array, gain))
     residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
     span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
-    known = replace(response, zero=loads.zero)
     held_out = held_out_residuals(loads, array, errors)
     standing_out = outliers(held_out[:1])
-    write_taxels(output, known, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
+    write_taxels(output, response, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
     shown = [*held_out, *_gains(response, array)]
     return '\n'.join([report(loads, response, residuals, output), *report_residuals(shown, standing_out, output, 'taxel array')])
 

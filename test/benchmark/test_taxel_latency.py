@@ -1,0 +1,30 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Delays of slip states are counted from the true change."""
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import taxel_latency  # noqa: E402
+
+
+def test_delays_are_counted_from_the_change_and_misses_are_endless():
+    true = np.array([-1, 0, 0, 1, 1, 2, 2, 2, 0, 0, 0, -1, -1])
+    found = np.array([-1, 0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 0, 0])
+    score = taxel_latency.Score()
+    score.add(true, found)
+    assert score.delays == {'any slip': [0.01], 'gross slip': [0.02], 'end of slip': [0.02], 'release': [np.inf]}
+    assert score.confusion.sum() == 10 and score.confusion[0].tolist() == [3, 0, 2]
+    assert 'any slip: 1 times, told after 10 ms (median), 10 ms (90 %), 10 ms (all)' in score.lines()[1]
+
+
+@pytest.mark.full
+def test_a_load_that_goes_back_and_forth_is_quiet_on_both_devices():
+    for specimen, ink in taxel_latency.DEVICES.values():
+        response = taxel_latency.calibrate(specimen, ink, 1)
+        assert response.hysteresis == pytest.approx(ink.slack, rel=0.5)
+        true, found = taxel_latency.play('cycle', specimen, ink, 1, response, ('mechanics',))
+        assert (found['mechanics'][true >= 0] > 0).mean() < 0.1
