@@ -56,7 +56,8 @@ class Score:
                 f'{self.confusion.tolist()}']
         for name, delays in self.delays.items():
             some = np.percentile(delays, (50, 90, 100), method='inverted_cdf') * 1e3
-            told.append(f'{name}: {len(delays)} times, told after {some[0]:.0f} ms (median), {some[1]:.0f} ms (90 %), {some[2]:.0f} ms (all)')
+            told.append(f'{name}: {len(delays)} times, told after {some[0]:.0f} ms (median), {some[1]:.0f} ms (90 %), '
+                        f'{some[2]:.0f} ms (all)')
         return told
 
 
@@ -77,9 +78,9 @@ def play(name: str, specimen: PadSpecimen, ink: InkSpecimen, seed: int, response
     scene = TaxelScene(TAXEL_SCENES[name], RATE, seed, specimen, ink)
     frames = [scene.render(k / RATE) for k in range(scene.frames - 1)]
     pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
-    found = {}
+    array, found = TaxelArray(specimen.rows, specimen.columns, specimen.pitch), {}
     for method in methods:
-        estimator = TaxelEstimator(TaxelArray(specimen.rows, specimen.columns, specimen.pitch), pad, TaxelSettings(method, response=response))
+        estimator = TaxelEstimator(array, pad, TaxelSettings(method, response=response))
         results = [estimator.process(values, 1 + k / RATE) for k, (values, _) in enumerate(frames)]
         found[method] = np.array([result.slip.state if result.contacts else -1 for result in results])
     return np.array([truth.slip_state if truth.area > 0 else -1 for _, truth in frames]), found

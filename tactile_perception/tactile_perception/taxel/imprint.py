@@ -218,7 +218,7 @@ class ImprintTracker:
         self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
 
     def _velocity(self) -> tuple[np.ndarray, float]:
-        """Velocity (2,) m/s at the origin and rad/s that is reported: by a line through the last _VELOCITY_S, NaN with fewer than _FEWEST."""
+        """Velocity (2,) m/s at the origin, and rad/s, that is reported: by a line over _VELOCITY_S; NaN with fewer than _FEWEST frames."""
         first = self._past[-1][0] - _VELOCITY_S * (1 + 1e-6)
         recent = np.array([one for one in self._past if one[0] >= first])
         if len(recent) < _FEWEST:

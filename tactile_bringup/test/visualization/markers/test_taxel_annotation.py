@@ -23,7 +23,8 @@ def messages():
     slip.velocity.linear, slip.velocity.angular = Vector3(x=4e-3), Vector3(z=float('nan'))
     wrench = WrenchStamped()
     wrench.wrench.force.z = -3.0
-    return {'contact_region': region, 'contacts': Contacts(contacts=[Contact(position=Point(x=5e-3, y=2e-3))]), 'slip': slip, 'wrench': wrench}
+    contacts = Contacts(contacts=[Contact(position=Point(x=5e-3, y=2e-3))])
+    return {'contact_region': region, 'contacts': contacts, 'slip': slip, 'wrench': wrench}
 
 
 def test_everything_lies_where_it_is():

@@ -106,7 +106,8 @@ class TaxelScene:
 
     sensor = 'taxel_array'
 
-    def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen(), ink: InkSpecimen = InkSpecimen()):
+    def __init__(self, script: TaxelScript, rate: float, seed: int, specimen: PadSpecimen = PadSpecimen(),
+                 ink: InkSpecimen = InkSpecimen()):
         self.rate, self._script, self._seed, self._ink_specimen = rate, script, seed, ink
         self.specimen = replace(specimen, grip=specimen.grip * script.smoothness)
         self._face = face_named(script.face)
