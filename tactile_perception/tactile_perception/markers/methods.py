@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ..errors import BadArgument
+from .dome_model.method import DomeModelMethod
 from .mechanics.method import SheetModelMethod
 from .published.dome import PaperCushion
 from .published.sheet import PaperTouch
@@ -30,9 +31,32 @@ class RegressionTouch:
         return (SheetRegression if sensor.is_sheet else DomeRegression).from_fitted(fitted, sensor)
 
 
+class ModelTouch:
+    """The mechanics of the sensor's shape; raises BadCalibration for presses that do not determine it or an unreadable calibration."""
+
+    @staticmethod
+    def _of(sensor: MarkerSensor) -> type:
+        return SheetModelMethod if sensor.is_sheet else DomeModelMethod
+
+    @staticmethod
+    def fit(presses: Presses, sensor: MarkerSensor) -> dict:
+        """Parameters for the calibration file."""
+        return ModelTouch._of(sensor).fit(presses, sensor)
+
+    @staticmethod
+    def fit_quickly(presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
+        """As fit, from the parameters fitted to more presses."""
+        return ModelTouch._of(sensor).fit_quickly(presses, sensor, fitted)
+
+    @staticmethod
+    def from_fitted(fitted: Mapping, sensor: MarkerSensor) -> TouchMethod:
+        """From the calibration file."""
+        return ModelTouch._of(sensor).from_fitted(fitted, sensor)
+
+
 TOUCH_METHODS: dict[str, type] = {'paper': PaperTouch, 'paper_cushion': PaperCushion, 'regression': RegressionTouch,
-                                  'model': SheetModelMethod}
-_FOR_SHEETS = {'paper': True, 'paper_cushion': False, 'model': True}  # methods for one kind of surface: True sheets, False domes
+                                  'model': ModelTouch}
+_FOR_SHEETS = {'paper': True, 'paper_cushion': False}  # methods for one kind of surface: True sheets, False domes
 
 
 def methods_for(sensor: MarkerSensor) -> dict[str, type]:

@@ -4,27 +4,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from ...common.dots import DotTracks
-from ..regression.dome import DomeRegression
 from ..view.marker_field import MarkerField, MarkerView, RestMarkers
 from ..view.sensor import MarkerSensor, rest_points
 
 _STILL = 1e-4  # m, apparent: without a calibration, the height of a marker displaced by more is unknown. Chosen
 
 
+class DomeMethod(Protocol):
+    """A touch method that tells how far the dome's markers are lowered."""
+
+    def raised(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray | None] | None:
+        """Upward displacement (K,), m, of the markers; and the places (n, 2), m, of the dents if it is known but for the scale about the
+        eye, else None. None without contact."""
+
+
 class DomePlaces:
     """3D positions of a dome's markers, each on its ray from the eye.
 
-    One camera cannot observe the scale about the eye, and the learned dents (dome_basis) do not fix it. It is estimated from the skin that
-    is not touched, which does not move (see still_scale).
+    One camera cannot observe the scale about the eye. The mechanics know it; the learned dents (dome_basis) do not fix it: it is estimated
+    from the skin that is not touched, which hardly moves (see still_scale).
 
-    count: of the markers; make_view: see RestMarkers; method: estimates the dents; None: not calibrated, displaced markers are NaN.
+    count: of the markers; make_view: see RestMarkers; method: estimates the touches; None: not calibrated, displaced markers are NaN.
     """
 
-    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView], method: DomeRegression | None):
+    def __init__(self, sensor: MarkerSensor, count: int, make_view: Callable[[np.ndarray], MarkerView], method: DomeMethod | None):
         self._sensor, self._count, self._make_view, self._method = sensor, count, make_view, method
         self.renew()
 
@@ -36,13 +44,12 @@ class DomePlaces:
         """Positions (N, 3), m, sensor frame, of tracks; NaN where unknown. Raises BadFrame where there is no view."""
         field = self._rest.field(tracks)
         rest = rest_points(field.rest, field.eye, self._sensor)
-        found = None if self._method is None else self._method.dents(field)
-        raised = self._undented(field) if found is None else self._method.solver.moved(found)[:, 2]
+        raised, dents = (self._method and self._method.raised(field)) or (self._undented(field), None)
         seen = np.column_stack([field.rest + field.shift, np.full(len(field), self._sensor.plane_z)])
         share = (rest[:, 2] + raised - field.eye[:, 2]) / (self._sensor.plane_z - field.eye[:, 2])
         from_eye = share[:, None] * (seen - field.eye)
-        if found is not None:
-            from_eye *= still_scale(from_eye, rest - field.eye, _distances(rest, found.parameters))
+        if dents is not None:
+            from_eye *= still_scale(from_eye, rest - field.eye, _distances(rest, dents))
         return (field.eye + from_eye)[tracks.id]
 
     def _undented(self, field: MarkerField) -> np.ndarray:
@@ -51,8 +58,8 @@ class DomePlaces:
 
 
 def _distances(rest: np.ndarray, dents: np.ndarray) -> np.ndarray:
-    """(K,) m, horizontal distance from markers at rest (K, 3) m to the nearest of dents (n, 4)."""
-    return np.hypot(*(rest[:, None, :2] - dents[:, :2]).transpose(2, 0, 1)).min(axis=1)
+    """(K,) m, horizontal distance from markers at rest (K, 3) m to the nearest of dents (n, 2)."""
+    return np.hypot(*(rest[:, None, :2] - dents).transpose(2, 0, 1)).min(axis=1)
 
 
 def still_scale(now: np.ndarray, rest: np.ndarray, distance: np.ndarray) -> float:

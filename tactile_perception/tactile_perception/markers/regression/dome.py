@@ -68,6 +68,12 @@ class DomeRegression:
         two = self.solver.solve(field, self.solver.start_of_two(field))
         return two if self._are_two(one, two) else one
 
+    def raised(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray] | None:
+        """Upward displacement (K,), m, of the markers but for the scale about the eye, and places (n, 2), m, of the dents; None without
+        contact."""
+        found = self.dents(field)
+        return None if found is None else (self.solver.moved(found)[:, 2], found.parameters[:, :2])
+
     def _are_two(self, one: DentFound, two: DentFound) -> bool:
         """Whether two dents explain the field significantly better than one."""
         depth = np.exp(two.parameters[:, LOG_DEPTH])

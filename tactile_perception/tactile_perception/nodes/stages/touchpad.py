@@ -90,10 +90,10 @@ class DotMessages(_TouchpadSide):
             from ...markers.places.sheet import SheetPlaces
             return SheetPlaces(sensor, make_view)
         from ...markers.places.dome import DomePlaces
-        from ...markers.methods import RegressionTouch
+        from ...markers.methods import make_method
         count = sensor.rows * sensor.columns if known is None or known.pattern is None else len(known.pattern)
-        fitted = known and known.methods.get('regression')
-        return DomePlaces(sensor, count, make_view, fitted and RegressionTouch.from_fitted(fitted, sensor)) if count else None
+        name = next((name for name in ('model', 'regression') if known and name in known.methods), None)
+        return DomePlaces(sensor, count, make_view, name and make_method(name, known.fitted(name), sensor)) if count else None
 
     @property
     def suspicion(self) -> str:

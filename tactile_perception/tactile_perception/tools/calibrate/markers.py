@@ -171,8 +171,8 @@ def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses
 
 
 def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
-    """Simulated mechanics of the sheet, with the material and tip fitted by method 'model'; None without them or without equilibrium."""
-    if model is None:
+    """Simulated mechanics of a sheet, with the material and tip fitted by method 'model'; None for a dome, and without equilibrium."""
+    if model is None or not reader.sensor.is_sheet:
         return None
     reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
     try:

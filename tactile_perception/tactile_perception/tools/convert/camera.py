@@ -16,6 +16,7 @@ import numpy as np
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP, SLIPPING, Touch, TruthFrame
 
 from ...errors import BadRecording
+from ...sensor_types import MARKER_SENSOR_TYPES
 
 # Slipping fraction from which the ground truth is incipient slip, and from which gross slip; chosen.
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9
@@ -138,11 +139,12 @@ class Recording:
         return np.linalg.lstsq(blocks.reshape(-1, 6), -slip.ravel() / self.interval, rcond=None)[0]
 
     def _touches(self, truth: dict) -> list[Touch]:
-        """One touch per tool; in a static recording, where a round tool is pressed at known positions, the position is that of its tip."""
+        """One touch per tool; of a round tool, pressed at known positions or on any sheet or dome, the position is that of its tip."""
         parts = np.flatnonzero(truth['part_area'] > 0)
         if len(parts) > 1:
             return [_touch(truth['part_centroid'][k], truth['part_depth'][k], truth['part_force'][k]) for k in parts]
-        place = truth['obj_p'] if self.sensor.get('static') else truth['contact_centroid']
+        round_tool = self.sensor.get('static') or self.sensor['sensor'] in MARKER_SENSOR_TYPES
+        place = truth['obj_p'] if round_tool else truth['contact_centroid']
         return [_touch(place, truth['depth'], truth['force'])]
 
 

@@ -1,0 +1,74 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Displacement of the markers of an inflated dome that a round tip presses, from a library of simulated presses, made by
+// tactile_perception/markers/dome_model/library.py. Lengths in m.
+#pragma once
+
+#include <array>
+#include <complex>
+#include <cstdint>
+#include <vector>
+
+namespace tactile {
+
+// Numbers of a press: x, y of the tip; log depth; logs of radius and of friction over the library's middle ones, over their spreads;
+// additional friction over pressure along x and y.
+constexpr int PRESS = 7;
+enum PressNumber { X, Y, DEPTH, RADIUS, FRICTION, DRAG_X, DRAG_Y };
+constexpr int STRAIGHT = 3;  // powers of the log friction of a straight press
+
+// Coefficients of presses over modes, and the modes: even (mirror symmetric to the meridian plane) and odd.
+struct DomeLibrary {
+    int levels, order, radii, rings, harmonics, even, odd;
+    double curvature, centre_z, disc_scale;             // of the dome: radius and height of the centre, m; see disc_scale in mesh.py
+    double reach, depth, power, radius, radius_spread;  // largest shift of the mesh; deepest press; grading of depths; middle tip
+    const double* edges;                                // (rings + 1), radii of the rings in the unit disc
+    const double* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and friction along the meridian
+    const double* odd_table;   // (levels + 3, order, radii, odd): friction across the meridian
+    const double* even_modes;  // (even, rings + 1, 3, harmonics + 1)
+    const double* odd_modes;   // (odd, rings + 1, 3, harmonics + 1)
+};
+
+// Markers of the dome: K places on the untouched dome (K, 3), NaN unknown, and their eyes (K, 3); height of the viewing plane.
+struct DomeMarkers {
+    std::int64_t count;
+    const double* points;
+    const double* eyes;
+    double plane_z;
+};
+
+// The touch of a press: direction of the meridian, shift of the mesh (see shift_of in mesh.py), friction along and across the meridian.
+struct Meridian {
+    double cosine, sine, shift, along, across;
+};
+Meridian meridian_of(const DomeLibrary& library, const double* press);
+
+// A displacement on the mesh: coefficients (rings + 1, 3, harmonics + 1) of its even and of its odd part.
+struct DomeField {
+    std::vector<double> even, odd;
+    void add(double share, const DomeField& other);
+};
+
+// The field of a press, and its derivatives by the shift, log depth, log radius and log friction at a fixed place on the mesh, and by
+// friction along and across the meridian.
+struct PressFields {
+    DomeField value, by_shift, by_depth, by_radius, by_friction, by_along, by_across;
+};
+DomeField field_of(const DomeLibrary& library, const double* press, const Meridian& meridian);
+PressFields fields_of(const DomeLibrary& library, const double* press, const Meridian& meridian);
+
+// Where the markers are on the mesh of a touch: first ring, -1 beyond the rim, part of the way to the next, and cosines and sines.
+struct OnMesh {
+    std::vector<int> ring;
+    std::vector<double> part, cosine, sine;
+    OnMesh(const DomeLibrary& library, const DomeMarkers& markers, const Meridian& meridian);
+};
+
+// Adds share times the displacement (K, 3) by a field.
+void add_displacement(const DomeLibrary& library, const OnMesh& at, const Meridian& meridian, const DomeField& field, double share,
+                      double* moved);
+
+// Displacements (K, 3) of the markers under n presses (n, PRESS); those of several presses add up.
+void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved);
+
+}  // namespace tactile

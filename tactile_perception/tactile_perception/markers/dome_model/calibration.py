@@ -1,0 +1,161 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration of the dome model: identification, library of simulated presses, noise and remaining errors."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from ...errors import BadCalibration
+from .identification import DomeNumbers, identify
+from .library import DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
+from .membrane import DomeMaterial
+from .solver import DEPTH, DomeFound, DomeInverse, FieldNoise
+from ..published.marker_depth import common_rest
+from ..touches.presses import Presses
+from ..view.sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
+
+FEWEST = 6            # presses needed. Chosen
+DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
+FARTHER = 1.5         # pitches by which the library reaches farther out than the presses. Chosen
+LIKELY = DomeMaterial(0.7, 70.0, 0.5)  # start of the identification: sealed air at 1.5 kPa. Chosen
+RADII = np.arange(2e-3, 0.0801, 5e-4)  # m, candidates for the start of the tip's radius
+LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. Chosen
+STILL = 2e-5          # m, noise without untouched frames. Chosen
+SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
+SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
+MOST = 60             # presses that tell the noise, at most. Chosen
+
+
+@dataclass(frozen=True)
+class DomeCalibration:
+    """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
+    with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
+    deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
+    """
+
+    library: DomeLibrary
+    material: DomeMaterial
+    rest: np.ndarray
+    eyes: np.ndarray
+    noise: FieldNoise
+    place_error: float
+    depth_share: float
+    deepest: float
+    farthest: float
+    quiet: float
+
+    def points(self, sensor: MarkerSensor) -> np.ndarray:
+        """(K, 3) m, places of the untouched markers; NaN unknown."""
+        return rest_points(self.rest, self.eyes, sensor)
+
+    def numbers(self) -> dict:
+        """As plain numbers, for a calibration file."""
+        plain = {name: getattr(self, name) for name in ('place_error', 'depth_share', 'deepest', 'farthest', 'quiet')}
+        return plain | {'material': asdict(self.material), 'rest': self.rest.tolist(), 'eye': self.eyes.tolist(),
+                        'noise': asdict(self.noise), 'library': library_numbers(self.library)}
+
+    @classmethod
+    def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
+        """From plain numbers. Raises BadCalibration where one is missing or invalid."""
+        try:
+            plain = [float(numbers[name]) for name in ('place_error', 'depth_share', 'deepest', 'farthest', 'quiet')]
+            rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
+            if len(rest) != len(eyes):
+                raise ValueError('rest and eye differ in length')
+            return cls(library_from_numbers(numbers['library']), DomeMaterial(**numbers['material']), rest, eyes,
+                       FieldNoise(**numbers['noise']), *plain)
+        except (KeyError, TypeError, ValueError) as error:
+            raise BadCalibration(f'the dome model in the calibration file cannot be read ({error!r}); run calibrate again') from None
+
+
+def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibration | None = None) -> DomeCalibration:
+    """Calibrate a dome from presses by one round tip; known: a calibration whose library is taken. Raises BadCalibration where the presses
+    do not determine it.
+    """
+    straight = presses.select(presses.straight() & np.array([field.seen.sum() > len(field) / 4 for field in presses.fields]))
+    if sensor.is_sheet or len(straight) < FEWEST:
+        raise BadCalibration(f'the dome model needs a dome and {FEWEST} straight presses at known places, got {len(straight)} on '
+                             f'{sensor.type}')
+    rest, eyes = common_rest(presses.fields)
+    deepest, reached = float(straight.depth.max()), float(np.hypot(*straight.position[:, :2].T).max())
+    library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
+    still = [field for field, on in zip(presses.fields, presses.touching) if not on]
+    noise = FieldNoise(_still(still), *SHARES)
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
+    some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
+    inverse = _inverse(first, noise, sensor)
+    inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
+    quiet = max((inverse.score(field) for field in still), default=0.0)
+    errors = _remaining_errors([inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)], some)
+    return DomeCalibration(library, material, rest, eyes, noise, *errors, deepest, first.farthest, float(quiet))
+
+
+def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor, deepest: float,
+               reached: float) -> tuple[DomeLibrary, DomeMaterial]:
+    """Library and material of the dome."""
+    marker = _marker_radius(presses, sensor)
+    points, cap = rest_points(rest, eyes, sensor), dome_cap(sensor)
+    start = DomeNumbers(LIKELY, _tip_radius(presses, sensor))
+    found = identify(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
+    reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
+    plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker)
+    return build_library(plan, found.material), found.material
+
+
+def _marker_radius(presses: Presses, sensor: MarkerSensor) -> float:
+    """m: median radius of the untouched markers as they appear in the viewing plane, which is little larger than on the dome."""
+    field = presses.fields[0]
+    scale = np.nanmedian(np.hypot(*np.diff(field.rest, axis=0).T) / np.hypot(*np.diff(field.uv - field.duv, axis=0).T))
+    known = field.area[np.isfinite(field.area)]
+    return float(np.sqrt(np.median(known) / np.pi) * scale) if len(known) else LIKELY_MARKER * max(sensor.pitch)
+
+
+def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:
+    """Tip radius, m, for which the height of first contact fits the presses best."""
+    first = presses.position[:, 2] + presses.depth
+    off = [np.nansum((first_touch_height(presses.position[:, :2], radius, sensor) - first)**2) for radius in RADII]
+    return float(RADII[int(np.argmin(off))])
+
+
+def _still(fields: list) -> float:
+    """m, noise of untouched fields per axis: their own mean is the reference."""
+    if len(fields) < 2:
+        return STILL
+    return max(float(np.sqrt(np.nanmean([field.shift**2 for field in fields]) * len(fields) / (len(fields) - 1))), 1e-6)
+
+
+def _inverse(calibration: DomeCalibration, noise: FieldNoise, sensor: MarkerSensor) -> DomeInverse:
+    return DomeInverse(calibration.library, noise, calibration.points(sensor), calibration.eyes, sensor.plane_z, max(sensor.pitch))
+
+
+def _rows(presses: Presses):
+    return zip(presses.fields, presses.position[:, :2], presses.depth)
+
+
+def _true(place: np.ndarray, depth: float) -> np.ndarray:
+    """(1, 7), the press of the calibrated tip."""
+    return np.array([[*place, np.log(depth), 0.0, 0.0, 0.0, 0.0]])
+
+
+def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
+    """The noise with the model error, over the greatest displacement, that the presses' residuals at their true places show."""
+    over = []
+    for field, place, depth in _rows(presses):
+        size, seen = np.hypot(*np.nan_to_num(field.shift).T), field.seen
+        left = np.mean((field.shift - inverse.appear(_true(place, depth)))[seen]**2) - np.mean(inverse.sigma(field)[seen]**2)
+        over.append(max(left, 0.0) / np.mean(0.5 * size[seen]**2 + 0.5 * size.max()**2 * np.ones(seen.sum())))
+    share = float(np.sqrt(np.median(over)))
+    return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
+
+
+def _remaining_errors(found: list[DomeFound], presses: Presses) -> tuple[float, float]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances."""
+    deep = presses.depth > SHALLOW * presses.depth.max()
+    off = np.array([one.presses[0, :2] for one in found]) - presses.position[:, :2]
+    deeper = np.array([one.presses[0, DEPTH] for one in found]) - np.log(presses.depth)
+    variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])
+    place = np.median(np.mean(off[deep]**2 - variance[deep, :2], axis=1))
+    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(np.median(deeper[deep]**2 - variance[deep, 2]), 0.0)))

@@ -1,0 +1,213 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Library of simulated presses on a dome, reduced to few modes and interpolated over place, depth, tip radius and friction; and its form
+in a calibration file."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from ... import _core
+from ...common.parallel import in_parallel
+from ...common.spherical_cap import Cap
+from ...errors import BadCalibration
+from ..mechanics.reduced_model import pack, unpack
+from .membrane import DomeMaterial, PressedDome, press_dome
+from .mesh import DomeMesh, MeshPlan, disc_scale, shift_of
+
+RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
+FRICTION_SPREAD = np.log(2.5)  # simulated log friction, to either side of the middle one. Chosen
+RADII, FRICTIONS = 4, 3        # simulated tips and frictions. Chosen
+DEPTH_POWER = 1.5              # grading of the depths: denser at first contact. Chosen
+TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
+UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
+_DISC = np.sqrt(0.5) * np.exp(0.5j * np.pi * np.arange(4))  # quadrature points of a unit disc, exact to cubic terms
+
+
+@dataclass(frozen=True)
+class DomePlan:
+    """rim_radius, height: m, of the dome; radius: m, the middle tip's; friction: the middle one; depth: m, deepest; reach: m, largest
+    distance of a tip from the axis; marker: m, radius of a marker; order: places simulated along a meridian; levels: of depth; substeps:
+    load steps between two levels.
+    """
+
+    rim_radius: float
+    height: float
+    radius: float
+    friction: float
+    depth: float
+    reach: float
+    marker: float
+    order: int = 4
+    levels: int = 14
+    substeps: int = 3
+
+    @property
+    def cap(self) -> Cap:
+        """The untouched dome."""
+        return Cap((self.rim_radius**2 + self.height**2) / (2 * self.height), self.height)
+
+    @property
+    def largest_shift(self) -> float:
+        """The mesh's shift at the reach, of the smallest tip, whose touch is the farthest out."""
+        return shift_of(self.reach, self.radius * np.exp(-RADIUS_SPREAD), self.cap)
+
+    @property
+    def load_steps(self) -> np.ndarray:
+        """(levels substeps,) m; the last of each level is a depth of the library."""
+        return self.depth * (np.arange(1, self.levels * self.substeps + 1) / (self.levels * self.substeps)) ** DEPTH_POWER
+
+    @property
+    def shifts(self) -> np.ndarray:
+        """(2 order,) Chebyshev nodes from the largest shift to its mirror image."""
+        return self.largest_shift * np.cos((2 * np.arange(2 * self.order) + 1) * np.pi / (4 * self.order))
+
+
+class DomeLibrary:
+    """Displacement of a dome's markers under presses within plan.
+
+    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of friction along the
+    meridian, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd) and odd_modes: of friction
+    across it. The displacement is the mean over a marker.
+    """
+
+    def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray]):
+        self.plan, self.mesh = plan, mesh
+        cap = plan.cap
+        numbers = [cap.curvature_radius, cap.centre_z, disc_scale(cap), plan.largest_shift, plan.depth, DEPTH_POWER, plan.radius,
+                   RADIUS_SPREAD]
+        (self.even_table, self.even_modes), (self.odd_table, self.odd_modes) = even, odd
+        self.arrays = {'numbers': np.array(numbers, float), 'edges': mesh.edges, 'even_table': self.even_table, 'odd_table': self.odd_table,
+                       'even_modes': self.even_modes, 'odd_modes': self.odd_modes}
+
+    def moved(self, points: np.ndarray, eyes: np.ndarray, presses: np.ndarray) -> np.ndarray:
+        """(K, 3) displacement, m, of markers at points (K, 3), m, under presses (n, 7): see _core.press_dome."""
+        return _core.press_dome(**self.arrays, points=points, eyes=eyes, presses=np.asarray(presses, float))
+
+
+def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
+    """Simulate the presses of plan on a dome of that material. Raises BadCalibration where too many do not converge."""
+    cases = [(shift, radius, friction) for shift, radius, friction in
+             product(plan.shifts[:plan.order], np.linspace(-1, 1, RADII), np.linspace(-1, 1, FRICTIONS))]
+    pressed = in_parallel(partial(_pressed, plan, material, mesh), cases, 'presses simulated for the library')
+    shape = plan.order, RADII, FRICTIONS, plan.levels, mesh.rings + 1, 3, mesh.harmonics + 1
+    straight, along, across = (np.reshape([getattr(one, name) for one in pressed], shape) for name in ('straight', 'along', 'across'))
+    if np.isnan(straight[..., 0, 0, 0]).mean() > UNSOLVED:
+        raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check dome and depths')
+    middle = FRICTIONS // 2
+    kinds = [_filled(part, plan) for part in (*np.moveaxis(straight, 2, 0), along[:, :, middle], across[:, :, middle])]
+    return DomeLibrary(plan, mesh, _reduced([_mirrored(part, odd=False, turned=k == FRICTIONS) for k, part in enumerate(kinds[:-1])], plan),
+                       _reduced([_mirrored(kinds[-1], odd=True, turned=False)], plan))
+
+
+def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: tuple[float, float, float]) -> PressedDome:
+    """Fields at the levels of one press, averaged over a marker; case: shift of the mesh, log radius and log friction over the spreads."""
+    shift, radius, friction = case
+    mesh = DomeMesh(shift, plan.cap, mesh_plan)
+    rough = DomeMaterial(material.squeeze, material.gas, plan.friction * np.exp(FRICTION_SPREAD * friction))
+    found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=friction == 0)
+    even, odd = averages(mesh, plan.marker, odd=False), averages(mesh, plan.marker, odd=True)
+    level = slice(plan.substeps - 1, None, plan.substeps)
+    return PressedDome(found.straight[level] @ even.T, found.along[level] @ even.T, found.across[level] @ odd.T, found.push[level])
+
+
+def averages(mesh: DomeMesh, marker: float, odd: bool) -> np.ndarray:
+    """(size, size): from a field to that of its means over discs of radius marker, m, on the skin."""
+    edges, order = mesh.plan.edges, np.arange(mesh.plan.harmonics + 1)
+    count = 2 * mesh.plan.harmonics + 2
+    phi = (np.arange(count) + 0.5) * np.pi / count
+    centres = edges[:, None] * np.exp(1j * phi)
+    cap, scale = mesh.cap, disc_scale(mesh.cap)
+    moved = scale * (centres + mesh.shift) / (1 + mesh.shift * centres)
+    length = 2 * cap.curvature_radius * scale * (1 - mesh.shift**2) / np.abs(1 + mesh.shift * centres)**2 / (1 + np.abs(moved)**2)
+    around = centres[..., None] + marker / length[..., None] * _DISC
+    radius, turn = np.minimum(np.abs(around), 1.0), np.angle(around)
+    low = np.clip(np.searchsorted(edges, radius) - 1, 0, mesh.n - 1)
+    part = (radius - edges[low]) / (edges[low + 1] - edges[low])
+    matrix = np.zeros((mesh.n + 1, 3, len(order), mesh.n + 1, 3, len(order)))
+    ring = np.arange(mesh.n + 1)[:, None, None] + 0 * low
+    for axis in range(3):
+        wave = np.sin if (axis == 1) != odd else np.cos
+        norm = np.where(order == 0, 1.0, 2.0) / count
+        onto = wave(np.outer(phi, order)) * norm  # (count, H): projection onto harmonics
+        shown = wave(turn[..., None] * order) / len(_DISC)  # (rings, count, 4, H)
+        for node, share in ((low, 1 - part), (low + 1, part)):
+            local = onto[None, :, None, :, None] * (share[..., None] * shown)[..., None, :]
+            np.add.at(matrix[:, axis, :, :, axis], (ring.ravel(), slice(None), node.ravel()), local.reshape(-1, *local.shape[3:]))
+    matrix[0, :, 1:] = matrix[-1] = 0.0
+    return matrix.reshape(mesh.plan.size, mesh.plan.size)
+
+
+def _filled(fields: np.ndarray, plan: DomePlan) -> np.ndarray:
+    """Fields (order, RADII, levels + 1, ...) with the untouched one; extrapolated linearly over depth where there is none (NaN)."""
+    depths = np.concatenate([[0.0], plan.load_steps[plan.substeps - 1::plan.substeps]])
+    whole = np.concatenate([np.zeros_like(fields[:, :, :1]), fields], axis=2)
+    for level in range(2, len(depths)):
+        missing = np.isnan(whole[:, :, level, 0, 0, 0])
+        share = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
+        step = whole[:, :, level - 1] - whole[:, :, level - 2]
+        whole[:, :, level][missing] = (whole[:, :, level - 1] + share * step)[missing]
+    return np.nan_to_num(whole)
+
+
+def _mirrored(fields: np.ndarray, odd: bool, turned: bool) -> np.ndarray:
+    """(2 order, ...): the fields with those of presses mirrored along x; odd: of odd fields; turned: whether what they show turns its
+    direction in the mirror."""
+    order = np.arange(fields.shape[-1])
+    # cos m (pi - phi) = (-1)^m cos m phi, sin m (pi - phi) = -(-1)^m sin m phi; the mirror turns x round.
+    sign = (-1.0)**order * (np.array([[-1.0], [-1.0], [1.0]]) if not odd else np.array([[1.0], [1.0], [-1.0]]))
+    return np.concatenate([fields, fields[::-1] * (-sign if turned else sign)])
+
+
+def _reduced(kinds: list[np.ndarray], plan: DomePlan) -> tuple[np.ndarray, np.ndarray]:
+    """Table and modes of kinds of fields (2 order, RADII, levels + 1, rings + 1, 3, harmonics + 1)."""
+    shape = kinds[0].shape
+    snapshots = np.reshape(kinds, (-1, int(np.prod(shape[3:]))))
+    _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
+    modes = modes[:max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))]
+    mixed = np.reshape(snapshots @ modes.T, (len(kinds), *shape[:3], len(modes)))
+    if len(kinds) > 1:  # straight presses by powers of friction
+        powers = np.linalg.inv(np.vander(np.linspace(-1, 1, FRICTIONS), increasing=True))
+        mixed[:FRICTIONS] = np.einsum('pf,fabcm->pabcm', powers, mixed[:FRICTIONS])
+    angle = (2 * np.arange(2 * plan.order) + 1) * np.pi / (4 * plan.order)
+    over_shift = np.linalg.inv(np.cos(np.outer(angle, np.arange(2 * plan.order))))
+    over_radius = np.linalg.inv(np.vander(np.linspace(-1, 1, RADII), increasing=True))
+    table = np.einsum('ai,cj,dl,kijlm->dkacm', over_shift, over_radius, _spline_fit(plan.levels), mixed, optimize=True)
+    table = table if len(kinds) > 1 else table[:, 0]
+    return np.ascontiguousarray(table), np.ascontiguousarray(modes.reshape(len(modes), *shape[3:]))
+
+
+def _spline_fit(levels: int) -> np.ndarray:
+    """(levels + 3, levels + 1): from values at levels 0 to levels to coefficients of uniform cubic B-splines, not-a-knot ends."""
+    rows = np.zeros((levels + 3, levels + 3))
+    for k in range(levels + 1):
+        rows[k, k:k + 3] = np.array([1, 4, 1]) / 6
+    rows[-2, :5] = rows[-1, -5:] = [1, -4, 6, -4, 1]
+    return np.linalg.inv(rows)[:, :levels + 1]
+
+
+def library_numbers(library: DomeLibrary) -> dict:
+    """The library as plain numbers: see library_from_numbers."""
+    parts = {name: [pack(part) for part in np.moveaxis(getattr(library, f'{name}_table'), -1, 0)] for name in ('even', 'odd')}
+    modes = {f'{name}_modes': pack(getattr(library, f'{name}_modes')) for name in ('even', 'odd')}
+    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes}
+
+
+def library_from_numbers(numbers: Mapping) -> DomeLibrary:
+    """Inverse of library_numbers. Raises BadCalibration for an invalid mapping."""
+    try:
+        plan, mesh = DomePlan(**numbers['plan']), MeshPlan(**numbers['mesh'])
+        levels, sides = plan.levels + 3, (2 * plan.order, RADII)
+        shapes = {'even': (levels, FRICTIONS + 1, *sides), 'odd': (levels, *sides)}
+        found = []
+        for name, shape in shapes.items():
+            table = np.stack([unpack(packed, shape) for packed in numbers[name]], axis=-1)
+            modes = unpack(numbers[f'{name}_modes'], (table.shape[-1], mesh.rings + 1, 3, mesh.harmonics + 1))
+            found.append((np.ascontiguousarray(table), modes))
+        return DomeLibrary(plan, mesh, *found)
+    except (KeyError, TypeError, ValueError) as error:
+        raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None

@@ -1,0 +1,250 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Equilibrium of an inflated dome under a round tip: incompressible neo-Hookean membrane, enclosed gas, contact with Coulomb friction.
+
+At rest the dome is a sphere of radius R under the tension T = G (1 - squeeze), G the shear modulus times thickness, and the pressure
+2 T / R (Laplace). Lengths in m; forces over G, which does not change the displacement.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+from ...errors import BadArgument
+from .mesh import DomeMesh, disc_scale
+
+STIFF = 4e6      # 1/m^2 times the tension over G, penalty stiffness of contact: penetration is some ten micrometres. Chosen
+SOFT = 10e-6     # m: half width of the transition into contact. Chosen
+STEPS = 24       # Newton steps at most, before the load step is halved. Chosen
+WHOLE = 12       # first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
+HALVINGS = 4     # of a load step, at most. Chosen
+SETTLED = 2e-6   # m: largest last Newton step. Chosen: far below the noise of a marker
+STRIDE = 2e-3    # m: limit of a Newton step. Chosen
+
+
+@dataclass(frozen=True)
+class DomeMaterial:
+    """squeeze: prestretch^-6, by which a stretched skin is weaker than a soap film of the same tension; gas: relative growth of the
+    pressure over relative loss of volume, 0 for a pressure that is held; friction: coefficient between tip and skin. Raises BadArgument
+    for numbers out of range.
+    """
+
+    squeeze: float = 0.5
+    gas: float = 50.0
+    friction: float = 0.5
+
+    def __post_init__(self):
+        if not (0 <= self.squeeze < 1 and 0 <= self.gas < 1e4 and 0 <= self.friction < 10):
+            raise BadArgument(f'dome material: need 0 <= squeeze < 1, 0 <= gas < 1e4 and 0 <= friction < 10, got {self}')
+
+
+@dataclass
+class _Touch:
+    """Contact at the points: which are in contact (n, P), force (n, P, 3), pressure (n, P), normal, place of sticking (n, P, 3), tangent
+    (n, P, 3, 3)."""
+
+    on: np.ndarray
+    force: np.ndarray
+    pressure: np.ndarray
+    normal: np.ndarray
+    stick_place: np.ndarray
+    tangent: np.ndarray
+
+
+@dataclass(frozen=True)
+class PressedDome:
+    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a friction of one times
+    the pressure along the meridian and across it; push (D, 3): force of the tip, over G. NaN from the first depth without convergence."""
+
+    straight: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    push: np.ndarray
+
+
+def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: DomeMaterial, drags: bool = True) -> PressedDome:
+    """Press a tip of radius, m, straight down at the mesh's centre to rising depths (D,), m; friction depends on the path. drags: whether
+    along and across are wanted."""
+    return _Press(mesh, radius, material).path(np.asarray(depths, float), drags)
+
+
+class _Press:
+    """One press, by load steps."""
+
+    def __init__(self, mesh: DomeMesh, radius: float, material: DomeMaterial):
+        self._mesh, self._radius, self._material = mesh, radius, material
+        self._value, self._slopes = mesh.basis(odd=False)
+        self._free, self._u = mesh.free(odd=False), np.zeros(mesh.plan.size)
+        self._stiff = STIFF * (1 - material.squeeze)
+        self._held, self._anchor = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape)
+        cap = mesh.cap
+        self._pressure, self._volume, self._bias = 2 * (1 - material.squeeze) / cap.curvature_radius, 0.0, 0.0
+        pull, push, self._volume, _ = self._membrane()
+        self._bias = pull - self._pressure * push  # of the discretisation: the sphere is the exact equilibrium
+        at = np.array([0.0, 0.0, cap.centre_z])
+        angle = 2 * np.arctan(mesh.shift * disc_scale(cap))
+        self._first = at + np.array([np.sin(angle), 0.0, np.cos(angle)]) * (cap.curvature_radius + radius)
+
+    def path(self, depths: np.ndarray, drags: bool) -> PressedDome:
+        """See press_dome."""
+        found = PressedDome(*(np.full((len(depths), self._mesh.plan.size), np.nan) for _ in range(3)), np.full((len(depths), 3), np.nan))
+        last, before, at = self._u, 0.0, 0.0
+        for k, depth in enumerate(depths):
+            start = self._u
+            if at > before:
+                self._u = start + (start - last) * min((depth - at) / (at - before), 2.0)
+            if not self._reach(at, depth, start, HALVINGS):
+                break
+            last, before, at = start, at, depth
+            found.straight[k], found.push[k] = self._u, self._push()
+            if drags:
+                found.along[k], found.across[k] = self._dragged(0), self._dragged(1)
+        return found
+
+    def _reach(self, at: float, depth: float, start: np.ndarray, halvings: int) -> bool:
+        """Settle at depth, or go there from at by two halves; False where it does not converge."""
+        if self._settle(depth):
+            return True
+        self._u = start
+        if halvings == 0 or not self._reach(at, (at + depth) / 2, start, halvings - 1):
+            return False
+        return self._reach((at + depth) / 2, depth, self._u, halvings - 1)
+
+    def _settle(self, depth: float) -> bool:
+        """Newton's method for equilibrium at depth; False where it does not converge."""
+        centre = self._first - [0.0, 0.0, depth]
+        for turn in range(STEPS):
+            residual, push, touch, tangents, softer = self._balance(centre)
+            step = self._solved(tangents, np.stack([-residual, push], axis=1), self._value, self._slopes, self._free)
+            if not np.isfinite(step).all():
+                return False
+            # The gas couples all points: its tangent is a product of two vectors (Sherman and Morrison 1950).
+            step = step[:, 0] + step[:, 1] * (softer * (push @ step[:, 0]) / (1 - softer * (push @ step[:, 1])))
+            largest = np.abs(step).max()
+            self._u = self._u + step * min(1.0 if turn < WHOLE else 0.5, STRIDE / max(largest, 1e-12))
+            if largest < SETTLED:
+                self._held, self._anchor = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0)
+                self._touching = touch
+                return True
+        return False
+
+    def _balance(self, centre: np.ndarray):
+        """Residual force (size,); derivative of the volume by the coefficients (size,); contact; tangents at the points (for _solved);
+        derivative of the pressure by the volume."""
+        pull, push, volume, (along, across, normal) = self._membrane()
+        share = self._volume / volume
+        pressure = self._pressure * (1 + self._material.gas * (share - 1))
+        touch = self._touch(self._places() - centre)
+        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
+        residual = np.where(self._free, pull - pressure * push - self._bias + self._gathered(self._value, touch.force * area), 0.0)
+        stress = _membrane_tangent(along, across, normal, self._squeeze()) * self._mesh.weight[..., None, None]
+        swell = np.concatenate([-_cross_matrix(across), _cross_matrix(along)], axis=-1) * (-pressure * self._mesh.weight)[..., None, None]
+        tangents = stress, swell, touch.tangent * area[..., None]
+        self._tangents = tangents
+        return residual, np.where(self._free, push, 0.0), touch, tangents, -2 * self._pressure * self._material.gas * share / volume
+
+    def _membrane(self):
+        """Force of the skin (size,), derivative of half the volume (size,), the volume, m^3, and the skin's edges and normal."""
+        mesh = self._mesh
+        edges = np.matmul(self._slopes, self._u[mesh.of][..., None]).reshape(mesh.n, -1, 2, 3)
+        along, across = mesh.along + edges[..., 0, :], mesh.across + edges[..., 1, :]
+        normal = np.cross(along, across)
+        thinning = self._squeeze()[..., None] / np.sum(normal**2, axis=-1, keepdims=True)**2
+        stress = np.stack([along - thinning * np.cross(across, normal), across - thinning * np.cross(normal, along)], axis=2)
+        volume = 2 / 3 * np.sum(mesh.weight * np.sum(self._places() * normal, axis=-1))
+        push = self._gathered(self._value, normal * mesh.weight[..., None])
+        return self._gathered(self._slopes, stress * mesh.weight[..., None, None]), push, volume, (along, across, normal)
+
+    def _squeeze(self) -> np.ndarray:
+        """(n, P) of the edges per length in the disc."""
+        return self._material.squeeze * self._mesh.scale**6
+
+    def _places(self) -> np.ndarray:
+        return self._mesh.rest + np.matmul(self._value, self._u[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
+
+    def _gathered(self, basis: np.ndarray, at_points: np.ndarray) -> np.ndarray:
+        """(size,) sums over the points."""
+        local = np.matmul(at_points.reshape(len(basis), 1, -1), basis)
+        return np.bincount(self._mesh.of.ravel(), local.ravel(), self._mesh.plan.size)
+
+    def _solved(self, tangents, right: np.ndarray, value: np.ndarray, slopes: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """(size, m): solutions for right (size, m), by the band that rings and their neighbours form."""
+        mesh = self._mesh
+        stress, swell, touch = tangents
+        parts = slopes.reshape(mesh.n, -1, 6, slopes.shape[-1]), value.reshape(mesh.n, -1, 3, value.shape[-1])
+        pulled = np.matmul(stress, parts[0]).reshape(slopes.shape)
+        pushed = (np.matmul(swell, parts[0]) + np.matmul(touch, parts[1])).reshape(value.shape)
+        element = np.matmul(slopes.transpose(0, 2, 1), pulled) + np.matmul(value.transpose(0, 2, 1), pushed)
+        size, wide = mesh.plan.size, 2 * mesh.per_ring - 1
+        row, column = np.broadcast_arrays(mesh.of[:, :, None], mesh.of[:, None, :])
+        element = np.where(free[row] & free[column], element, 0.0)
+        band = np.bincount(((wide + row - column) * size + column).ravel(), element.ravel(), (2 * wide + 1) * size)
+        band = band.reshape(2 * wide + 1, size)
+        band[wide, ~free] = 1.0
+        return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
+
+    def _dragged(self, axis: int) -> np.ndarray:
+        """(size,) displacement by friction of one times the pressure along x or y, on a tip that slides: contact holds its normal alone.
+
+        Mirror symmetry keeps the gas out of the odd one; in the even one, the volume that a drag displaces is of second order.
+        """
+        touch, odd = self._touching, axis == 1
+        value, slopes = (self._value, self._slopes) if not odd else self._mesh.basis(odd=True)
+        way = np.eye(3)[axis] - touch.normal * touch.normal[..., axis:axis + 1]
+        way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
+        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
+        normal_only = touch.normal[..., :, None] * touch.normal[..., None, :] * np.sum(
+            touch.tangent * touch.normal[..., :, None] * touch.normal[..., None, :], axis=(-2, -1))[..., None, None] * area[..., None]
+        right = self._gathered(value, way * touch.pressure[..., None] * area)
+        stress, swell, _ = self._tangents
+        return self._solved((stress, swell, normal_only), right[:, None], value, slopes, self._mesh.free(odd))[:, 0]
+
+    def _push(self) -> np.ndarray:
+        """(3,) force of the tip on the skin, both halves."""
+        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
+        return -2 * np.sum(self._touching.force * area, axis=(0, 1)) * [1.0, 0.0, 1.0]
+
+    def _touch(self, offset: np.ndarray) -> _Touch:
+        """Contact pressure and Coulomb friction (return mapping, elastic stick) at points offset (n, P, 3), m, from the tip's centre."""
+        distance = np.linalg.norm(offset, axis=-1)
+        normal, deep, friction = offset / distance[..., None], self._radius + SOFT - distance, self._material.friction
+        on, held = deep > 0, self._held & (deep > 0)
+        stiff = self._stiff * np.clip(deep / (2 * SOFT), 0, 1)
+        pressure = np.where(on, np.where(deep < 2 * SOFT, stiff * deep / 2, self._stiff * (deep - SOFT)), 0.0)
+        slid = np.where(held[..., None], offset - self._anchor, 0.0)
+        slid -= np.sum(slid * normal, axis=-1, keepdims=True) * normal
+        amount, stick = np.linalg.norm(slid, axis=-1), self._stiff / 2
+        part = np.where(stick * amount > friction * pressure, friction * pressure / np.maximum(stick * amount, 1e-30), 1.0)
+        rub = stick * part[..., None] * slid
+        way, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
+        flat, sticks = np.eye(3) - up, stick * part
+        tangent = stiff[..., None, None] * up + (sticks * held - pressure / distance)[..., None, None] * flat
+        sliding = sticks[..., None, None] * way[..., :, None] * way[..., None, :]
+        sliding = sliding + (friction * stiff)[..., None, None] * way[..., :, None] * normal[..., None, :]
+        tangent -= np.where(((part < 1) & held)[..., None, None], sliding, 0.0)
+        return _Touch(on, rub - pressure[..., None] * normal, pressure, normal, offset - rub / stick,
+                      np.where(on[..., None, None], tangent, 0.0))
+
+
+def _cross_matrix(a: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) matrix of the product a x."""
+    matrix = np.zeros(a.shape + (3,))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        matrix[..., i, j], matrix[..., j, i] = -a[..., k], a[..., k]
+    return matrix
+
+
+def _membrane_tangent(along: np.ndarray, across: np.ndarray, normal: np.ndarray, squeeze: np.ndarray) -> np.ndarray:
+    """(n, P, 6, 6): second derivative of (|a|^2 + |b|^2 + squeeze / |a x b|^2) / 2 by the edges a and b."""
+    square = np.sum(normal**2, axis=-1)
+    first, second = (squeeze / square**2)[..., None, None], (4 * squeeze / square**3)[..., None, None]
+    a, b, n = _cross_matrix(along), _cross_matrix(across), _cross_matrix(normal)
+    by_edges = np.concatenate([np.cross(across, normal), np.cross(normal, along)], axis=-1)
+    tangent = second * by_edges[..., :, None] * by_edges[..., None, :] + np.eye(6)
+    tangent[..., :3, :3] += first * (b @ b)
+    tangent[..., 3:, 3:] += first * (a @ a)
+    tangent[..., :3, 3:] += first * (n - b @ a)
+    tangent[..., 3:, :3] -= first * (n + a @ b)
+    return tangent

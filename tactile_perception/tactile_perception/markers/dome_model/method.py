@@ -1,0 +1,154 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Touches of a dome by its mechanics: the one or two presses, straight or dragged, that best explain a frame."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .calibration import DomeCalibration, calibrate_dome
+from .library import RADIUS_SPREAD
+from .solver import DEPTH, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from ...errors import BadArgument
+from ..touches.presses import Presses
+from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
+from ..view.marker_field import MarkerField
+from ..view.sensor import MarkerSensor, first_touch_height
+
+# All chosen.
+SEEN = 12            # markers needed
+STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
+QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
+SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
+WRONG = 3.0          # misfit from which other starts, and two presses, are tried
+BETTER = 0.5         # largest misfit of two presses over that of one
+APART = 2.0          # least distance of two tips, of the smaller radius
+SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
+DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # friction over pressure of the starts of drags
+NOT_LINEAR = 0.12    # error of place and depth over depth, for each unit of a drag's friction, which is linearised
+UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
+BEYOND = 1.02        # times the calibrated depth: deeper is out of range
+EDGE = 0.98          # of the library's reach, from which a touch is at the edge
+
+
+class DomeModelMethod:
+    """The 'model' method for domes. Drags and pairs of presses may start from the last frame's solution."""
+
+    def __init__(self, calibration: DomeCalibration, sensor: MarkerSensor):
+        self.calibration, self.sensor = calibration, sensor
+        self.solver = DomeInverse(calibration.library, calibration.noise, calibration.points(sensor), calibration.eyes, sensor.plane_z,
+                                  max(sensor.pitch))
+        self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
+        self._last: DomeFound | None = None
+
+    @classmethod
+    def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
+        """Parameters for the calibration file. Raises BadCalibration where the presses do not determine the model."""
+        return calibrate_dome(presses, sensor).numbers()
+
+    @classmethod
+    def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
+        """As fit, with the simulated library of more presses of the same dome, which four numbers determine; its noise is that of these
+        presses."""
+        return calibrate_dome(presses, sensor, DomeCalibration.from_numbers(fitted)).numbers()
+
+    @classmethod
+    def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> DomeModelMethod:
+        """The method with its parameters from a calibration file. Raises BadCalibration where they are invalid."""
+        return cls(DomeCalibration.from_numbers(fitted), sensor)
+
+    def estimate(self, field: MarkerField) -> list[TouchEstimate]:
+        """The touches of one frame; empty without contact, and where the markers move too little to tell a place. Raises BadArgument for
+        another pattern."""
+        found = self.find(field)
+        if found is None:
+            return []
+        touches = [self._touch(found, k) for k in range(len(found.presses))]
+        radius = self.calibration.library.plan.radius
+        return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma
+                and np.sqrt(np.linalg.eigvalsh(touch.covariance[:2, :2])[-1]) * SURE < radius]
+
+    def find(self, field: MarkerField) -> DomeFound | None:
+        """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
+        if len(field) != len(self.solver.points):
+            raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
+        if field.seen.sum() < SEEN or not self.solver.score(field) > self._threshold:
+            self._last = None
+            return None
+        self._last = self._explained(field, self._last)
+        return self._last
+
+    def raised(self, field: MarkerField) -> tuple[np.ndarray, None] | None:
+        """Upward displacement (K,), m, of the markers; None without contact."""
+        found = self.find(field)
+        return None if found is None else (self.solver.moved(found.presses)[:, 2], None)
+
+    def _explained(self, field: MarkerField, last: DomeFound | None) -> DomeFound:
+        """One straight press, one that is dragged where that does not explain the frame, or two where they explain it much better."""
+        straight = self.solver.solve(field, self.solver.start(field))
+        if straight.misfit < WRONG:
+            return straight
+        starts = [straight.presses, *self._drags(straight)] + ([last.presses] if last is not None and len(last.presses) == 1 else [])
+        first = min(starts, key=lambda start: self.solver.squares(field, start))
+        one = self.solver.solve(field, first, DRAGGED)
+        if one.misfit >= WRONG:
+            one = min([one, *(self.solver.solve(field, start, DRAGGED) for start in starts[1:])], key=lambda solution: solution.misfit)
+        one = one if one.misfit < BETTER * straight.misfit else straight
+        if one.misfit < WRONG:
+            return one
+        two = self._two(field, one, last)
+        return two if self._are_two(one, two) else one
+
+    def _drags(self, one: DomeFound) -> list[np.ndarray]:
+        """(1, 7) starts of drags, where a straight press would be."""
+        starts = np.repeat(one.presses, len(DRAGS), axis=0)
+        starts[:, RADIUS:] = 0.0
+        starts[:, 5:] = DRAGS
+        return list(starts[:, None])
+
+    def _two(self, field: MarkerField, one: DomeFound, last: DomeFound | None) -> DomeFound:
+        """Two presses, from those of the last frame, the best pair of starts, or one press and the best start for what it leaves."""
+        left = replace(field, shift=field.shift - self.solver.appear(one.presses))
+        starts = [self.solver.start_of_two(field), np.concatenate([one.presses, self.solver.start(left)])]
+        starts += [last.presses] if last is not None and len(last.presses) == 2 else []
+        return min((self.solver.solve(field, start, DRAGGED) for start in starts), key=lambda both: both.misfit)
+
+    def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
+        """Whether two presses explain the field much better and are distinct."""
+        depth = np.exp(two.presses[:, DEPTH])
+        radius = self.calibration.library.plan.radius * np.exp(RADIUS_SPREAD * two.presses[:, RADIUS]).min()
+        apart = np.hypot(*(two.presses[0, :2] - two.presses[1, :2]))
+        return bool(two.misfit < BETTER * one.misfit and apart > APART * radius and depth.min() > SLIGHT * depth.max())
+
+    def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
+        press, calibration = found.presses[number], self.calibration
+        part = slice(PRESS * number, PRESS * number + 3)
+        radius = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]))
+        sunk = self._sunk(found, number, radius)
+        place, depth = press[[X, Y]], float(np.exp(press[DEPTH])) + sunk
+        turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
+        covariance = turned @ found.covariance[part, part] @ turned * max(1.0, found.misfit)
+        dragged = NOT_LINEAR * depth * float(np.hypot(*press[5:]))
+        extra = np.array([calibration.place_error + dragged] * 2 + [calibration.depth_share * depth + abs(sunk) + dragged])
+        covariance = covariance + np.diag(extra**2)
+        if not np.isfinite(covariance).all():
+            covariance = np.diag([self.sensor.rim_radius**2] * 3)
+        reach = calibration.library.plan.reach
+        at_edge = np.hypot(*place) > min(EDGE * reach, calibration.farthest)
+        flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
+        flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
+        inside = place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
+        height = first_touch_height(inside, radius, self.sensor)[0] - depth
+        return TouchEstimate(np.append(inside, height), depth, covariance, float(np.sqrt(covariance[2, 2])), radius, int(flags))
+
+    def _sunk(self, found: DomeFound, number: int, radius: float) -> float:
+        """m, by which the other presses lower the skin where one touches it: its depth is measured from the untouched dome."""
+        others = np.delete(found.presses, number, axis=0)
+        if not len(others):
+            return 0.0
+        cap = self.calibration.library.plan.cap
+        at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
+        touch = np.array([[*at, cap.heights(at[None])[0]]])
+        return -float(self.solver.library.moved(touch, np.zeros((1, 3)), others)[0, 2])

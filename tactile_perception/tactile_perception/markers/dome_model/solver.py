@@ -1,0 +1,126 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fit of one or two presses to a frame of a dome (kernel fit_dome), from the best match in a table of starts."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import _core
+from .identification import seen_at
+from .library import DomeLibrary
+from ..view.marker_field import MarkerField
+
+X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press_dome
+PRESS = 7
+RADIUS_SIGMA = 0.35      # prior standard deviation of the log of the tip's radius, over the library's spread. Chosen
+FRICTION_SIGMA = 0.25    # the same of friction. Chosen
+STRAIGHT, DRAGGED = 0.02, 0.4  # prior standard deviations of the friction over pressure of a drag. Chosen
+ALIKE = 4.5              # model errors of neighbouring markers are alike: standard deviation that they count, over their own. Chosen
+FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
+LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, friction over pressure. Chosen
+RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
+APART = 2.2              # pitches: least distance of the starts of two touches. Chosen
+
+
+@dataclass(frozen=True)
+class FieldNoise:
+    """Standard deviations of displacements per axis: still, m, of an untouched marker; share: model error over a marker's displacement,
+    and top: over the greatest displacement."""
+
+    still: float
+    share: float
+    top: float
+
+
+@dataclass(frozen=True)
+class DomeFound:
+    """presses: (n, 7); covariance: (7 n, 7 n); misfit: mean squared residual over its variance."""
+
+    presses: np.ndarray
+    covariance: np.ndarray
+    misfit: float
+
+
+class DomeInverse:
+    """points, eyes: (K, 3) m, untouched markers and their cameras, NaN unknown; plane_z: m; pitch: m, of the markers."""
+
+    def __init__(self, library: DomeLibrary, noise: FieldNoise, points: np.ndarray, eyes: np.ndarray, plane_z: float, pitch: float):
+        self.library, self.noise, self.points, self._plane_z = library, noise, np.array(points, float), plane_z
+        self._eyes = np.array(np.nan_to_num(eyes), float)
+        self._rest = seen_at(self.points, self._eyes, plane_z)
+        self.starts = _starts(library)
+        self._shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
+        self._sizes = np.sum(self._shown**2, axis=1)
+        apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
+        gram = self._shown @ self._shown.T
+        self._both = np.where(apart >= APART * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
+
+    def appear(self, presses: np.ndarray) -> np.ndarray:
+        """(K, 2) m, apparent displacement under presses (n, 7); 0 for markers at unknown places."""
+        return np.nan_to_num(seen_at(self.points + self.moved(presses), self._eyes, self._plane_z) - self._rest)
+
+    def moved(self, presses: np.ndarray) -> np.ndarray:
+        """(K, 3) m, displacement of the markers under presses (n, 7)."""
+        return self.library.moved(self.points, self._eyes, presses)
+
+    def score(self, field: MarkerField) -> float:
+        """Match of the best start, in standard deviations of noise."""
+        match = self._shown @ np.nan_to_num(field.shift).ravel()
+        return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
+
+    def start(self, field: MarkerField) -> np.ndarray:
+        """(1, 7), the start with the least squared residual."""
+        match = self._shown @ np.nan_to_num(field.shift).ravel()
+        return self.starts[[np.argmin(self._sizes - 2 * match)]]
+
+    def start_of_two(self, field: MarkerField) -> np.ndarray:
+        """(2, 7), the two starts whose sum has the least squared residual."""
+        match = self._shown @ np.nan_to_num(field.shift).ravel()
+        return self.starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
+
+    def squares(self, field: MarkerField, presses: np.ndarray) -> float:
+        """Sum of the squared residuals of presses (n, 7), over their variance."""
+        left = (np.nan_to_num(field.shift) - self.appear(presses))[field.seen]
+        return float(np.sum(left**2 / self.variance(field)[field.seen, None]))
+
+    def solve(self, field: MarkerField, starts: np.ndarray, drag_sigma: float = STRAIGHT) -> DomeFound:
+        """Fit presses to a field, from starts (n, 7); drag_sigma: prior standard deviation of the friction of a drag."""
+        seen = field.seen & np.isfinite(self.points).all(1)
+        weight = np.where(seen, 1 / self.variance(field, ALIKE), 0.0)
+        presses, covariance, _ = _core.fit_dome(
+            **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
+            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, starts=starts, prior=self._prior(drag_sigma))
+        return DomeFound(presses, covariance, self.squares(field, presses) / max(2 * int(field.seen.sum()), 1))
+
+    def _prior(self, drag_sigma: float) -> np.ndarray:
+        """(5, 7) mean, weight, least, most and longest step."""
+        plan = self.library.plan
+        reach, deepest = plan.reach, np.log(plan.depth)
+        weight = np.array([1e-6, 1e-6, 1e-6, RADIUS_SIGMA**-2, FRICTION_SIGMA**-2, drag_sigma**-2, drag_sigma**-2])
+        least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
+        most = [reach, reach, deepest, 1.0, 1.0, 2.0, 2.0]
+        return np.array([np.zeros(PRESS), weight, least, most, LIMIT])
+
+    def sigma(self, field: MarkerField) -> np.ndarray:
+        """(K,) m, noise of each marker per axis."""
+        return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.noise.still / 2), self.noise.still)
+
+    def variance(self, field: MarkerField, alike: float = 1.0) -> np.ndarray:
+        """(K,) m^2, of noise and of model error, times alike, per axis."""
+        size = np.hypot(*np.nan_to_num(field.shift).T)
+        return self.sigma(field)**2 + alike**2 * ((self.noise.share * size)**2 + (self.noise.top * size.max())**2)
+
+
+def _starts(library: DomeLibrary) -> np.ndarray:
+    """(S, 7) presses all over the dome."""
+    starts, rim, deepest = [], library.plan.rim_radius, library.plan.depth
+    for ring in RINGS:
+        if ring * rim > library.plan.reach:
+            break
+        count = max(1, round(2 * np.pi * ring / RINGS[1]))
+        for turn in np.arange(count) * 2 * np.pi / count:
+            place = ring * rim * np.array([np.cos(turn), np.sin(turn)])
+            starts += [[*place, np.log(part * deepest), 0.0, 0.0, 0.0, 0.0] for part in DEPTHS]
+    return np.array(starts)

@@ -1,0 +1,122 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Displacement of a dome's markers under presses, against a plain reference; the fit, against presses that are known."""
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+from tactile_perception import _core
+
+CURVATURE, HEIGHT = 0.15, 0.11
+NUMBERS = np.array([CURVATURE, HEIGHT - CURVATURE, np.tan(np.arctan2(np.sqrt(HEIGHT * (2 * CURVATURE - HEIGHT)), CURVATURE - HEIGHT) / 2),
+                    0.3, 0.04, 1.5, 0.02, 0.8])  # the last: reach of the mesh's shift, deepest, grading, middle radius, its spread
+LEVELS, ORDER, RADII, RINGS, WAVES, EVEN, ODD = 5, 4, 3, 12, 3, 4, 3
+
+
+def library(seed=0):
+    """A library of smooth, made-up presses that fall off towards the rim, and grow with depth."""
+    rng = np.random.default_rng(seed)
+    edges = np.linspace(0, 1, RINGS + 1)
+    fall = (np.cos(np.pi * edges) + 1)[:, None, None] / 2
+    level = np.arange(LEVELS + 3)[:, None, None, None, None]
+    smaller = 0.3 ** (np.arange(ORDER)[:, None, None] + np.arange(RADII)[:, None])
+    even = rng.normal(0, 1, (1, 4, ORDER, RADII, EVEN)) * smaller * level * 1e-3
+    even[:, 1:3] *= 0.2
+    odd = rng.normal(0, 1, (1, ORDER, RADII, ODD)) * smaller * level[..., 0] * 1e-3
+    modes = [rng.normal(0, 1, (count, RINGS + 1, 3, WAVES)) * fall for count in (EVEN, ODD)]
+    for of_modes, sine_axes in zip(modes, ([1], [0, 2])):
+        of_modes[:, 0, :, 1:] = 0.0
+        of_modes[:, :, sine_axes, 0] = 0.0
+    return {'numbers': NUMBERS, 'edges': edges, 'even_table': even, 'odd_table': odd, 'even_modes': modes[0], 'odd_modes': modes[1]}
+
+
+def markers(count=60, seed=1):
+    """(K, 3) m: points on the dome, one of them unknown."""
+    rng = np.random.default_rng(seed)
+    across, turn = 0.1 * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(0, 2 * np.pi, count)
+    points = np.column_stack([across * np.cos(turn), across * np.sin(turn), HEIGHT - CURVATURE + np.sqrt(CURVATURE**2 - across**2)])
+    points[count // 2] = np.nan
+    return points
+
+
+def reference(arrays, points, press):
+    """press_dome for one press, step by step."""
+    curvature, centre_z, scale, reach, deepest, power, radius, spread = arrays['numbers']
+    x, y, log_depth, size, friction, drag_x, drag_y = press
+    away = np.hypot(x, y)
+    cos, sin = (x / away, y / away) if away > 0 else (1.0, 0.0)
+    shift = np.tan(np.arcsin(away / (curvature + radius * np.exp(spread * size))) / 2) / scale
+    along, across = cos * drag_x + sin * drag_y, cos * drag_y - sin * drag_x
+    level = (np.exp(log_depth) / deepest) ** (1 / power) * LEVELS
+    by_level = BSpline.design_matrix([level], np.arange(-3, LEVELS + 4, dtype=float), 3).toarray()[0]
+    by_shift = np.polynomial.chebyshev.chebvander([shift / reach], ORDER - 1)[0]
+    by_radius = size ** np.arange(RADII)
+    kinds = np.array([1, friction, friction**2, along])
+    even = np.einsum('dkabm,d,k,a,b->m', arrays['even_table'], by_level, kinds, by_shift, by_radius)
+    odd = across * np.einsum('dabm,d,a,b->m', arrays['odd_table'], by_level, by_shift, by_radius)
+    even, odd = np.tensordot(even, arrays['even_modes'], 1), np.tensordot(odd, arrays['odd_modes'], 1)
+    moved = np.zeros((len(points), 3))
+    for k, point in enumerate(points):
+        w = (point[0] + 1j * point[1]) * (cos - 1j * sin) / ((curvature + point[2] - centre_z) * scale)
+        z = (w - shift) / (1 - shift * w)
+        if not abs(z) < 1:
+            continue
+        order, rows = np.arange(WAVES), []
+        for axis in range(3):
+            of_even, of_odd = [np.array([np.interp(abs(z), arrays['edges'], field[:, axis, m]) for m in order]) for field in (even, odd)]
+            waves = np.cos(order * np.angle(z)), np.sin(order * np.angle(z))
+            rows.append(of_even @ waves[axis == 1] + of_odd @ waves[axis != 1])
+        moved[k] = cos * rows[0] - sin * rows[1], sin * rows[0] + cos * rows[1], rows[2]
+    return moved
+
+
+PRESSES = np.array([[0.03, 0.02, np.log(0.02), 0.4, -0.5, 0.2, -0.3], [-0.04, 0.01, np.log(0.008), -0.7, 0.6, 0.0, 0.1],
+                    [0.0, 0.0, np.log(0.03), 0.0, 0.0, 0.3, 0.0]])
+
+
+@pytest.mark.parametrize('press', PRESSES.tolist())
+def test_a_press_is_that_of_the_plain_reference(press):
+    arrays, points = library(), markers()
+    moved = _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=np.array([press]))
+    assert np.abs(moved).max() > 1e-4
+    assert np.allclose(moved, reference(arrays, points, press), rtol=0, atol=1e-12)
+
+
+def test_presses_add_up_and_none_moves_nothing():
+    arrays, points = library(), markers()
+    together = _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=PRESSES)
+    assert np.allclose(together, sum(reference(arrays, points, press) for press in PRESSES), atol=1e-12)
+    assert not _core.press_dome(**arrays, points=points, eyes=np.zeros_like(points), presses=PRESSES[:0]).any()
+
+
+def seen_at(places, eye):
+    """(K, 2) m, in the plane through the top."""
+    return eye[:2] + (places - eye)[:, :2] * ((HEIGHT - eye[2]) / (places - eye)[:, 2])[:, None]
+
+
+PRIOR = np.array([np.zeros(7), [1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6], [-0.09, -0.09, np.log(1e-5), -1, -1, -2, -2],
+                  [0.09, 0.09, np.log(0.04), 1, 1, 2, 2], [0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3]])
+
+
+@pytest.mark.parametrize('press', PRESSES[:2].tolist())
+def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
+    arrays, points, eye = library(), markers(150), np.array([0.001, -0.002, -0.04])
+    true = seen_at(points + reference(arrays, points, press), eye) - seen_at(points, eye)
+    seen = np.isfinite(true).all(1)
+    start = np.array([press]) + [[2e-3, -2e-3, 0.1, 0.1, 0.1, 0.05, 0.05]]
+    sigma, rng, errors = 2e-6, np.random.default_rng(0), []
+    for _ in range(40):
+        shift = np.where(seen[:, None], true + rng.normal(0, sigma, true.shape), 1.0)
+        found, covariance, squares = _core.fit_dome(**arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT,
+                                                    shift=shift, weight=np.where(seen, sigma**-2, 0.0), starts=start, prior=PRIOR)
+        off = found[0] - press
+        errors.append((off @ np.linalg.solve(covariance, off) / 7, squares / (2 * seen.sum() - 7)))
+    assert np.allclose(np.mean(errors, axis=0), 1.0, atol=0.35)
+
+
+def test_what_no_marker_shows_has_no_covariance_of_its_own():
+    arrays, points = library(), markers()
+    prior = PRIOR.copy()
+    prior[1] = 0.0
+    unseen = _core.fit_dome(**arrays, points=points, eyes=np.zeros_like(points), plane_z=HEIGHT, shift=np.zeros((len(points), 2)),
+                            weight=np.zeros(len(points)), starts=PRESSES[:1], prior=prior)
+    assert np.array_equal(unseen[0], PRESSES[:1]) and np.isnan(unseen[1]).all() and unseen[2] == 0

@@ -1,0 +1,40 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from dome_library import MATERIAL, library_field, press, small_library
+from dome_scenes import DOME, FEW, dome_presses
+from tactile_perception.errors import BadCalibration
+from tactile_perception.markers.dome_model import calibration
+from tactile_perception.markers.dome_model.calibration import calibrate_dome
+from tactile_perception.markers.touches.presses import Presses
+from tactile_perception.markers.view.sensor import MARKER_SENSORS
+
+
+@pytest.mark.full  # simulates a small library
+def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
+    monkeypatch.setattr(calibration, '_simulated', lambda *_: (small_library(), MATERIAL))
+    plain = dome_presses(FEW, (0.012, 0.025))
+    pressed = [(place, depth) for place in FEW for depth in (0.012, 0.025)]
+    fields = [library_field(seed=k) for k in range(3)] + [library_field(press(*place, depth), seed=k) for k, (place, depth) in
+                                                          enumerate(pressed)]
+    presses = Presses(tuple(fields), plain.position, plain.depth, plain.segment, plain.wrench, plain.radius)
+    found = calibrate_dome(presses, DOME)
+    assert found.noise.still == pytest.approx(1.5e-5, rel=0.3) and found.noise.share < 0.006
+    assert found.place_error < 1e-3 and found.depth_share < 0.05 and found.deepest == 0.025 and found.quiet < 6
+    quick = calibrate_dome(presses, DOME, found)
+    assert quick.library is found.library and quick.noise == found.noise
+
+
+def test_a_sheet_and_too_few_presses_are_refused():
+    for presses, sensor in ((dome_presses(FEW, (0.012,)), MARKER_SENSORS['areal_single']), (dome_presses([(0, 0)], (0.01,)), DOME)):
+        with pytest.raises(BadCalibration, match='needs a dome and 6 straight presses'):
+            calibrate_dome(presses, sensor)
+
+
+def test_the_tips_radius_shows_in_the_heights_of_first_contact():
+    presses = dome_presses(FEW, (0.012, 0.025), ball=0.018)
+    assert calibration._tip_radius(presses.select(presses.touching), DOME) == pytest.approx(0.018, abs=1e-3)
+    assert calibration._marker_radius(presses, DOME) == pytest.approx(0.3 * max(DOME.pitch))
+    presses.fields[0].area[:] = np.pi * 8**2
+    assert calibration._marker_radius(presses, DOME) == pytest.approx(8 / 2000, rel=1e-3)

@@ -1,0 +1,65 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, press, small_library
+from tactile_perception.errors import BadCalibration
+from tactile_perception.markers.dome_model.library import RADIUS_SPREAD, averages, library_from_numbers, library_numbers
+from tactile_perception.markers.dome_model.membrane import DomeMaterial, press_dome
+from tactile_perception.markers.dome_model.mesh import DomeMesh, evaluate, shift_of
+
+pytestmark = pytest.mark.full  # simulates a small library
+KNOWN = np.isfinite(POINTS).all(1)
+
+
+def moved(*numbers):
+    """(K, 3) m, of the markers that there are."""
+    return small_library().moved(POINTS, EYES, np.array(numbers))[KNOWN]
+
+
+def test_presses_between_the_simulated_ones_are_interpolated():
+    step, across, turn, radius = PLAN.load_steps[9], 0.037, 0.6, 0.3
+    mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
+    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=False).straight[-1]
+    turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    expected = evaluate(averages(mesh, PLAN.marker, odd=False) @ direct, mesh, POINTS[KNOWN] @ turned.T) @ turned
+    found = moved(press(across * np.cos(turn), across * np.sin(turn), step, radius))
+    assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
+
+
+def test_the_library_has_the_domes_symmetry():
+    one, turned = moved(press(0.03, 0.02, 0.02, drag=(0.1, 0.2))), moved(press(0.02, 0.03, 0.02, drag=(0.2, 0.1)))
+    swapped = POINTS[KNOWN][:, [1, 0, 2]]
+    partner = np.argmin(np.linalg.norm(POINTS[KNOWN][:, None] - swapped, axis=2), axis=0)
+    assert np.allclose(one[partner], turned[:, [1, 0, 2]], atol=2e-5)
+    assert np.allclose(moved(press(1e-9, 0, 0.02)), moved(press(0, 1e-9, 0.02)), atol=1.5e-4)
+
+
+def test_deeper_presses_of_larger_tips_move_more():
+    size = [np.abs(moved(press(0.02, 0.0, depth, radius))).mean() for depth, radius in ((0.01, 0), (0.02, 0), (0.02, 0.8))]
+    assert size[0] < size[1] < size[2]
+
+
+def test_a_mean_over_a_marker_leaves_what_is_straight_and_rounds_what_is_bent():
+    mesh = DomeMesh(0.0, PLAN.cap, MESH)
+    field = np.zeros((MESH.rings + 1, 3, MESH.harmonics + 1))
+    field[:, 0, 0], field[:, 2, 0] = 1.0, 1 - MESH.edges**2
+    mean = (averages(mesh, 0.01, odd=False) @ field.ravel()).reshape(field.shape)
+    assert np.allclose(mean[:-2, 0, 0], 1.0, atol=1e-9) and mean[0, 2, 0] < 1.0 and mean[0, 2, 0] > 0.99
+
+
+def test_numbers_of_the_calibration_file_give_it_back():
+    numbers = library_numbers(small_library())
+    again = library_from_numbers(numbers)
+    presses = np.array([press(0.03, -0.01, 0.015, 0.2, 0.1, (0.1, 0.0))])
+    assert np.allclose(again.moved(POINTS, EYES, presses), small_library().moved(POINTS, EYES, presses), atol=2e-6)
+    for wrong in ({key: numbers[key] for key in numbers if key != 'even'}, {**numbers, 'odd': [3]}, {**numbers, 'plan': {}}):
+        with pytest.raises(BadCalibration, match='run calibrate again'):
+            library_from_numbers(wrong)
+
+
+def test_a_dome_that_cannot_be_simulated_is_refused(monkeypatch):
+    from tactile_perception.markers.dome_model import library, membrane
+    monkeypatch.setattr(membrane, 'STEPS', 1)
+    with pytest.raises(BadCalibration, match='do not converge'):
+        library.build_library(type(PLAN)(**vars(PLAN) | {'order': 1, 'levels': 2}), DomeMaterial(), MESH)

@@ -1,0 +1,74 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import dataclasses
+
+import numpy as np
+import pytest
+from dome_library import EYES, MATERIAL, library_field, press, small_library
+from dome_scenes import DOME, EYE, seen, markers
+from tactile_perception.errors import BadArgument, BadCalibration
+from tactile_perception.markers.dome_model.calibration import DomeCalibration
+from tactile_perception.markers.dome_model.method import DomeModelMethod
+from tactile_perception.markers.dome_model.solver import FieldNoise
+from tactile_perception.markers.touches.touch import OUT_OF_RANGE
+
+pytestmark = pytest.mark.full  # simulates a small library
+
+
+@pytest.fixture(scope='module')
+def calibration():
+    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 0.035, 0.08, 1.0)
+
+
+@pytest.fixture
+def method(calibration):
+    return DomeModelMethod(calibration, DOME)
+
+
+def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
+    for k, one in enumerate((press(0.02, 0.01, 0.02), press(-0.03, 0.02, 0.012, 0.5, 0.2), press(0.0, 0.0, 0.03, -0.4),
+                             press(0.03, -0.03, 0.025, drag=(0.5, 0.1)), press(-0.02, 0.0, 0.02, 0.3, drag=(0.0, -0.6)))):
+        touch, = method.estimate(library_field(one, seed=k))
+        assert np.hypot(*(touch.position[:2] - one[:2])) < 2e-3 and touch.depth == pytest.approx(np.exp(one[2]), abs=1.5e-3)
+        assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
+
+
+def test_two_presses_are_told_as_two_and_followed(method):
+    for depth in (0.012, 0.016, 0.02):
+        touches = method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.01, depth)))
+        assert sorted(np.sign(touch.position[0]) for touch in touches) == [-1, 1]
+        assert all(abs(touch.depth - depth) < 3e-3 for touch in touches)
+
+
+def test_what_moves_the_markers_too_little_is_not_told(method):
+    assert not any(method.estimate(library_field(seed=k)) for k in range(100))
+    assert method.estimate(library_field(press(0.02, 0.0, 1e-4))) == []
+
+
+def test_what_no_press_explains_widens_the_covariance_and_deep_presses_are_flagged(method):
+    plain, = method.estimate(library_field(press(0.02, 0.01, 0.02)))
+    field = library_field(press(0.02, 0.01, 0.02))
+    field.shift[:] += np.random.default_rng(5).normal(0, 2e-4, field.shift.shape)
+    assert all(touch.covariance[0, 0] > 2 * plain.covariance[0, 0] for touch in method.estimate(field))
+    field.shift[:] += np.random.default_rng(6).normal(0, 3e-3, field.shift.shape)
+    assert method.estimate(field) == [], 'nothing is told of a place that the markers do not show'
+    assert method.estimate(library_field(press(0.02, 0.01, 0.039)))[0].flags & OUT_OF_RANGE
+
+
+def test_markers_are_lowered_under_the_tip(method):
+    raised, dents = method.raised(library_field(press(0.02, 0.01, 0.02)))
+    under = np.nanargmin(np.hypot(*(markers()[:, :2] - [0.02, 0.01]).T))
+    assert dents is None and raised[under] == pytest.approx(-0.019, abs=2e-3)
+    assert method.raised(library_field()) is None
+
+
+def test_what_does_not_fit_is_refused(method, calibration):
+    numbers = calibration.numbers()
+    again = DomeModelMethod.from_fitted(numbers, DOME)
+    assert np.allclose(again.solver.points, method.solver.points, equal_nan=True) and EYE[2] < 0
+    for wrong in ({key: value for key, value in numbers.items() if key != 'noise'}, {**numbers, 'eye': [[0, 0, 0]]}):
+        with pytest.raises(BadCalibration, match='run calibrate again'):
+            DomeModelMethod.from_fitted(wrong, DOME)
+    with pytest.raises(BadArgument, match='289 markers'):
+        field = library_field()
+        method.estimate(type(field)(*(getattr(field, part.name)[:50] for part in dataclasses.fields(field))))

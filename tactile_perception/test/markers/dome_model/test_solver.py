@@ -1,0 +1,47 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from dome_library import inverse, library_field, press
+from tactile_perception.markers.dome_model.solver import DEPTH, RADIUS
+
+pytestmark = pytest.mark.full  # simulates a small library
+PRESS = press(0.022, -0.031, 0.021, 0.3, 0.2, (0.1, -0.05))
+
+
+def test_a_press_is_found_with_an_honest_covariance():
+    squares = []
+    for seed in range(20):
+        field = library_field(PRESS, seed=seed)
+        found = inverse().solve(field, inverse().start(field))
+        off = found.presses[0] - PRESS
+        squares.append(off[:3] @ np.linalg.solve(found.covariance[:3, :3], off[:3]) / 3)
+        assert np.hypot(*off[:2]) < 1.5e-3 and abs(off[DEPTH]) < 0.1 and found.misfit < 1.5
+    assert 0.2 < np.mean(squares) < 2
+
+
+def test_without_noise_it_is_found_exactly_but_for_the_prior():
+    field = library_field(PRESS, noise=1e-8)
+    field.sigma[:] = 1e-7
+    found = inverse().solve(field, inverse().start(field))
+    assert np.hypot(*(found.presses[0] - PRESS)[:2]) < 2e-4 and found.presses[0, RADIUS] == pytest.approx(0.3, abs=0.1)
+
+
+def test_two_presses_are_found_from_the_best_pair_of_starts():
+    two = press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.018)
+    found = inverse().solve(library_field(*two), inverse().start_of_two(library_field(*two)))
+    places = found.presses[np.argsort(-found.presses[:, 0])]
+    assert np.abs(places[:, :2] - np.array(two)[:, :2]).max() < 2e-3 and found.misfit < 1.5
+
+
+def test_markers_that_are_not_seen_do_not_count():
+    field = library_field(PRESS)
+    field.shift[::3] = np.nan
+    found = inverse().solve(field, inverse().start(field))
+    assert np.hypot(*(found.presses[0] - PRESS)[:2]) < 2e-3
+    assert inverse().squares(field, PRESS[None]) < 1.5 * 2 * field.seen.sum()
+
+
+def test_untouched_frames_match_no_start():
+    scores = [inverse().score(library_field(seed=seed)) for seed in range(50)]
+    assert max(scores) < 6 < 50 < inverse().score(library_field(PRESS))
