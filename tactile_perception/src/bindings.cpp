@@ -138,6 +138,7 @@ PYBIND11_MODULE(_core, module) {
         "path: as for path_lengths; rays: (N, 3), unit; id: (N,) int64, of the dots on the grid of rows x columns; rest_ranges (N,), m,\n"
         "rest_normals (N, 3), unit: at rest; ring_share: radius of the ring around a dot whose mean a length is, over the dots' pitch.");
     tactile::border::bind_contact(module);
+    tactile::border::bind_dome(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_taxels(module);
 }

@@ -164,6 +164,24 @@ def call_fit_worn_discs(image=FLOATS, places=PLACES):
     return _core.fit_worn_discs(image, places, radius=5.0, ring=1.4)
 
 
+DOME_ARRAYS = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
+               'even_table': np.full((6, 4, 2, 2, 2), 1e-3), 'odd_table': np.full((6, 2, 2, 2), 1e-3),
+               'even_modes': np.full((2, 4, 3, 3), 1e-3), 'odd_modes': np.full((2, 4, 3, 3), 1e-3),
+               'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
+DOME_PRIOR = np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])
+
+
+def call_press_dome(**arrays):
+    """Displacements under a press, all arrays but those given as they are in use."""
+    return _core.press_dome(**DOME_ARRAYS | {'presses': np.zeros((1, 7))} | arrays)
+
+
+def call_fit_dome(**arrays):
+    """The press of a dome, all arrays but those given as they are in use."""
+    known = {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)), 'prior': DOME_PRIOR}
+    return _core.fit_dome(**DOME_ARRAYS | known | arrays, plane_z=0.12)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
@@ -206,6 +224,9 @@ CALLS = {
     'steady_motion': (call_steady_motion, {'times': np.arange(9.0), 'places': np.zeros((9, 3))}),
     'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
     'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
+    'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
+    'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)),
+                                               'prior': DOME_PRIOR}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 
