@@ -5,6 +5,7 @@
 #include "border.hpp"
 #include "disc_correlation.hpp"
 #include "dot_judge.hpp"
+#include "extrapolate.hpp"
 #include "lattice.hpp"
 #include "peaks.hpp"
 #include "worn_disc.hpp"
@@ -143,6 +144,27 @@ py::array_t<double> worn_discs(const py::object& image, const py::object& places
     return output(found, {static_cast<py::ssize_t>(found.size() / 4), 4});
 }
 
+constexpr double LARGEST_INDEX = 1e9;  // Chosen: beyond any grid, and differences stay far from overflow
+
+py::tuple extrapolated(const py::object& places, const py::object& rc, const py::object& member, double pitch) {
+    const Input<double> given(places, "places", {ANY, 2});
+    const py::ssize_t count = given.length();
+    const Input<std::int64_t> indices(rc, "rc", {count, 2});
+    const Input<bool> members(member, "member", {count});
+    within(pitch, "pitch", 1e-3, LARGEST_PLACE);
+    for (py::ssize_t k = 0; k < 2 * count; ++k) {
+        within(given.data()[k], "places", -LARGEST_PLACE, LARGEST_PLACE);
+        within(indices.data()[k], "rc", -LARGEST_INDEX, LARGEST_INDEX);
+    }
+    std::vector<std::int64_t> numbers(indices.data(), indices.data() + 2 * count);
+    std::vector<std::uint8_t> known(members.data(), members.data() + count);
+    {
+        py::gil_scoped_release others_run;
+        extrapolate_indices(given.data(), count, pitch, numbers, known);
+    }
+    return py::make_tuple(output(numbers, {count, 2}), output<bool>({known.begin(), known.end()}, {count}));
+}
+
 }  // namespace
 
 void tactile::border::bind_dots(py::module_& module) {
@@ -180,4 +202,8 @@ void tactile::border::bind_dots(py::module_& module) {
         "Rows and columns (N, 2) int64 relative to each other of dots at finite places (N, 2) float64, px, on a printed grid; which\n"
         "of them are members (N,) bool; the angle of the rows against u, rad, within 45 degrees of angle_hint; the pitch, px. None\n"
         "where the dots form no grid, or one that contradicts itself.");
+    module.def(
+        "extrapolate_indices", &extrapolated, py::arg("places"), py::arg("rc"), py::arg("member"), py::kw_only(), py::arg("pitch"),
+        "Rows and columns (N, 2) int64 and membership (N,) bool, extended from members to more dots at finite places (N, 2) float64, px;\n"
+        "dots inconsistent with their neighbours lose membership. pitch: px.");
 }

@@ -182,6 +182,14 @@ def call_fit_dome(**arrays):
     return _core.fit_dome(**DOME_ARRAYS | known | arrays, plane_z=0.12)
 
 
+LATTICE = {'places': 20.0 * np.argwhere(np.ones((6, 7))), 'rc': np.argwhere(np.ones((6, 7))), 'member': np.arange(42) % 3 > 0}
+
+
+def call_extrapolate_indices(**arrays):
+    """Indices of all dots of a grid from two thirds of them."""
+    return _core.extrapolate_indices(**LATTICE | arrays, pitch=20.0)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
@@ -192,6 +200,7 @@ CALLS = {
     'place_values': (call_place_values, {'places': PLACES / 60, 'table': TABLE}),
     'place_covariance': (call_place_covariance, {'place': FOUR[:2], 'noise': np.eye(4)}),
     'find_disc_peaks': (call_find_disc_peaks, {'image': FLOATS, 'inside': QUADRANT[0], 'support': QUADRANT[1]}),
+    'extrapolate_indices': (call_extrapolate_indices, LATTICE),
     'fit_worn_discs': (call_fit_worn_discs, {'image': FLOATS, 'places': PLACES}),
     'find_lattice': (call_find_lattice, {'places': 20.0 * np.argwhere(np.ones((6, 7)))}),
     'press_sheet': (call_press_sheet, SHEET),
