@@ -12,5 +12,6 @@ void bind_contact(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_taxels(pybind11::module_& module);
+void bind_water(pybind11::module_& module);
 
 }  // namespace tactile::border

@@ -17,16 +17,16 @@ constexpr double DARK = 1e-6;  // irradiance by Lambert's cosine that a place tu
 }  // namespace
 
 // Means over the lamps, weighted by irradiance: inverse square of the distance, Lambert's cosine, ambient.
-Incidence incidence(const LightPath& path, const Vector& place, const Vector& normal, const Vector& ray) {
-    const double up = place[2] - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
+Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray) {
+    const double up = place.z - path.lamp_z, ambient = std::max(path.ambient, 0.0) + DARK;
     double distance[LAMPS], weight[LAMPS], outward[LAMPS];
     for (int k = 0; k < LAMPS; ++k) {
-        const double x = place[0] - path.centre[0] - path.lamp_radius * COSINE[k];
-        const double y = place[1] - path.centre[1] - path.lamp_radius * SINE[k];
+        const double x = place.x - path.centre.x - path.lamp_radius * COSINE[k];
+        const double y = place.y - path.centre.y - path.lamp_radius * SINE[k];
         distance[k] = std::sqrt(x * x + y * y + up * up);
-        const double near = 1 / distance[k], cosine = (x * normal[0] + y * normal[1] + up * normal[2]) * near;
+        const double near = 1 / distance[k], cosine = (x * normal.x + y * normal.y + up * normal.z) * near;
         weight[k] = ((cosine > 0 ? cosine : 0) + ambient) * near * near;
-        outward[k] = (x * ray[0] + y * ray[1] + up * ray[2]) * near;
+        outward[k] = (x * ray.x + y * ray.y + up * ray.z) * near;
     }
     double total = 0, far = 0, along = 0;
     for (int k = 0; k < LAMPS; ++k) {
@@ -35,7 +35,7 @@ Incidence incidence(const LightPath& path, const Vector& place, const Vector& no
         along += weight[k] * outward[k];
     }
     const double slant = far / (total * up);
-    return {slant, along / (total * up) - slant * ray[2] / up, total / LAMPS};
+    return {slant, along / (total * up) - slant * ray.z / up, total / LAMPS};
 }
 
 // The derivative neglects that of the weights: accurate to 1 %.

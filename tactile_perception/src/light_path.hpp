@@ -2,26 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstddef>
+#include "vectors.hpp"
 
 namespace tactile {
-
-using Vector = std::array<double, 3>;
-
-inline double dot(const Vector& a, const Vector& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-// Row k of an N x 3 array.
-inline Vector vector_at(const double* rows, std::ptrdiff_t k) {
-    return {rows[3 * k], rows[3 * k + 1], rows[3 * k + 2]};
-}
 
 // From a ring light through a window to the skin, and back to the camera; metres, sensor frame.
 struct LightPath {
     double window_z, lamp_z, lamp_radius, ambient;  // ambient: diffuse share of the irradiance, 0 for Lambert's cosine alone
-    Vector centre;                                  // of the camera, on the ring's axis
+    Vec3 centre;                                    // of the camera, on the ring's axis
 };
 
 // The light that falls on a place: its mean 1 / cos(angle to the z axis), that mean's derivative along the camera's ray, 1/m, and the
@@ -31,7 +19,7 @@ struct Incidence {
 };
 
 // The light on a place with outward unit normal, on the unit ray from the camera's centre.
-Incidence incidence(const LightPath& path, const Vector& place, const Vector& normal, const Vector& ray);
+Incidence incidence(const LightPath& path, const Vec3& place, const Vec3& normal, const Vec3& ray);
 
 // Length in the water, m, to the place and back, and its derivative along the ray.
 struct Length {

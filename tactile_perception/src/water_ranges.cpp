@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grid_normal.hpp"
+
 namespace tactile {
 namespace {
 
@@ -60,10 +62,10 @@ class Surface {
         if (flat_) return;
         for (std::ptrdiff_t k = 0; k < dots.count; ++k) change_.values[dots.id[k]] = ranges[k] - dots.rest_ranges[k];
         change_ = smooth(change_);
-        places_.assign(change_.values.size(), {NONE, NONE, NONE});
+        places_.assign(3 * change_.values.size(), NONE);
         for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
             const double change = change_.values[dots.id[k]], range = dots.rest_ranges[k] + (std::isfinite(change) ? change : 0);
-            for (int axis = 0; axis < 3; ++axis) places_[dots.id[k]][axis] = path.centre[axis] + range * dots.rays[3 * k + axis];
+            store(places_.data(), dots.id[k], path.centre + range * vec3_at(dots.rays, k));
         }
     }
 
@@ -72,34 +74,24 @@ class Surface {
         return flat_ ? 0 : laplacian(change_, dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns);
     }
 
-    // Unit normal, z up, at dot k: cross product of central differences; that at rest at the border and where a neighbour is missing.
-    Vector normal(std::ptrdiff_t k) const {
-        const Vector rest = vector_at(dots_.rest_normals, k);
+    // Unit normal, z up, at dot k; that at rest at the border and where a neighbour is missing.
+    Vec3 normal(std::ptrdiff_t k) const {
+        const Vec3 rest = vec3_at(dots_.rest_normals, k);
         if (flat_ || !change_.inner(dots_.id[k] / dots_.columns, dots_.id[k] % dots_.columns)) return rest;
-        const Vector* here = &places_[dots_.id[k]];
-        Vector a, b;
-        for (int axis = 0; axis < 3; ++axis) {
-            a[axis] = here[1][axis] - here[-1][axis];
-            b[axis] = here[dots_.columns][axis] - here[-dots_.columns][axis];
-        }
-        Vector out{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-        const double length = std::copysign(std::sqrt(dot(out, out)), out[2]);
-        for (double& part : out) part /= length;
-        return std::isfinite(out[0]) && std::isfinite(out[1]) && std::isfinite(out[2]) ? out : rest;
+        return grid_normal(places_.data() + 3 * dots_.id[k], dots_.columns, rest);
     }
 
  private:
     const SeenDots& dots_;
     bool flat_;
     Grid change_;
-    std::vector<Vector> places_;
+    std::vector<double> places_;
 };
 
 // One Newton step along a ray from range start to the range at which the path has that length.
-Length march(const LightPath& path, double length, const Vector& ray, double start, const Vector& normal) {
-    Vector place;
-    for (int axis = 0; axis < 3; ++axis) place[axis] = path.centre[axis] + start * ray[axis];
-    const Length here = length_at(path, place[2], ray[2], incidence(path, place, normal, ray));
+Length march(const LightPath& path, double length, Vec3 ray, double start, Vec3 normal) {
+    const Vec3 place = path.centre + start * ray;
+    const Length here = length_at(path, place.z, ray.z, incidence(path, place, normal, ray));
     return {start + (length - here.metres) / here.slope, here.slope};
 }
 
@@ -108,11 +100,11 @@ Length march(const LightPath& path, double length, const Vector& ray, double sta
 WaterRanges water_ranges(const LightPath& path, const SeenDots& dots, const double* lengths, double ring_share) {
     std::vector<double> first(dots.count);
     for (std::ptrdiff_t k = 0; k < dots.count; ++k)
-        first[k] = march(path, lengths[k], vector_at(dots.rays, k), dots.rest_ranges[k], vector_at(dots.rest_normals, k)).metres;
+        first[k] = march(path, lengths[k], vec3_at(dots.rays, k), dots.rest_ranges[k], vec3_at(dots.rest_normals, k)).metres;
     const Surface surface(path, dots, first);
     WaterRanges found{std::vector<double>(dots.count), std::vector<double>(dots.count)};
     for (std::ptrdiff_t k = 0; k < dots.count; ++k) {
-        const Length second = march(path, lengths[k], vector_at(dots.rays, k), first[k], surface.normal(k));
+        const Length second = march(path, lengths[k], vec3_at(dots.rays, k), first[k], surface.normal(k));
         // The mean over a ring of radius r differs from the value at its centre by r^2 / 4 times the Laplacian, to second order.
         found.ranges[k] = second.metres - surface.curvature(k) * ring_share * ring_share / 4;
         found.slopes[k] = second.slope;

@@ -16,8 +16,9 @@ from .membrane.range_scale import RangeScale
 from .membrane.solver import Membrane
 from .membrane.state import MembraneState
 from .optics.absorption import RestLight, WaterModel
-from .optics.colour import log_ratios
-from .optics.identification import fit_rest, update_constants
+from .optics.colour import RingColours, log_ratios
+from .optics.glare import GlaringPad, SeenGlare
+from .optics.identification import find_glare, fit_rest, update_constants
 from .sensor import Touchpad
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
@@ -60,6 +61,7 @@ class DotPlaces:
         self._scale: RangeScale | None = None
         self._light: RestLight | None = None
         self._bled: np.ndarray | None = None
+        self._glare: GlaringPad | None = None
         self._initialised = False
 
     def renew(self) -> None:
@@ -82,12 +84,20 @@ class DotPlaces:
             self._initialise(image, tracks)
         if moved or self._light is None:
             self._light = replace(self._water.at_rest(self._rest.xyz), bled=self._bled)
+            if self._glare is not None:
+                self._glare.set_rest(self._rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
-        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks)
+        ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]
         xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan
         return xyz
+
+    def _glaring(self, colours: RingColours, rays: np.ndarray, tracks: DotTracks) -> SeenGlare | None:
+        """The glare of this frame, by the skin's shape in the last one; None for a pad without."""
+        if self._glare is None:
+            return None
+        return self._glare.seen(colours.brightness, rays, tracks.id, self._rest.xyz if self._last is None else self._last.xyz)
 
     def _update_rest(self, tracks: DotTracks) -> bool:
         """Update the membrane's rest positions; whether they have changed."""
@@ -107,7 +117,13 @@ class DotPlaces:
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
             update_constants(self._calibrated, image, tracks.uv, self._camera)
         self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
-        bled, self._bled = self._water.bled(image, tracks, self._camera), None
+        glare = find_glare(self._water, image, self._camera)
+        self._glare = None
+        if glare is not None:
+            self._glare = GlaringPad(glare, self._water.path, self._water.absorptions[0], self._sensor.rows, self._sensor.columns)
+            self._glare.set_rest(self._rest.xyz, self._water.at_rest(self._rest.xyz).normals)
+        colours, rays = log_ratios(image, tracks.uv, self._water.ring), self._camera.rays(tracks.uv)
+        bled, self._bled = self._water.bled(image, tracks, self._camera, self._glaring(colours, rays, tracks)), None
         if bled is not None:
             self._bled = np.zeros(len(self._rest.xyz))
             self._bled[tracks.id] = bled

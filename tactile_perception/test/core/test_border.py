@@ -41,6 +41,21 @@ PAD = {
 }
 LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 3)), 'normals': PAD['rest_normals'], 'rays': PAD['rays']}
 
+SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
+SEEN = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
+        'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02)}
+
+
+def call_skin_light(**arrays):
+    """Light on a skin of 3 x 4 places, with the arrays given in place of the good ones."""
+    return _core.skin_light(**{**SKIN, **arrays}, rows=3, columns=4)
+
+
+def call_water_lengths(**arrays):
+    """Path lengths with glare, with the arrays given in place of the good ones."""
+    return _core.water_lengths(**{**SEEN, **arrays}, constants=(-0.5, -0.4), absorptions=(35.0, 27.0), noise=(1e-5, 5e-6, 5e-6, 1e-5),
+                               probability=0.3, size=0.1, colour=(0.5, 0.6))
+
 
 def call_ring_colours(image=COLOURS, uv=PLACES):
     """Colours with the arguments that are no arrays as they are in use."""
@@ -207,6 +222,8 @@ CALLS = {
     'ring_colours': (call_ring_colours, {'image': COLOURS, 'uv': PLACES}),
     'path_lengths': (call_path_lengths, LIGHT),
     'water_ranges': (call_water_ranges, PAD),
+    'skin_light': (call_skin_light, SKIN),
+    'water_lengths': (call_water_lengths, SEEN),
     'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
                    {'values': DOTS, 'known': np.arange(42) % 3 > 0}),
     'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),

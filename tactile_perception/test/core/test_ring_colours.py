@@ -22,7 +22,7 @@ def ring(image, place, radius):
     at = np.rint(place + radius * np.column_stack([np.cos(angle), np.sin(angle)])).astype(int)
     points = np.array([nine(image, column, row) for column, row in at])
     level = np.sort(points[:, 0])[12]
-    keep = (points[:, 0] > 0.75 * level) & (points[:, 0] < 1.2 * level) & (points[:, 2] < 9 * 254)
+    keep = (points[:, 0] > 0.75 * level) & (points[:, 0] < 1.2 * level) & (points[:, 2] < 9 * 250)
     uneven = np.where(keep, points[:, 0] / np.maximum(points[:, 2], 1), 0.0)
     uneven = np.where(keep, uneven / max(uneven.sum() / max(keep.sum(), 1), 1e-6) - 1, 0.0)
     first = np.array([np.cos(angle), np.sin(angle)]) @ uneven

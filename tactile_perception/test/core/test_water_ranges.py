@@ -28,7 +28,7 @@ def solve(lengths, rays, ranges, normals, rows, columns, share=0.45, id=None):
 
 def newton(lengths, rays, start, normals):
     """One step for each ray."""
-    here, slope = path_lengths(PATH, CENTRE + start[:, None] * rays, normals, rays)
+    here, slope, _ = path_lengths(PATH, CENTRE + start[:, None] * rays, normals, rays)
     return start + (lengths - here) / slope, slope
 
 
@@ -75,7 +75,7 @@ def test_a_tilted_plane_is_found_from_its_lengths():
     rays, ranges, normals = flat_pad(9, 9)
     tilted = 0.05 / (rays[:, 2] - 0.1 * rays[:, 0])  # the plane z = 0.05 + 0.1 x over the camera
     facing = np.broadcast_to(np.array([-0.1, 0, 1]) / np.hypot(0.1, 1), rays.shape).copy()
-    lengths, _ = path_lengths(PATH, CENTRE + tilted[:, None] * rays, facing, rays)
+    lengths, _, _ = path_lengths(PATH, CENTRE + tilted[:, None] * rays, facing, rays)
     inner = np.zeros((9, 9), bool)
     inner[2:-2, 2:-2] = True
     error = (solve(lengths, rays, ranges, normals, 9, 9)[0] - tilted)[inner.ravel()]

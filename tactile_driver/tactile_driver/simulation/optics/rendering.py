@@ -30,7 +30,9 @@ class Imaging:
 
     blur: px, standard deviation of the lens blur; read_noise: grey levels; shot_noise: grey levels squared per grey level; ink: fraction of
     light absorbed by a dot, B, G, R or one for all, below 0 if the dot is brighter than the skin; housing: grey level around the skin;
-    cosine, stop: parameters of the vignetting (water_light.vignette). The defaults are chosen.
+    cosine, stop: parameters of the vignetting (water_light.vignette); reflections: lamps that the window mirrors, which stay in place,
+    (u, v, standard deviation, all px, peak in grey levels) each; drift: amplitude of a slow change of the gain; drift_period: frames. The
+    defaults are chosen.
     """
 
     blur: float = 0.8
@@ -40,6 +42,9 @@ class Imaging:
     housing: float = 3.0
     cosine: float = 4.0
     stop: float = 0.35
+    reflections: tuple = ()
+    drift: float = 0.0
+    drift_period: int = 600
 
 
 class Renderer:
@@ -53,6 +58,7 @@ class Renderer:
         self._illumination = lighting.seen_by(camera, self._spread)
         self._set_up_cells()
         self._inside = self._skin_cover()
+        self._reflections = self._fixed_spots()
         shape = (camera.height, camera.width, 3)
         self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
         self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -68,6 +74,10 @@ class Renderer:
         cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
         cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
         self._add_spots(self._picture, *spots)
+        if self._reflections is not None:
+            self._picture += self._reflections
+        if self.imaging.drift:
+            self._picture *= np.float32(1 + self.imaging.drift * np.sin(2 * np.pi * (number or 0) / self.imaging.drift_period))
         return self._expose(number)
 
     def _expose(self, number: int | None) -> np.ndarray:
@@ -174,6 +184,18 @@ class Renderer:
             x, y = np.arange(patch.shape[1]) + left - u, np.arange(patch.shape[0])[:, None] + top - v
             shine = strength * np.exp(-0.5 * (f[0, 0] * x * x + 2 * f[0, 1] * x * y + f[1, 1] * y * y))
             patch += (shine * self._inside[box])[..., None].astype(np.float32)
+
+    def _fixed_spots(self) -> np.ndarray | None:
+        """White light (height, width, 1), grey levels, of the window's reflections; None without."""
+        camera = self.camera
+        if not self.imaging.reflections:
+            return None
+        v, u = np.mgrid[:camera.height, :camera.width].astype(np.float32)
+        total = np.zeros((camera.height, camera.width), np.float32)
+        for place_u, place_v, size, peak in self.imaging.reflections:
+            du, dv = (axis - ((place + 0.5) * camera.scale - 0.5) for axis, place in ((u, place_u), (v, place_v)))
+            total += np.float32(peak) * np.exp(-(du * du + dv * dv) / (2 * (size * camera.scale)**2))
+        return total[..., None]
 
     def _skin_cover(self) -> np.ndarray:
         """Fraction (height, width) of each pixel that shows the skin and not the housing."""

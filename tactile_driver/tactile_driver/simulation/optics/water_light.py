@@ -17,7 +17,8 @@ class Lighting:
     absorption: 1/m per channel B, G, R (Beer-Lambert law); gain: grey levels per channel; ambient: fraction of diffuse light;
     lamp_radius, lamp_depth: m, radius of the circle of LEDs and its distance below the rim; lamps: number of LEDs; window: z of the pad's
     floor, m; power: of all LEDs together; gloss: specular reflection of the skin, grey levels; gloss_width: rad; largest_spot: largest
-    standard deviation of a highlight, px of the native image.
+    standard deviation of a highlight, px of the native image; sheen: wide reflection of each LED by the wet skin, over a white skin's light
+    (glare); sheen_width: rad; sheen_water: share of the water's absorption that the sheen's light undergoes, 0 for white glare.
     """
 
     absorption: tuple = (78.0, 62.0, 13.0)
@@ -31,6 +32,9 @@ class Lighting:
     gloss: float = 300.0
     gloss_width: float = 0.007
     largest_spot: float = 8.0
+    sheen: float = 0.0
+    sheen_width: float = 0.04
+    sheen_water: float = 1.0
 
     def seen_by(self, camera: SimulatedCamera, blur: float) -> Illumination:
         """The light from the skin to the camera; blur: px, standard deviation of the lens blur."""
@@ -69,7 +73,20 @@ class Illumination:
         (place (M, 2) px, form (M, 2, 2) 1/px^2, peak (M,) grey levels): the light at q px from place is peak * exp(-q form q / 2).
         """
         wet, length, toward = _ways(self._sources, shape, self._lighting.window)
-        return self._diffuse(wet, length, toward, normals), self._mirror(toward, normals, uv)
+        light = self._diffuse(wet, length, toward, normals)
+        if self._lighting.sheen > 0:
+            light += self._sheen(wet, toward, normals)
+        return light, self._mirror(toward, normals, uv)
+
+    def _sheen(self, wet: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Wide lobes of reflection (Blinn's half-way vector, Gaussian lobe), grey levels (n, n, 3)."""
+        lighting = self._lighting
+        off = toward[1:] + toward[0]
+        off /= np.sqrt(np.einsum('...i,...i->...', off, off))[..., None]
+        off += normals
+        lobe = np.exp(-np.einsum('...i,...i->...', off, off) / (2 * lighting.sheen_width**2)) * np.float32(lighting.sheen)
+        way = (wet[1:] + wet[0]) * np.float32(lighting.sheen_water)
+        return np.stack([(lobe * np.exp(-a * way)).sum(axis=0) for a in self._absorption], axis=-1) * self._gain
 
     def _diffuse(self, wet: np.ndarray, length: np.ndarray, toward: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Beer-Lambert law from LED over skin to camera, Lambert's cosine law, inverse square law, and scattered light."""

@@ -104,6 +104,12 @@ def _sphere_grid() -> tuple[Act, ...]:
     return tuple(acts)
 
 
+#: px of the native image and grey levels; chosen.
+_REFLECTIONS = ((214.0, 186.0, 3.0, 160.0), (402.0, 205.0, 4.0, 210.0), (310.0, 352.0, 2.5, 120.0))
+#: LED glare of the wet skin, specular spots on skin and window, slow gain drift.
+_glaring = partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.01, sheen=0.15, sheen_width=0.05),
+                   imaging=replace(Imaging(), reflections=_REFLECTIONS, drift=0.03))
+
 TOUCHPAD_SCENES: dict[str, Script] = {
     'demo': Script(touchpad, one_after_the_other([_rectangle_drag, _disc_twist, _ring_press, _sphere_tilt, _impact], untouched=STARTING)),
     'rest': Script(touchpad, duration=10.0),
@@ -117,8 +123,9 @@ TOUCHPAD_SCENES: dict[str, Script] = {
     'prism': Script(touchpad, one_after_the_other([_prism])),
     'two_spheres': Script(touchpad, one_after_the_other([_two_spheres])),
     'two_objects': Script(touchpad, one_after_the_other([_two_objects])),
-    'glare': Script(partial(touchpad, lighting=replace(Lighting(), gloss=900.0, gloss_width=0.02, largest_spot=14.0)),
-                    one_after_the_other([_rectangle_drag])),
+    'glare': Script(_glaring, one_after_the_other([_rectangle_drag])),
+    'glare_disc': Script(_glaring, one_after_the_other([_disc_twist])),
+    'glare_rest': Script(_glaring, duration=10.0),
     'noise': Script(partial(touchpad, imaging=replace(Imaging(), read_noise=4.0, shot_noise=0.10)), one_after_the_other([_rectangle_drag])),
     'sphere_calibration': Script(touchpad, _sphere_grid()),
 }

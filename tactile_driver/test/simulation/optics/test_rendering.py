@@ -74,6 +74,24 @@ def test_noise_is_as_asked_and_new_in_each_frame(membrane):
     np.testing.assert_array_equal(drawn(membrane, number=3)[0], frames[3].astype(np.uint8))
 
 
+def test_reflections_of_the_window_stay_in_place_and_are_white(membrane):
+    imaging = replace(Imaging(), reflections=((300.0, 200.0, 3.0, 60.0),))
+    for width, scale in ((640, 1.0), (320, 0.5)):
+        clean, spotted = (drawn(membrane, imaging=kind, width=width)[0].astype(float) for kind in (Imaging(), imaging))
+        extra = spotted - clean
+        v, u = np.unravel_index(extra.sum(axis=2).argmax(), extra.shape[:2])
+        assert np.hypot((u + 0.5) / scale - 300.5, (v + 0.5) / scale - 200.5) < 2.5
+        assert extra[v, u, :2] == pytest.approx([60, 60], abs=6)
+        rows, columns = np.mgrid[:extra.shape[0], :extra.shape[1]]
+        assert extra[np.hypot(rows - v, columns - u) > 20 * scale].max() <= 1
+
+
+def test_gain_drifts_slowly_about_one(membrane):
+    imaging = replace(Imaging(), read_noise=0.0, shot_noise=0.0, drift=0.1, drift_period=40)
+    levels = np.array([drawn(membrane, imaging=imaging, number=k)[0][240, 330:340, 2].mean() for k in (0, 10, 20, 30)]) - Imaging().housing
+    assert levels / levels[0] == pytest.approx([1, 1.1, 1, 0.9], abs=0.01)
+
+
 def test_outside_the_pad_it_is_dark(membrane):
     picture, _ = drawn(membrane)
     assert picture[5, 5].max() <= 4 and picture[-5, -5].max() <= 4

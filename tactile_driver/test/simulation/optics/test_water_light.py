@@ -60,6 +60,21 @@ def test_each_lamp_has_its_mirror_image_on_the_resting_skin(membrane):
     assert (0.8 < width).all() and (width < 9).all()
 
 
+@pytest.mark.parametrize('water', [0.0, 1.0])
+def test_sheen_is_where_the_lamps_are_mirrored_and_has_the_colour_asked_for(membrane, water):
+    lighting = replace(Lighting(), sheen=0.1, sheen_width=0.05, sheen_water=water)
+    (matt, (place, _, peak)), (wet, _) = look(membrane, Lighting()), look(membrane, lighting)
+    extra = wet - matt
+    camera = touchpad_camera()
+    nodes = camera.project(membrane.rest)
+    brightest = nodes[np.unravel_index(extra[..., 2].argmax(), extra.shape[:2])]
+    assert np.linalg.norm(place[peak > 20] - brightest, axis=1).min() < 15
+    assert 0.03 < (extra[..., 2] / matt[..., 2]).max() < 0.6 and (extra[..., 2] > 0.01 * matt[..., 2]).mean() < 0.5
+    most = np.unravel_index(extra[..., 2].argmax(), extra.shape[:2])
+    blue, _, red = extra[most] / np.array(lighting.gain)
+    assert blue / red == pytest.approx(1, rel=1e-3) if water == 0 else blue / red < 0.2
+
+
 def test_vignette_is_darkest_in_the_corners():
     camera = touchpad_camera()
     fall_off = vignette(camera, np.arange(640), np.arange(480), 4.0, 0.35)

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .colour import POINTS, RING, RingColours, log_ratios
-from ..._core import water_ranges
+from .colour import RING, RingColours, log_ratios
+from .glare import PROBABILITY, SeenGlare, no_glare
+from ..._core import water_lengths, water_ranges
 from ...common.camera import CameraModel
 from ...common.dots import DotTracks
 from ...common.spherical_cap import Cap
 from ...errors import BadArgument
 from .light_path import LightPath
 
-PATCHY = 2.5  # times the noise variance of ring points above which blue/red around a ring shows glare or an edge; chosen
 IN_PLACE = 0.7  # px; chosen: a dot that has moved by more lies differently in the blocks of pixels that share a stored colour
 LARGEST_BLED = 3e-4  # m; chosen: larger errors are not colour bleeding
-DISAGREE = 2.5  # standard deviations of disagreement between the two ratios above which sigma is widened; chosen
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,13 @@ class WaterModel:
         ranges = np.sqrt(np.square(xyz - np.array(self.path.centre)).sum(axis=1))
         return RestLight(ranges, (xyz - [0, 0, self.cap.centre_z]) / self.cap.curvature_radius)
 
-    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
-        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,). Kernel: src/water_ranges.cpp."""
-        length, sigma = self.path_lengths(colours)
+    def solve(self, colours: RingColours, rays: np.ndarray, rest: RestLight, tracks: DotTracks,
+              glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
+
+        glare: as for path_lengths. Kernel: src/water_ranges.cpp.
+        """
+        length, sigma = self.path_lengths(colours, glare)
         ranges, slope = water_ranges(
             self.path.numbers, length, rays=rays, id=tracks.id, rest_ranges=rest.ranges, rest_normals=rest.normals, rows=tracks.rows,
             columns=tracks.columns, ring_share=self.ring_share)
@@ -85,29 +88,26 @@ class WaterModel:
             ranges -= rest.bled * np.exp(-np.square(tracks.duv).sum(1) / (2 * IN_PLACE**2))
         return ranges, sigma / slope
 
-    def bled(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel) -> np.ndarray | None:
-        """Range error (N,), m, of the tracks by colour bleeding, from an untouched image (H, W, 3); None for colour at full resolution.
+    def bled(self, image: np.ndarray, tracks: DotTracks, camera: CameraModel,
+             glare: SeenGlare | None = None) -> np.ndarray | None:
+        """Range error (N,), m, of the tracks by colour bleeding and by what glare remains, from an untouched image (H, W, 3).
 
-        It depends on a dot's position in the blocks of pixels that share a colour, and is constant while the dot stays there.
+        It depends on a dot's place among lamps and blocks of pixels that share a colour, and is constant while the dot stays there. None
+        for colour at full resolution without glare, as for path_lengths.
         """
-        if self.ring_share <= RING:
+        if self.ring_share <= RING and glare is None:
             return None
         rest = self.at_rest(self.cap.meet(camera.centre, camera.rays(tracks.uv)))
-        error = self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks)[0] - rest.ranges
+        error = self.solve(log_ratios(image, tracks.uv, self.ring), camera.rays(tracks.uv), rest, tracks, glare)[0] - rest.ranges
         return np.where(np.abs(error) < LARGEST_BLED, error, 0.0)
 
-    def path_lengths(self, colours: RingColours) -> tuple[np.ndarray, np.ndarray]:
+    def path_lengths(self, colours: RingColours, glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
-        Glare and sharp edges make the two ratios disagree and blue/red vary around the ring: both widen the standard deviation.
+        glare: as seen in this frame, None for a pad without. Unexplained glare and sharp edges make the two ratios disagree and blue/red
+        vary around the ring: both widen the standard deviation. Kernel: src/glare.cpp.
         """
-        weight, (blue, green) = np.linalg.inv(self.noise), self.absorptions
-        gain = weight @ self.absorptions
-        information = float(self.absorptions @ gain)
-        apart = np.array([green, -blue]) * np.sqrt(np.linalg.det(weight) / information) / DISAGREE
-        short = self.constants[:, None] - colours.ratios.T
-        length = gain / information @ short
-        share = np.maximum(colours.count, 1) * (1 / POINTS)
-        widen = np.maximum(np.square(apart @ short) * share, 1.0)
-        patches = np.maximum(colours.patchiness - PATCHY * POINTS * self.noise[0, 0], 0) / self.absorptions[0]**2
-        return length, np.sqrt(np.square(widen) / (share * information) + patches)
+        excess, sigma, size, colour = glare or no_glare(len(colours.count))
+        return water_lengths(
+            colours.ratios, colours.count, colours.patchiness, excess, sigma, constants=self.constants,
+            absorptions=self.absorptions, noise=np.ravel(self.noise), probability=PROBABILITY, size=size, colour=colour)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ from ...errors import BadFrame
 
 POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/ring_colour.cpp)
 RING_PIXELS = 9 * POINTS
+CLIPPED = 250  # mean grey level of red from which some of its pixels may be clipped; chosen: a few levels of noise below
 GROUND = 0.93  # share of the brightest surrounding pixel from which a pixel is background, at rest, where shading varies slowly; chosen
 RING = 0.45  # radius over the pitch; chosen: the farthest from the dot without the rim of the next one
 WIDE = 0.55  # the same where dots bleed into the background: colour at reduced resolution (4:2:0, 4:2:2, JPEG); chosen
@@ -75,8 +77,18 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius)))
 
 
-def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Colour of the background between the dots of an untouched image: positions uv (M, 2) px, log ratios (M, 2), pixels used (M,).
+class Background(NamedTuple):
+    """Places between dots. uv: (M, 2) px; ratios: (M, 2) logarithms of blue/red and green/red; brightness: (M,) logarithm of red, grey
+    levels; pixels: (M,) number used."""
+
+    uv: np.ndarray
+    ratios: np.ndarray
+    brightness: np.ndarray
+    pixels: np.ndarray
+
+
+def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> Background:
+    """Colour of the background between the dots of an untouched image.
 
     image: (H, W, 3), uint8 or float mean of several frames; radius: of the sampling ring, px; cells: step x step pixels. A pixel is
     background if it is nearly as bright as the brightest around it.
@@ -85,13 +97,13 @@ def background_ratios(image: np.ndarray, radius: float, step: int = 12) -> tuple
     smooth = cv2.blur(values.sum(2), (3, 3))
     size = 2 * int(np.ceil(radius)) + 1
     ground = smooth > GROUND * cv2.dilate(cv2.blur(smooth, (5, 5)), np.ones((size, size), np.uint8))
-    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (values.max(2) < 254)
+    ground &= (smooth > 0.2 * np.percentile(smooth[::4, ::4], 90)) & (cv2.blur(values[..., 2], (3, 3)) < CLIPPED)
     ground = cv2.erode(ground.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
     return _cells(values, ground, step)
 
 
-def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means over the background pixels of cells of step x step pixels: positions (M, 2), log ratios (M, 2), pixels used (M,)."""
+def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> Background:
+    """Means over the background pixels of cells of step x step pixels."""
     rows, columns = (side // step for side in ground.shape)
     mask = ground[:rows * step, :columns * step]
     v, u = np.mgrid[0:rows * step, 0:columns * step].astype(np.float32)
@@ -100,4 +112,4 @@ def _cells(values: np.ndarray, ground: np.ndarray, step: int) -> tuple[np.ndarra
     sums = np.stack(means, axis=1).astype(float) * step**2
     sums = sums[(sums[:, 5] > step * step // 4 - 0.5) & (sums[:, :3].min(1) > NOISE_FLOOR * sums[:, 5])]
     logs = np.log(sums[:, :3])
-    return sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], sums[:, 5]
+    return Background(sums[:, 3:5] / sums[:, 5:], logs[:, :2] - logs[:, 2:], logs[:, 2] - np.log(sums[:, 5]), sums[:, 5])

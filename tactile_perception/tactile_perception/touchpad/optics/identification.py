@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from .absorption import WaterModel
-from .colour import POINTS, RING, RING_PIXELS, background_ratios, check_image, log_ratios, pitch_px, ring_share
+from .colour import POINTS, RING, RING_PIXELS, RingColours, background_ratios, check_image, log_ratios, pitch_px, ring_share
 from ...common.camera import CameraModel
 from ...common.spherical_cap import Cap
 from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
+from .glare import Glare, learn_glare, smooth_light
 from .light_path import LightPath
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
@@ -129,16 +131,45 @@ def _start(colours: Colours, misfit: _Misfit) -> np.ndarray:
 
 
 def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float, noise: np.ndarray) -> Colours:
-    """Colours of the untouched pad's ground between its dots; noise: (2, 2) covariance of one pixel's log ratios. Raises BadFrame."""
-    uv, ratios, pixels = background_ratios(image, radius)
-    rays = camera.rays(uv)
+    """Colours of the untouched pad's ground between its dots, without glare; noise: (2, 2) covariance of one pixel's log ratios. Raises
+    BadFrame."""
+    ground = _ground(image, camera, cap, radius)
+    (window_z, lamp_z, lamp_radius, ambient), _ = OpticsPrior().as_lengths(camera)
+    irradiance = LightPath(window_z, lamp_z, lamp_radius, ambient, tuple(camera.centre)).irradiance(ground.places, ground.normals)
+    plain = ~smooth_light(ground.rays, ground.brightness - np.log(irradiance))[2]
+    covariances = noise / ground.pixels[plain][:, None, None] + np.eye(2) * MODEL_FLOOR**2
+    return Colours(ground.ratios[plain], covariances, ground.places[plain], ground.normals[plain])
+
+
+class _Ground(NamedTuple):
+    """Ground of the untouched pad. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,), as in Background."""
+
+    rays: np.ndarray
+    places: np.ndarray
+    normals: np.ndarray
+    ratios: np.ndarray
+    brightness: np.ndarray
+    pixels: np.ndarray
+
+
+def _ground(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float) -> _Ground:
+    seen = background_ratios(image, radius)
+    rays = camera.rays(seen.uv)
     places = cap.meet(camera.centre, rays)
-    on_cap = places[:, 2] > RIM_MARGIN * cap.height
-    if on_cap.sum() < 100:
-        raise BadFrame(f'surface: only {on_cap.sum()} cells of the untouched pad show its ground; check light, exposure and camera pose')
-    places = places[on_cap]
-    covariances = noise / pixels[on_cap][:, None, None] + np.eye(2) * MODEL_FLOOR**2
-    return Colours(ratios[on_cap], covariances, places, (places - [0, 0, cap.centre_z]) / cap.curvature_radius)
+    on = places[:, 2] > RIM_MARGIN * cap.height
+    if on.sum() < 100:
+        raise BadFrame(f'surface: only {on.sum()} cells of the untouched pad show its ground; check light, exposure and camera pose')
+    normals = (places[on] - [0, 0, cap.centre_z]) / cap.curvature_radius
+    return _Ground(rays[on], places[on], normals, seen.ratios[on], seen.brightness[on], seen.pixels[on])
+
+
+def find_glare(model: WaterModel, image: np.ndarray, camera: CameraModel) -> Glare | None:
+    """The glare of a pad from its untouched image (H, W, 3) uint8 BGR; None where there is next to none. Raises BadFrame."""
+    ground = _ground(image, camera, model.cap, model.ring)
+    q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
+    tinted = ground.ratios - predict(q, ground.places, ground.normals, camera.centre)
+    return learn_glare(ground.rays, ground.brightness - np.log(model.path.irradiance(ground.places, ground.normals)), tinted)
+
 
 
 def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
@@ -149,7 +180,7 @@ def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = 
     """
     share = ring_share(check_image(image), uv)
     radius = share * pitch_px(uv)
-    noise = _ring_noise(log_ratios(image, uv, radius).ratios, cap.meet(camera.centre, camera.rays(uv)))
+    noise = _noise_at_rest(log_ratios(image, uv, radius), uv, camera, cap)
     q, covariance, _ = fit(rest_colours(image, camera, cap, radius, noise * RING_PIXELS), camera, prior)
     model = replace(model_from(q, covariance, noise, radius, camera, cap), ring_share=share)
     return update_constants(model, image, uv, camera) if share > RING else model
@@ -159,9 +190,16 @@ def as_ring_colours(ground: Colours, model: WaterModel, centre: np.ndarray) -> C
     """Background colours shifted to those of the model's sampling rings, which are nearer to the dots and differ where colour bleeds."""
     if model.ring_share <= RING:
         return ground
-    q = np.array([*model.constants, *model.absorptions, model.path.window_z, model.path.lamp_z, model.path.lamp_radius, model.path.ambient])
+    q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
     shift = np.median(predict(q, ground.places, ground.normals, centre) - ground.ratios, axis=0)
     return replace(ground, ratios=ground.ratios + shift)
+
+
+def _noise_at_rest(colours: RingColours, uv: np.ndarray, camera: CameraModel, cap: Cap) -> np.ndarray:
+    """_ring_noise of colours at untouched dots uv (N, 2), px, without those in glare."""
+    rays = camera.rays(uv)
+    glaring = smooth_light(rays, colours.brightness)[2]
+    return _ring_noise(np.where(glaring[:, None], np.nan, colours.ratios), cap.meet(camera.centre, rays))
 
 
 def _ring_noise(ratios: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -221,7 +259,8 @@ def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     if share > model.ring / pitch + 0.02:
         model = replace(model, ring=share * pitch, ring_offset=ring_offset(share * pitch, camera, model.cap))
     model = replace(model, ring_share=model.ring / pitch)
-    ratios = log_ratios(image, uv, model.ring).ratios
+    colours = log_ratios(image, uv, model.ring)
+    ratios = colours.ratios
     places = model.cap.meet(camera.centre, camera.rays(uv))
     known = np.isfinite(ratios).all(1) & np.isfinite(places).all(1)
     if known.sum() < 30:
@@ -230,4 +269,4 @@ def update_constants(model: WaterModel, image: np.ndarray, uv: np.ndarray, camer
     length, slope = model.path.lengths(places[known], normals)
     length = length + model.ring_offset * slope
     constants = np.median(ratios[known] + length[:, None] * model.absorptions, axis=0)
-    return replace(model, constants=constants, noise=_ring_noise(ratios, places))
+    return replace(model, constants=constants, noise=_noise_at_rest(colours, uv, camera, model.cap))

@@ -39,6 +39,17 @@ class LightPath:
         normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera centre through the positions, None: computed.
         The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/light_path.cpp.
         """
+        return self._paths(places, normals, rays)[:2]
+
+    def irradiance(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Light (N,) on a skin at places (N, 3), m, with unit normals (N, 3), in units of the lamps' power.
+
+        Inverse square law, Lambert's cosine, ambient.
+        """
+        return self._paths(places, normals)[2]
+
+    def _paths(self, places: np.ndarray, normals: np.ndarray, rays: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
+        """Lengths, derivatives, irradiance (N,)."""
         if rays is None:
             away = places - np.asarray(self.centre)
             rays = away / np.sqrt(np.einsum('ij,ij->i', away, away))[:, None]

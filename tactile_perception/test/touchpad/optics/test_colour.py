@@ -105,7 +105,8 @@ def test_background_leaves_dots_out():
     for v in range(9, 120, 18):
         for u in range(9, 160, 18):
             image[v - 4:v + 5, u - 4:u + 5] = (6, 9, 26)
-    uv, ratios, pixels = background_ratios(image, 8.0)
-    assert len(uv) > 100
-    assert ratios == pytest.approx(np.broadcast_to(RATIOS, ratios.shape), abs=1e-4)
-    assert pixels.min() >= 16
+    ground = background_ratios(image, 8.0)
+    assert len(ground.uv) > 100
+    assert ground.ratios == pytest.approx(np.broadcast_to(RATIOS, ground.ratios.shape), abs=1e-4)
+    assert ground.brightness == pytest.approx(np.full(len(ground.uv), np.log(GROUND[2])), abs=1e-4)
+    assert ground.pixels.min() >= 16
