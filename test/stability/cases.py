@@ -41,8 +41,8 @@ homography              K N K N T T T N N   N S S S T   S S -
 cap                     K N K N N N N T N   N S S S T   S S -
 sheet surface           K N K N A A A A A   - - - T T   S - S
 Gaussian point          K N K N N A A A A   - - - T T   S - S
-PSD map                 K N K N N N N K K   - - - N K   S - -
-PSD paper               K N K N N N N K K   - - - N K   S - -
+PSD map                 K N K N N N N N N   - - - N K   S - -
+PSD paper               K N K N N N N N N   - - - N K   S - -
 PSD place               K N K N N A A A A   N S S S T   S S -
 PSD paper map fit       R R R R R R R A R   R T A R A   S S -
 sphere, angles          K N K N T K K K K   N S S S T   S S -
