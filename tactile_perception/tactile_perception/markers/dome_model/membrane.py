@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_banded
 
 from ...errors import BadArgument
 from .mesh import DomeMesh, disc_scale
@@ -171,6 +170,7 @@ class _Press:
 
     def _solved(self, tangents, right: np.ndarray, value: np.ndarray, slopes: np.ndarray, free: np.ndarray) -> np.ndarray:
         """(size, m): solutions for right (size, m), by the band that rings and their neighbours form."""
+        from scipy.linalg import solve_banded  # calibration alone needs it
         mesh = self._mesh
         stress, swell, touch = tangents
         parts = slopes.reshape(mesh.n, -1, 6, slopes.shape[-1]), value.reshape(mesh.n, -1, 3, value.shape[-1])

@@ -46,6 +46,12 @@ def test_a_static_recording_tells_places_by_the_tools_tip(recording_folder):
     np.testing.assert_allclose(Recording(recording_folder).truth(1).contacts[0].position, [3e-3, 0, 11e-3], rtol=1e-6)
 
 
+def test_a_round_tip_that_moves_on_a_sheet_is_where_its_tip_is(recording_folder):
+    sensor = json.loads((recording_folder / 'sensor.json').read_text())
+    (recording_folder / 'sensor.json').write_text(json.dumps({**sensor, 'sensor': 'areal_single'}))
+    np.testing.assert_allclose(Recording(recording_folder).truth(1).contacts[0].position, [3e-3, 0, 11e-3], rtol=1e-6)
+
+
 @pytest.mark.parametrize('name', ['sensor.json', 'truth.npz', 'frames/001.png'])
 def test_a_missing_file_is_named(recording_folder, name):
     (recording_folder / name).unlink()
