@@ -90,6 +90,10 @@ class DomeModelMethod:
         straight = self.solver.solve(field, self.solver.start(field))
         if straight.misfit < WRONG:
             return straight
+        if last is not None and len(last.presses) == 2:
+            two = self.solver.solve(field, last.presses, DRAGGED)
+            if two.misfit < WRONG and self._are_two(straight, two):
+                return two
         starts = [straight.presses, *self._drags(straight)] + ([last.presses] if last is not None and len(last.presses) == 1 else [])
         first = min(starts, key=lambda start: self.solver.squares(field, start))
         one = self.solver.solve(field, first, DRAGGED)
@@ -98,7 +102,7 @@ class DomeModelMethod:
         one = one if one.misfit < BETTER * straight.misfit else straight
         if one.misfit < WRONG:
             return one
-        two = self._two(field, one, last)
+        two = self._two(field, one)
         return two if self._are_two(one, two) else one
 
     def _drags(self, one: DomeFound) -> list[np.ndarray]:
@@ -108,11 +112,10 @@ class DomeModelMethod:
         starts[:, 5:] = DRAGS
         return list(starts[:, None])
 
-    def _two(self, field: MarkerField, one: DomeFound, last: DomeFound | None) -> DomeFound:
-        """Two presses, from those of the last frame, the best pair of starts, or one press and the best start for what it leaves."""
+    def _two(self, field: MarkerField, one: DomeFound) -> DomeFound:
+        """Two presses, from the best pair of starts, or from one press and the best start for what it leaves."""
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
-        starts = [self.solver.start_of_two(field), np.concatenate([one.presses, self.solver.start(left)])]
-        starts += [last.presses] if last is not None and len(last.presses) == 2 else []
+        starts = self.solver.start_of_two(field), np.concatenate([one.presses, self.solver.start(left)])
         return min((self.solver.solve(field, start, DRAGGED) for start in starts), key=lambda both: both.misfit)
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
