@@ -15,11 +15,6 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
-def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Scalar product of component-first arrays (3, ...), without the array of products that a sum would need."""
-    return np.einsum('c...,c...->...', a, b)
-
-
 def tangents(normal: np.ndarray) -> np.ndarray:
     """Two unit vectors (2, 3) across unit normal (3,) and each other; with normal they are a right-handed frame."""
     first = np.zeros(3)

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.vectors import cross, dot, tangents
+from tactile_perception.common.vectors import cross, tangents
 
 A, B = np.random.default_rng(0).normal(size=(2, 3, 4, 5))
 
 
 def test_products_are_those_of_numpy():
-    assert cross(A, B) == pytest.approx(np.cross(A, B, axis=0)) and dot(A, B) == pytest.approx((A * B).sum(axis=0))
+    assert cross(A, B) == pytest.approx(np.cross(A, B, axis=0))
     assert cross(A[:, 0, 0], B[:, 0, 0]) == pytest.approx(np.cross(A[:, 0, 0], B[:, 0, 0]))
 
 
