@@ -11,6 +11,7 @@ void bind_dots(pybind11::module_& module);
 void bind_contact(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
+void bind_sheet(pybind11::module_& module);
 void bind_taxels(pybind11::module_& module);
 void bind_water(pybind11::module_& module);
 

@@ -16,10 +16,11 @@
 namespace tactile {
 namespace {
 
-constexpr double STIFF = 4e7;      // 1/m^3, penalty stiffness of contact: penetration is a few micrometres
-constexpr double STICK = 4e7;      // 1/m^3, penalty stiffness of sticking friction. Chosen: as STIFF
-constexpr double SOFT = 10e-6;     // m: half width of the transition into contact, which smooths the penalty. Chosen
-constexpr int STEPS = 24;          // Newton steps at most, before the load step is halved. Chosen
+constexpr double STIFF = 4e7;                            // 1/m^3, penalty stiffness of contact: penetration is a few micrometres
+constexpr double STICK = 4e7;                            // 1/m^3, penalty stiffness of sticking friction. Chosen: as STIFF
+constexpr double SOFT = 10e-6;                           // m: half width of the transition into contact, which smooths the penalty. Chosen
+constexpr int SLIDING_STEPS = 14, SLIDING_HALVINGS = 1;  // of a tip that slides: where it takes more, the sheet has wrinkled. Chosen
+constexpr int STEPS = 24;                                // Newton steps at most, before the load step is halved. Chosen
 constexpr int WHOLE = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
 constexpr int HALVINGS = 6;        // of a load step, at most. Chosen
 constexpr double SETTLED = 1e-6;   // m: largest last Newton step. Chosen: far below the noise of a marker
@@ -87,26 +88,21 @@ void hold(const SheetLoad& load, const Grip& grip, const double* offset, const d
     }
 }
 
-// Traction of a point on which the tip slides: drag times the pressure, along the tip's surface.
+// Traction of a point on which the tip slides: drag times the pressure. While the tip moves on and the sheet's shape with it, a point of
+// the sheet comes to where the next one was: the slip is along the line on the surface that is seen from above in the direction of drag.
 void slide(const SheetLoad& load, const double* normal, double distance, double pressure, double stiff, Touch& touch) {
-    const double drag[3] = {load.drag[0], load.drag[1], 0}, ratio = std::sqrt(dot(drag, drag));
+    const double ratio = std::hypot(load.drag[0], load.drag[1]), down = std::min(normal[2], -0.1);
     if (!(ratio > 0)) return;
-    double along[3];
-    const double out = dot(drag, normal);
-    for (int k = 0; k < 3; ++k) along[k] = drag[k] - out * normal[k];
-    const double length = std::max(std::sqrt(dot(along, along)), 1e-6 * ratio);
-    double turned[3][3];  // derivative of the tangential part of drag by the position
-    for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-            turned[k][l] = -(normal[k] * along[l] + out * ((k == l ? 1.0 : 0.0) - normal[k] * normal[l])) / distance;
-    for (int k = 0; k < 3; ++k) along[k] /= length;
-    for (int k = 0; k < 3; ++k) {
-        touch.force[k] -= ratio * pressure * along[k];
-        for (int l = 0; l < 3; ++l) {
-            double swing = turned[k][l];
-            for (int m = 0; m < 3; ++m) swing -= along[k] * along[m] * turned[m][l];
-            touch.tangent[k][l] += ratio * (stiff * along[k] * normal[l] - pressure * swing / length);
-        }
+    const double x = load.drag[0] / ratio, y = load.drag[1] / ratio, rise = -(x * normal[0] + y * normal[1]) / down;
+    const double length = std::sqrt(1 + rise * rise), along[3] = {x / length, y / length, rise / length};
+    for (int k = 0; k < 3; ++k) touch.force[k] -= ratio * pressure * along[k];
+    for (int l = 0; l < 3; ++l) {
+        double turn[3];  // of the normal by the position
+        for (int k = 0; k < 3; ++k) turn[k] = ((k == l ? 1.0 : 0.0) - normal[k] * normal[l]) / distance;
+        const double steeper = -(x * turn[0] + y * turn[1] + rise * turn[2]) / down;  // of rise by the position
+        const double flatter = -steeper * rise / (length * length);
+        const double swing[3] = {along[0] * flatter, along[1] * flatter, along[2] * flatter + steeper / length};
+        for (int k = 0; k < 3; ++k) touch.tangent[k][l] += ratio * (stiff * along[k] * normal[l] - pressure * swing[k]);
     }
 }
 
@@ -154,7 +150,7 @@ class Press {
     const double* wrench() const { return wrench_; }
 
     // Load step to depth from an extrapolated start, or in two halves; false where it does not converge.
-    bool reach(double depth, int halvings = HALVINGS) {
+    bool reach(double depth, int halvings) {
         const std::vector<double> start = u_;
         const double at = depth_;
         if (at > before_) {
@@ -172,7 +168,7 @@ class Press {
  private:
     // Newton's method for equilibrium at depth; false where it does not converge.
     bool settle(double depth) {
-        for (int turn = 0; turn < STEPS; ++turn) {
+        for (int turn = 0; turn < (load_.slides ? SLIDING_STEPS : STEPS); ++turn) {
             balance(depth);
             if (!matrix_.factor()) return false;
             matrix_.solve(residual_.data());
@@ -302,7 +298,7 @@ class Press {
 void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double* depths, std::ptrdiff_t count, double* fields,
                  double* wrenches) {
     Press press(sheet, load);
-    for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k]); ++k) {
+    for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k], load.slides ? SLIDING_HALVINGS : HALVINGS); ++k) {
         const std::vector<double>& field = press.displacement();
         std::copy(field.begin(), field.end(), fields + k * static_cast<std::ptrdiff_t>(field.size()));
         std::copy(press.wrench(), press.wrench() + 6, wrenches + 6 * k);

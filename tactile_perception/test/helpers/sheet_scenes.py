@@ -6,7 +6,7 @@ import functools
 import numpy as np
 from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial, press_sheet
 from tactile_perception.markers.mechanics.mesh import SheetMesh, uniform
-from tactile_perception.markers.mechanics.projection import disc_appearance, disc_points, read_field
+from tactile_perception.markers.mechanics.projection import field_appearance
 from tactile_perception.markers.mechanics.reduced_model import LibraryPlan, build_library
 from tactile_perception.markers.view.marker_field import MarkerField
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
@@ -41,4 +41,4 @@ def pressed(x, y, depth, radius=7e-3, material=MATERIAL):
     mesh = SheetMesh((x, y), plan.half, plan.scale, plan.n)
     solved = press_sheet(mesh, plan.load_steps(np.array([depth])), radius, material)[0][-1]
     field = uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3)
-    return disc_appearance(read_field(field, plan, (x, y), disc_points(GRID, MARKER)), GRID, EYE, MARKER)
+    return field_appearance(field, plan, (x, y), GRID, EYE, MARKER)

@@ -23,6 +23,7 @@ DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chose
 LIKELY_RADIUS = 7.5e-3  # m, of a fingertip: start of the fit. Chosen
 SCALE = 8e-3          # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
 STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # noise without untouched frames. Chosen
+STILL_SHARE = 0.05    # of the depth: markers displaced by less show the model error that comes with depth. Chosen
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
 FEWEST_TOUCHING = 6   # presses needed. Chosen
 MOST_SQUARES = 9.0    # limit of normalised squared errors: outliers beyond three sigmas count no more
@@ -94,7 +95,7 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
     numbers = fit_numbers(touching, plan, start)
-    library = build_library(replace(plan, radius=numbers.radius), numbers.material)
+    library = build_library(replace(plan, radius=numbers.radius), numbers.material, drags=fineness is not QUICK)
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
     fields = [numbers.eyes.shifted(field) for field in touching.fields]
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
@@ -108,20 +109,25 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
 
 
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
-    """Noise of untouched fields, and the model error in proportion to a marker's displacement."""
+    """Noise of untouched fields, and the model error in proportion to a marker's displacement and to the depth of the press:
+    of markers that hardly move, then of all."""
     shift, growth = STILL.shift, STILL.growth
     if still:  # unbiased: their own mean is the reference
         spare = np.sqrt(len(still) / max(len(still) - 1, 1))
         shift = spare * float(np.sqrt(np.nanmean([field.shift**2 for field in still])))
         growth = spare * float(np.sqrt(np.nanmean([field.growth**2 for field in still])))
-    over, amount = np.zeros(3), 0.0
+    rows = []
     for field, truth in zip(fields, truths):
         seen = Seen(field)
-        predicted, moved = inverse.predict([truth], seen)
-        excess = (seen.value - predicted)**2 * seen.known - np.array([shift, shift, growth])**2
-        over, amount = over + excess.sum(0), amount + np.sum(moved**2)
-    share_shift, share_growth = np.sqrt(np.maximum(over[:2].mean(), 0) / amount), np.sqrt(max(over[2], 0) / amount)
-    values = FieldNoise(shift, growth, float(share_shift), float(share_growth))
+        predicted, deformed = inverse.predict([truth], seen)
+        excess = (seen.value - predicted)**2 - np.array([shift, shift, growth])**2
+        rows.append(np.column_stack([excess, np.sum(deformed[:, 0]**2, axis=1), np.full(len(excess), truth.depth**2)]))
+    rows = np.concatenate(rows)
+    rows = rows[np.isfinite(rows).all(1)]
+    far = rows[rows[:, 3] < STILL_SHARE**2 * rows[:, 4]]
+    over = np.maximum(far[:, :3].sum(0) / max(far[:, 4].sum(), 1e-12), 0.0)
+    left = np.maximum((rows[:, :3] - over * rows[:, 4:]).sum(0) / rows[:, 3].sum(), 0.0)
+    values = FieldNoise(shift, growth, *np.sqrt([left[:2].mean(), left[2], over[:2].mean(), over[2]]))
     return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
 
 

@@ -13,7 +13,7 @@ from ...common.parallel import in_parallel
 from ...errors import BadCalibration
 from .membrane_fem import SheetMaterial, press_sheet
 from .mesh import SheetMesh, uniform
-from .projection import disc_appearance, disc_points, read_field
+from .projection import field_appearance
 from .reduced_model import LibraryPlan
 from ..touches.presses import SAME_PLACE, Presses
 from ..view.marker_field import MarkerField
@@ -184,9 +184,8 @@ class _NumbersFit:
     def _part(self, field: MarkerField, depth: float, pressed: np.ndarray, place: np.ndarray) -> np.ndarray:
         seen, radius = field.seen, self._marker
         rest = field.rest[seen]
-        deformed = read_field(pressed, self._plan, place, disc_points(rest, radius))
-        difference = disc_appearance(deformed, rest, field.eye[seen], radius) - observed(field)[seen]
-        difference = np.where(np.isfinite(deformed).all(), np.nan_to_num(difference), np.inf)
+        shown = field_appearance(pressed, self._plan, place, rest, field.eye[seen], radius)
+        difference = np.where(np.isfinite(pressed).all(), np.nan_to_num(shown - observed(field)[seen]), np.inf)
         shift = np.sqrt(SHIFT**2 + np.nan_to_num(field.sigma[seen])**2 + (SHARE * depth)**2)
         growth = np.full_like(shift, np.hypot(GROWTH, SHARE * depth * 1e3))
         return difference / np.stack([shift, shift, growth], axis=1)

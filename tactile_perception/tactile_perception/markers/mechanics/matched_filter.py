@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .projection import Press, appearance, read_press
+from .projection import Press
 from .reduced_model import SheetLibrary
+from .solver import show
 from ..view.marker_field import MarkerField
 
 GRID = (13, 11)          # template places along x and y. Chosen
@@ -72,7 +73,7 @@ class SheetStart:
         known = np.isfinite(rest).all(1) & np.isfinite(eye).all(1)
         fields = np.zeros((len(self._presses), len(field), 3))
         for k, press in enumerate(self._presses):
-            fields[k, known] = appearance(read_press(self._library, press, rest[known]), rest[known], eye[known]) / self._sigma
+            fields[k, known] = show(self._library, [press], rest[known], eye[known])[0] / self._sigma
         self._known = np.repeat(known, 3)
         self._fields = fields.reshape(len(fields), -1).astype(np.float32)
         self._last = np.zeros(0, bool), np.zeros(0)

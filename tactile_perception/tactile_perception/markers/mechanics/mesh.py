@@ -71,12 +71,15 @@ def basis(xi: np.ndarray, spans: int) -> tuple[np.ndarray, np.ndarray]:
     return first, values
 
 
-def uniform(fields: np.ndarray) -> np.ndarray:
-    """Convert coefficients (..., side, side, m) on open B-splines, zero at the clamp, to uniform B-splines."""
+def uniform(fields: np.ndarray, near_only: bool = False) -> np.ndarray:
+    """Convert coefficients (..., side, side, m) on open B-splines, zero at the clamp, to uniform B-splines; near_only: of the first quarter
+    of a mesh."""
     same = fields.copy()
     for axis in (-3, -2):
         same = np.moveaxis(same, axis, 0)
-        same[0], same[-1] = -same[1], -same[-2]
+        same[0] = -same[1]
+        if not near_only:
+            same[-1] = -same[-2]
         same = np.moveaxis(same, 0, axis)
     return same
 

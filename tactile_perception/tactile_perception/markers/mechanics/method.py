@@ -10,25 +10,26 @@ import numpy as np
 
 from .calibration import QUICK, SheetCalibration, calibrate_sheet
 from .matched_filter import SheetStart
-from .projection import Press, read_press
+from .projection import Press
 from .reduced_model import SheetLibrary
-from .solver import Inverse, Seen, SheetInverse, interaction
+from .solver import ANY_TIP, Inverse, Seen, SheetInverse, show
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
 
 # All chosen.
-WRONG = 2.5         # misfit from which other hypotheses are tried
-BETTER = 0.5        # largest misfit of a drag over that of a straight press
-FAR_BETTER = 0.5    # largest misfit of two presses over that of a drag
+RIGHT = 1.5         # misfit from which a drag is tried
+WRONG = 2.5         # misfit from which two presses are tried
+DRAGGED = 0.5       # largest misfit of a drag over that of a straight press
+FAR_BETTER = 0.5    # largest misfit of two presses over that of one
 HOPELESS = 4.0      # misfit of two presses, over that limit, above which their refinement is given up
-RIGHT = 4.0         # largest misfit of two presses
+MOST = 4.0          # largest misfit of two presses
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
-AGAIN = 2           # refinements of two presses
-ALIKE = 0.3         # relative change of the field below which the last frame's solutions are starts
-SEARCHED = 15       # frames after which a rejected pair of presses is searched anew
+SAME_TIP = 0.05     # standard deviation of the log radius of the last straight press's tip: model errors last longer than noise
+FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
+DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # relative errors of the corrections for other tips: place, and depth
 
 
@@ -41,28 +42,6 @@ class Tip:
     log_radius: float
 
 
-@dataclass
-class _Followed:
-    """State between frames. shift: (K, 2) m, of the last frame; straight, dragged, two: last solution of each hypothesis; are_two: whether
-    two presses were reported; age: frames since two were searched."""
-
-    shift: np.ndarray
-    straight: Inverse | None = None
-    dragged: Inverse | None = None
-    two: Inverse | None = None
-    are_two: bool = False
-    age: int = 0
-
-    def leads_to(self, field: MarkerField) -> bool:
-        """Whether a field is similar to that of the last frame."""
-        known = np.isfinite(self.shift) & np.isfinite(field.shift) if self.shift.shape == field.shift.shape else np.zeros(0, bool)
-        if not known.any():
-            return False
-        now = field.shift[known]
-        change = now - self.shift[known]
-        return bool(change @ change < ALIKE**2 * (now @ now))
-
-
 class SheetPresses:
     """Selects the hypothesis for each frame. pitch: m, of the markers."""
 
@@ -71,58 +50,35 @@ class SheetPresses:
         self.forget()
 
     def forget(self) -> None:
-        """Drop the solutions of the last frame."""
-        self._last = _Followed(np.zeros((0, 2)))
+        """The next press may be by another tip."""
+        self._tip = ANY_TIP
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press."""
-        last = self._last = replace(self._last, shift=field.shift) if self._last.leads_to(field) else _Followed(field.shift)
-        last.age += 1
+        """The presses that explain a field; begin: coarse place of one press. A tip keeps its radius from frame to frame."""
         seen = Seen(field)
-        straight = self._inverse.solve(seen, [begin]) if last.straight is None else self._continued(seen, last.straight)
-        if straight.misfit < WRONG and not last.are_two:
-            last.straight = None
+        straight = self._inverse.solve(seen, [begin], tip=self._tip)
+        if straight.misfit < RIGHT:
+            self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
             return straight
-        last.straight, last.dragged = straight, self._dragged(seen, straight, last.dragged)
-        single = last.dragged if last.dragged.misfit < BETTER * straight.misfit else straight
-        if single.misfit < WRONG and not last.are_two:
+        dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
+        single = dragged if dragged.misfit < DRAGGED * straight.misfit else straight
+        if single.misfit < WRONG:
             return single
-        enough = FAR_BETTER * last.dragged.misfit
-        last.two = self._followed(seen, last.two, enough) or self._two(field, seen, straight, enough)
-        last.are_two = self._are_two(last.two, enough)
-        return last.two if last.are_two else single
-
-    def _continued(self, seen: Seen, last: Inverse, dragged: bool = False) -> Inverse:
-        """Solve from the last solution."""
-        return self._inverse.solve(seen, last.presses, last.mixed, dragged, near=True)
-
-    def _dragged(self, seen: Seen, straight: Inverse, last: Inverse | None) -> Inverse:
-        """One dragged press, from the last solution, or from a straight press."""
-        if last is not None:
-            return self._continued(seen, last, dragged=True)
-        return self._inverse.solve(seen, self._inverse.solve(seen, straight.presses, dragged=True).presses, dragged=True)
-
-    def _followed(self, seen: Seen, last: Inverse | None, enough: float) -> Inverse | None:
-        """Two presses from the last solution; None where they have to be searched anew."""
-        if last is None:
-            return None
-        two = self._continued(seen, last)
-        return two if self._last.age < SEARCHED or two.misfit < WRONG and self._are_two(two, enough) else None
+        enough = FAR_BETTER * single.misfit
+        two = self._two(field, seen, straight, enough)
+        return two if self._are_two(two, enough) else single
 
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
         """Two presses: one, and another from the matched filter of its residual; not refined where the misfit is far above enough."""
-        self._last.age = 0
         predicted = np.zeros((len(field), 3))
         predicted[seen.index] = self._inverse.predict(one.presses, seen)[0]
         left = replace(field, shift=field.shift - predicted[:, :2], growth=field.growth - predicted[:, 2])
         two = self._inverse.solve(seen, [*one.presses, self._start.best(left)[0]])
-        for _ in range(AGAIN if two.misfit < HOPELESS * enough else 0):
-            two = self._inverse.solve(seen, two.presses, two.mixed)
-        return two
+        return self._inverse.solve(seen, two.presses) if two.misfit < HOPELESS * enough else two
 
     def _are_two(self, two: Inverse, enough: float) -> bool:
         """Whether two presses explain the field well enough and are distinct."""
-        if two.misfit > min(RIGHT, enough):
+        if two.misfit > min(MOST, enough):
             return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
         apart = np.hypot(*(one.vector - other.vector)[:2])
@@ -134,10 +90,12 @@ def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
     tips = []
     for k, press in enumerate(found.presses):
         vector, covariance = found.tip(k)
+        covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
+                                                     DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
         if len(found.presses) > 1:
-            alone = [read_press(library, other, press.place[None]) for other in found.presses]
-            others = (sum(alone) - alone[k] + found.mixed * interaction(alone))[0]
-            radius, slope, sunk = library.plan.radius * np.exp(press.log_radius), others[1:, 2], -others[0, 2]
+            eye = np.array([[*press.place, -1.0]])
+            whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
+            radius, slope, sunk = library.plan.radius * np.exp(press.log_radius), (whole - alone)[1:, 2], -(whole - alone)[0, 2]
             vector = vector + np.append(-radius * slope, sunk + 0.5 * radius * slope @ slope)
             unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
             covariance = covariance + np.diag(unsure**2)
@@ -181,8 +139,9 @@ class SheetModelMethod:
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact. Fits start from the last frame's solution if the field is similar."""
+        """The touches of one frame; empty without contact. Of the frame before, only the tip's radius counts."""
         if field.seen.sum() < FEWEST:
+            self._presses.forget()
             return []
         field = self._calibration.eyes.shifted(field)
         start, score = self._start.best(field)
@@ -191,6 +150,8 @@ class SheetModelMethod:
             return []
         found = self._presses.explain(field, start)
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
+        if len(touches) == 1:
+            touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
 
     def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
@@ -208,3 +169,11 @@ class SheetModelMethod:
         outside = (tip[:2] < low - self._margin).any() or (tip[:2] > high + self._margin).any()
         flags = OUT_OF_RANGE if outside or tip[2] > BEYOND * self._calibration.deepest else 0
         return flags | (AT_EDGE if (np.abs(tip[:2]) >= EDGE * self._calibration.library.plan.reach).any() else 0)
+
+
+def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
+    """(6,) wrench at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
+    stiffness, x, y, *about = found.wrenches[0]
+    push = found.presses[0].depth * np.exp(stiffness)
+    force = push * np.array([x, y, -1.0])
+    return np.concatenate([force, np.cross(position, force) + push * np.array(about)])

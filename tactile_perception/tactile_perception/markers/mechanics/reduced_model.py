@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from math import acos, sin
 
 import numpy as np
 
@@ -18,8 +17,13 @@ from .mesh import SheetMesh, least_length, uniform
 
 SPREAD = np.log(1.35)  # simulated log tip radii, to either side of the calibrated one. Chosen
 DEPTH_POWER = 1.5      # grading of the depths: denser at first contact. Chosen
-TRUE = 1.5e-6          # m: modes below this RMS over the sheet are truncated. Chosen: below the noise of a marker
+TRUE = 1e-6            # m: modes below this RMS over the sheet are truncated. Chosen: below the noise of a marker
 UNSOLVED = 0.1         # largest share of simulations that do not converge, as deep ones of a large tip near the clamp. Chosen
+TERMS = 8              # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2 of the drag
+ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0)  # which of them a mirror along x, along y turns round
+CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
+WRENCH_NUMBERS = [[0], [2, 3], [1, 4], [5]]  # of _told, by class
+TRACTION, DIRECTIONS = 0.5, 6  # traction over pressure of the simulated drags; their number. Chosen: frictions of 0.2 to 1
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
 
@@ -68,8 +72,8 @@ class LibraryPlan:
 
 @dataclass
 class ModeClass:
-    """The modes of one parity: odd (2,) bool along x and y; coefficients (order, order, 3, levels + 3, m); modes (m, h, h, 3) on one
-    quarter of the mesh.
+    """The modes of one parity: odd (2,) along x and y; modes (m, h, h, 3) on one quarter of the mesh; coefficients (order, order, TERMS,
+    levels + 3, m + w) of these and of the w numbers of the wrench with that parity.
     """
 
     odd: tuple[int, int]
@@ -78,115 +82,99 @@ class ModeClass:
 
 
 class SheetLibrary:
-    """Displacement fields of the sheet for any place, depth and radius of a round tip within plan, in single precision (1 nm)."""
+    """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, in single precision (1 nm).
+
+    table: for the kernels that look presses up, see src/sheet_library.hpp.
+    """
 
     def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):
         self.plan, self.classes = plan, classes
-        self.side = 2 * plan.n + 2
-        self._modes = np.concatenate([_whole(part).reshape(len(part.modes), -1) for part in classes]).astype(np.float32)
-        self._table = self._tabulate()
-        self._degree = np.arange(2 * plan.order)
-        self._reach = tuple(plan.reach.tolist())
-
-    def _tabulate(self) -> np.ndarray:
-        """(levels + 3, 4 order^2 3, m): coefficients of all classes; those of a class are in the rows of its polynomials."""
-        order, levels = self.plan.order, self.plan.levels + 3
-        table = np.zeros((2 * order, 2 * order, 3, levels, len(self._modes)))
-        first = 0
-        for part in self.classes:
-            count = len(part.modes)
-            table[part.odd[0]::2, part.odd[1]::2, ..., first:first + count] = part.coefficients
-            first += count
-        return np.moveaxis(table, 3, 0).reshape(levels, -1, table.shape[-1]).astype(np.float32)
-
-    def fields(self, place: np.ndarray, depth: float, log_radius: float) -> np.ndarray:
-        """(side * side, 5, 3): coefficients, m, on uniform quadratic B-splines of a press at place (2,) m, depth m, with log_radius the log
-        of the radius over the plan's; then their derivatives by place x, y, by depth and by log_radius.
-
-        Arguments outside the plan are clamped to it.
-        """
-        (x, by_x), (y, by_y) = (self._polynomials(float(place[axis]), self._reach[axis]) for axis in (0, 1))
-        e = min(max(log_radius / SPREAD, -1.2), 1.2)
-        radial, by_radial = [1.0, e, e * e], [0.0, 1.0 / SPREAD, 2 * e / SPREAD]
-        first, spline, by_depth = self._depth_weights(depth)
-        along, across, size = np.array([x, by_x, x, x]), np.array([y, y, by_y, y]), np.array([radial, radial, radial, by_radial])
-        over = ((along[:, :, None] * across[:, None])[..., None] * size[:, None, None]).reshape(4, -1)
-        local = over.astype(np.float32) @ self._table[first:first + 4]
-        mixed = np.empty((5, local.shape[-1]), np.float32)
-        mixed[:4] = (spline @ local.reshape(4, -1)).reshape(4, -1)
-        mixed[4], mixed[3] = mixed[3], by_depth @ local[:, 0]
-        return (mixed @ self._modes).astype(float).reshape(5, -1, 3).transpose(1, 0, 2)
-
-    def _polynomials(self, place: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Chebyshev polynomials (2 order,) at place and their derivatives, 1/m."""
-        angle = acos(min(max(place / reach, -1 + 1e-6), 1 - 1e-6))
-        angles = self._degree * angle
-        return np.cos(angles), np.sin(angles) * (self._degree / (sin(angle) * reach))
-
-    def _depth_weights(self, depth: float) -> tuple[int, np.ndarray, np.ndarray]:
-        """First coefficient, weights (4,) and their derivatives, 1/m, of the cubic B-splines at depth."""
-        share = min(max(depth / self.plan.depth, 1e-6), 1.0)
-        level = share ** (1 / DEPTH_POWER) * self.plan.levels
-        first = min(int(level), self.plan.levels - 1)
-        f = level - first
-        value = np.array([(1 - f)**3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3]) / 6
-        slope = np.array([-(1 - f)**2, 3 * f**2 - 4 * f, -3 * f**2 + 2 * f + 1, f**2]) / 2
-        return first, value, slope * (level / (DEPTH_POWER * share * self.plan.depth))
+        numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER])
+        sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
+        coefficients = [part.coefficients.transpose(2, 0, 1, 3, 4).ravel() for part in classes]
+        shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
+        self.table = numbers, sizes, np.concatenate(coefficients).astype(np.float32), np.concatenate(shapes).astype(np.float32)
 
 
-def _whole(part: ModeClass) -> np.ndarray:
-    """The modes (m, side, side, 3) over the whole mesh, on uniform B-splines."""
-    whole = part.modes
-    for axis in (0, 1):
-        mirrored = np.flip(whole, axis + 1) * MIRROR[axis] * (-1 if part.odd[axis] else 1)
-        whole = np.concatenate([whole, mirrored], axis=axis + 1)
-    return uniform(whole)
+def build_library(plan: LibraryPlan, material: SheetMaterial, drags: bool = True) -> SheetLibrary:
+    """Simulate the presses of plan on a sheet of that material; drags: whether the tip also slides, else a drag changes nothing.
 
-
-def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
-    """Simulate the presses of plan on a sheet of that material. Raises BadCalibration where too many do not converge."""
-    half_side = plan.n + 1
+    Raises BadCalibration where too many do not converge.
+    """
     places = plan.reach * np.stack(np.meshgrid(plan.nodes, plan.nodes, indexing='ij'), axis=-1).reshape(-1, 2)
-    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places simulated for the library')
-    solved = np.zeros((plan.order, plan.order, 3, plan.levels + 1, 2 * half_side, 2 * half_side, 3))
-    solved[:, :, :, 1:] = np.reshape(pressed, (plan.order, plan.order, 3, plan.levels, *solved.shape[4:]))
-    if np.isnan(solved[..., 0, 0, 0]).mean() > UNSOLVED:
+    pressed = in_parallel(partial(_pressed, plan, material, drags), list(places), 'places simulated for the library')
+    shape = plan.order, plan.order, TERMS, plan.levels
+    fields, wrenches = (np.reshape(part, (*shape, *part[0].shape[2:])) for part in zip(*pressed))
+    solved = np.concatenate([np.zeros_like(fields[:, :, :, :1]), fields], axis=3)
+    wrench = np.concatenate([np.full_like(wrenches[:, :, :, :1], np.nan), wrenches], axis=3)
+    if np.isnan(fields[:, :, :3, :, 0, 0, 0]).mean() > UNSOLVED:
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check size and depths')
-    _extrapolate(solved, plan.depths)
-    return SheetLibrary(plan, [_class(solved, odd, plan) for odd in ((0, 0), (0, 1), (1, 0), (1, 1))])
+    depths = np.concatenate([[0.0], plan.depths])
+    _extrapolate(solved, depths)
+    _extrapolate(wrench, depths)
+    wrench[:, :, :, 0] = 2 * wrench[:, :, :, 1] - wrench[:, :, :, 2]
+    return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES])
 
 
-def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> list[np.ndarray]:
-    """Fields of the presses at one place, for each radius and depth."""
+def _pressed(plan: LibraryPlan, material: SheetMaterial, drags: bool, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fields (TERMS, levels, side, side, 3), m, and wrenches (TERMS, levels, 6), as of _told, of the presses at one place: for each radius,
+    then the coefficients of their change with the drag.
+    """
     mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.load_steps(plan.depths)
-    return [press_sheet(mesh, way, radius, material)[0][np.searchsorted(way, plan.depths)] for radius in plan.radii]
+    stops = np.searchsorted(way, plan.depths)
+    straight = [press_sheet(mesh, way, radius, material) for radius in plan.radii]
+    fields = np.zeros((TERMS, plan.levels, mesh.side, mesh.side, 3))
+    wrenches = np.zeros((TERMS, plan.levels, 6))
+    for k, (field, wrench) in enumerate(straight):
+        fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
+    if drags:
+        angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
+        slid = [press_sheet(mesh, plan.depths, plan.radius, material, (TRACTION * np.cos(a), TRACTION * np.sin(a))) for a in angles]
+        more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
+        told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
+        for level in range(plan.levels):
+            x, y = told[:, level, 1], told[:, level, 2]
+            if np.isfinite(told[:, level]).all():
+                share = np.linalg.pinv(np.stack([x, y, x * x, x * y, y * y], axis=1))
+                fields[3:, level] = np.tensordot(share, more[:, level], 1)
+                wrenches[3:, level] = share @ told[:, level]
+                wrenches[3:, level, 1:3] = np.eye(5, 2)  # what a drag is
+            else:
+                fields[3:, level], wrenches[3:, level] = np.nan, np.nan
+    return fields, wrenches
+
+
+def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
+    """(D, 6) log of normal force over depth; tangential over normal force; moment over normal force, m; of wrenches (D, 6)."""
+    push = -wrench[:, 2:3]
+    return np.concatenate([np.log(np.maximum(push, 1e-15) / depths[:, None]), wrench[:, :2] / push, wrench[:, 3:] / push], axis=1)
 
 
 def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
-    """Extrapolate linearly over depth where a simulation did not converge (NaN)."""
-    depths = np.concatenate([[0.0], depths])
+    """Extrapolate linearly over depth, (..., level, ...), where a simulation did not converge (NaN)."""
     for level in range(2, solved.shape[3]):
-        missing = np.isnan(solved[:, :, :, level, 0, 0, 0])
+        missing = np.isnan(solved[:, :, :, level].reshape(*solved.shape[:3], -1)[..., 0])
         last, before = solved[:, :, :, level - 1][missing], solved[:, :, :, level - 2][missing]
         step = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
         solved[:, :, :, level][missing] = last + step * (last - before)
 
 
-def _class(solved: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:
-    half_side = plan.n + 1
+def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:
+    quarter = plan.n + 1
     part = solved
     for axis in (0, 1):
         part = (part + (-1 if odd[axis] else 1) * MIRROR[axis] * np.flip(part, 4 + axis)) / 2
-    part = part[..., :half_side, :half_side, :].reshape(*solved.shape[:4], -1)
+    part = part[..., :quarter, :quarter, :].reshape(*solved.shape[:4], -1)
     snapshots = part.reshape(-1, part.shape[-1])
     _, strength, modes = np.linalg.svd(snapshots, full_matrices=False)
     count = max(1, int(np.sum(strength > TRUE * np.sqrt(snapshots.size))))
-    mixed = part @ modes[:count].T
+    mixed = np.concatenate([part @ modes[:count].T, wrench[..., WRENCH_NUMBERS[CLASSES.index(odd)]]], axis=-1)
     angle = np.arccos(plan.nodes)[:, None] * np.arange(2 * plan.order)
-    over = [np.linalg.inv(np.cos(angle[:, odd[axis]::2])) for axis in (0, 1)]
-    radial = np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]]))
-    coefficients = np.einsum('ai,bj,ck,dl,ijklm->abcdm', over[0], over[1], radial, _spline_fit(plan.levels), mixed, optimize=True)
-    return ModeClass(odd, coefficients, modes[:count].reshape(count, half_side, half_side, 3))
+    even_odd = [np.linalg.inv(np.cos(angle[:, parity::2])) for parity in (0, 1)]
+    mixed[:, :, :3] = np.einsum('ck,ijklm->ijclm', np.linalg.inv(np.array([[1.0, -1, 1], [1, 0, 0], [1, 1, 1]])), mixed[:, :, :3])
+    coefficients = np.stack([np.einsum('ai,bj,dl,ijlm->abdm', even_odd[odd[0] ^ ODD_TERMS[0][k]], even_odd[odd[1] ^ ODD_TERMS[1][k]],
+                                       _spline_fit(plan.levels), mixed[:, :, k], optimize=True) for k in range(TERMS)], axis=2)
+    return ModeClass(odd, coefficients, modes[:count].reshape(count, quarter, quarter, 3))
 
 
 def _spline_fit(levels: int) -> np.ndarray:
@@ -224,7 +212,7 @@ def unpack(packed: Mapping, shape: tuple) -> np.ndarray:
 def library_numbers(library: SheetLibrary) -> dict:
     """The library as plain numbers."""
     classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
-                'coefficients': [pack(part.coefficients[..., k]) for k in range(len(part.modes))]} for part in library.classes]
+                'coefficients': [pack(part.coefficients[..., k]) for k in range(part.coefficients.shape[-1])]} for part in library.classes]
     return {'half': list(library.plan.half), **{name: getattr(library.plan, name) for name in _PLAN}, 'classes': classes}
 
 
@@ -240,5 +228,5 @@ def library_from_numbers(numbers: Mapping) -> SheetLibrary:
 
 def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
     order, levels, count = plan.order, plan.levels + 3, part['modes']
-    coefficients = np.stack([unpack(packed, (order, order, 3, levels)) for packed in part['coefficients']], axis=-1)
+    coefficients = np.stack([unpack(packed, (order, order, TERMS, levels)) for packed in part['coefficients']], axis=-1)
     return ModeClass(tuple(part['odd']), coefficients, unpack(part['shapes'], (count, plan.n + 1, plan.n + 1, 3)))

@@ -3,7 +3,8 @@
 """The estimate of one touch, and the interface of touch methods."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +22,8 @@ class TouchEstimate:
     position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet); depth: m, distance along z by which the object
     would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of position; depth_sigma: m, standard deviation of
     depth; radius: m of the object's tip, NaN where the method does not estimate it; flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED;
-    reason: '' or the name of the fall-back method used.
+    reason: '' or the name of the fall-back method used; wrench: (6,) of the object on the sensor at the sensor frame's origin over the
+    stiffness of the skin, m and m^2, NaN where the method does not estimate it.
     """
 
     position: np.ndarray
@@ -31,6 +33,7 @@ class TouchEstimate:
     radius: float = float('nan')
     flags: int = 0
     reason: str = ''
+    wrench: np.ndarray = field(default_factory=partial(np.full, 6, np.nan))
 
 
 class TouchMethod(Protocol):

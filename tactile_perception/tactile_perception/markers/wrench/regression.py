@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrench of a touch from its place, its depth and the lateral displacement of the markers around it, fitted to recorded wrenches.
 
-The normal force follows from place and depth: of a sheet by its mechanics (wrench.membrane), else from the recorded presses. The lateral
-force shows in the mean displacement of the markers around the tip. The log of the normal force, the direction of the force and the moment
+A touch method that knows the mechanics of its sheet gives the wrench but for the sheet's stiffness, which the recorded wrenches determine.
+Else the normal force follows from place and depth, and the lateral force from the mean displacement of the markers around
+the tip. The log of the normal force, the direction of the force and the moment
 about the tip over the normal force are linear in features of place and drag that have the sensor's mirror symmetries, with coefficients
 that vary smoothly with place and depth (varying_coefficients).
 """
@@ -14,9 +15,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...errors import BadCalibration
-from .membrane import SheetWrench
 from ..touches.presses import Presses
-from ..touches.touch import TouchEstimate
+from ..touches.touch import TouchEstimate, TouchMethod
 from .varying_coefficients import VaryingFactors
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor
@@ -34,8 +34,8 @@ _FEATURES = (3, 2, 2, 2, 2, 3)  # numbers of features: log normal force; lateral
 _PARTS = len(_FEATURES)
 
 
-def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrench | None = None) -> dict:
-    """Parameters of a map fitted to the presses with a known wrench; mechanics: of a sheet, used if it lowers the cross-validation error.
+def fit_wrench_map(presses: Presses, sensor: MarkerSensor, method: TouchMethod | None = None) -> dict:
+    """Parameters of a map fitted to the presses with a known wrench; method: one whose touches have a wrench, which then counts.
 
     held_out_force, held_out_moment: median relative cross-validation errors; told: which axes are reported. Raises BadCalibration for too
     few presses.
@@ -48,15 +48,26 @@ def fit_wrench_map(presses: Presses, sensor: MarkerSensor, mechanics: SheetWrenc
     keep = np.zeros(len(presses), bool)
     keep[kept] = True
     presses = presses.select(keep)
-    fits = [_Fit(presses, sensor, base) for base in ([mechanics] if mechanics else []) + [None]]
-    return min(fits, key=lambda fit: fit.force_error + fit.moment_error).numbers()
+    return _Fit(presses, sensor).numbers() | ({} if method is None else _stiffness(presses, method))
+
+
+def _stiffness(presses: Presses, method: TouchMethod) -> dict:
+    """The factor of the wrenches that a method tells, and its errors at these presses; empty where it tells none."""
+    found = [(touches[0].wrench, wrench) for touches, wrench in zip(map(method.estimate, presses.fields), presses.wrench)
+             if len(touches) == 1 and np.isfinite(touches[0].wrench).all()]
+    if len(found) < FEWEST:
+        return {}
+    told, truth = np.swapaxes(found, 0, 1)
+    stiffness = float(np.median(truth[:, 2] / told[:, 2]))
+    force, moment = (_relative(stiffness * told[:, part] - truth[:, part], truth[:, part]) for part in (slice(3), slice(3, 6)))
+    return {'stiffness': stiffness, 'told': [1] * 6, 'held_out_force': force, 'held_out_moment': moment}
 
 
 class _Features:
     """State and features of a touch. half: (2,) m, unit of places; width: m, of the neighbourhood of a tip."""
 
-    def __init__(self, half, deepest: float, width: float, is_sheet: bool, base: SheetWrench | None):
-        self.half, self.deepest, self.width, self.is_sheet, self.base = np.array(half, float), deepest, width, is_sheet, base
+    def __init__(self, half, deepest: float, width: float, is_sheet: bool):
+        self.half, self.deepest, self.width, self.is_sheet = np.array(half, float), deepest, width, is_sheet
 
     def __call__(self, field: MarkerField, place: np.ndarray, depth: float) -> tuple[np.ndarray, list[np.ndarray]]:
         """State (D,), and the features of each output; NaN where too few markers are seen around the tip."""
@@ -71,9 +82,10 @@ class _Features:
         parts = [np.array([1.0, a * x + b * y, a * a + b * b]), along, across, across, along, np.array([x * y, x * b, y * a])]
         return np.array([*folded, np.sqrt(depth / self.deepest)]), parts
 
-    def plain(self, place: np.ndarray, depth: float, radius: float = float('nan')) -> np.ndarray:
-        """(6,) wrench about the tip by the mechanics, or a normal force in proportion to depth."""
-        return self.base(place[:2], depth, radius) if self.base else np.array([0.0, 0.0, -depth, 0.0, 0.0, 0.0])
+
+def _plain(depth: float) -> np.ndarray:
+    """(6,) wrench about the tip with a normal force in proportion to depth."""
+    return np.array([0.0, 0.0, -depth, 0.0, 0.0, 0.0])
 
 
 class WrenchMap:
@@ -81,8 +93,8 @@ class WrenchMap:
 
     def __init__(self, numbers: Mapping):
         try:
-            base = SheetWrench.from_numbers(numbers['mechanics']) if 'mechanics' in numbers else None
-            self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']), base)
+            self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']))
+            self._stiffness = float(numbers.get('stiffness', np.nan))
             self._scale, self._reported = float(numbers['scale']), np.array(numbers['told'], bool)
             self._states, self._lengths = np.array(numbers['states'], float), np.array(numbers['lengths'], float)
             duals = [np.array(dual, float) for dual in numbers['duals']]
@@ -99,6 +111,8 @@ class WrenchMap:
     def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
         """(6,) N and N m at the sensor frame's origin, of a frame with this touch alone; NaN for an axis that the calibration did not
         excite, where too few markers are seen around the touch, and beyond BEYOND times the calibrated depth."""
+        if np.isfinite(self._stiffness) and np.isfinite(touch.wrench).all():
+            return self._stiffness * touch.wrench
         if not 0 < touch.depth < BEYOND * self._features.deepest:
             return np.full(6, np.nan)
         place = np.asarray(touch.position, float)
@@ -107,7 +121,7 @@ class WrenchMap:
         factors = np.einsum('nf,nf->f', near[:, self._part], self._dual)
         outputs = np.add.reduceat(factors * np.concatenate(parts), self._starts)
         outputs[0] += self._scale
-        wrench = _assembled(outputs, self._features.plain(place, touch.depth, touch.radius), place)
+        wrench = _assembled(outputs, _plain(touch.depth), place)
         return np.where(self._reported, wrench, np.nan)
 
 
@@ -130,16 +144,16 @@ def _assembled(outputs: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.
 class _Fit:
     """A map fitted to presses, with its relative cross-validation errors of force and moment."""
 
-    def __init__(self, presses: Presses, sensor: MarkerSensor, base: SheetWrench | None):
+    def __init__(self, presses: Presses, sensor: MarkerSensor):
         half = np.array(sensor.size) / 2 if sensor.is_sheet else np.full(2, sensor.rim_radius)
-        self._features = _Features(half, float(presses.depth.max()), ABOUT * max(sensor.pitch), sensor.is_sheet, base)
+        self._features = _Features(half, float(presses.depth.max()), ABOUT * max(sensor.pitch), sensor.is_sheet)
         samples = [self._features(field, place, depth) for field, place, depth in zip(presses.fields, presses.position, presses.depth)]
         seen = np.array([np.isfinite(np.concatenate(parts)).all() for _, parts in samples])
         presses, samples = presses.select(seen), [row for row, good in zip(samples, seen) if good]
         if len(samples) < FEWEST:
             raise BadCalibration(f'markers around the tip are seen in only {len(samples)} presses; {FEWEST} are needed for a wrench map')
         self._states = np.array([state for state, _ in samples])
-        plain = np.array([self._features.plain(place, depth) for place, depth in zip(presses.position, presses.depth)])
+        plain = np.array([_plain(depth) for depth in presses.depth])
         apart = np.array([_outputs(*row) for row in zip(presses.wrench, plain, presses.position)])
         self._scale = float(np.median(apart[:, 0]))
         apart[:, 0] -= self._scale
@@ -162,13 +176,11 @@ class _Fit:
 
     def numbers(self) -> dict:
         """For a calibration file."""
-        base = self._features.base
         return {'half': self._features.half.tolist(), 'deepest': self._features.deepest, 'width': self._features.width,
                 'is_sheet': int(self._features.is_sheet), 'scale': self._scale, 'told': self._reported.astype(int).tolist(),
                 'states': self._states.tolist(), 'lengths': [factors.lengths.tolist() for factors in self._factors],
                 'duals': [factors.dual.tolist() for factors in self._factors],
-                'held_out_force': self.force_error, 'held_out_moment': self.moment_error} | (
-                    {'mechanics': base.numbers()} if base else {})
+                'held_out_force': self.force_error, 'held_out_moment': self.moment_error}
 
 
 def _relative(error: np.ndarray, truth: np.ndarray) -> float:

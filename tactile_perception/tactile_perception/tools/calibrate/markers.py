@@ -19,14 +19,12 @@ from ...common.progress import log_told
 from ...dots.tracker import DotTracker
 from ...errors import BadCalibration, BadFrame
 from .marker_residuals import marker_residuals, require_coverage
-from ...markers.mechanics.membrane_fem import SheetMaterial
 from ...markers.methods import make_method, methods_for
 from ...markers.touches.cross_validation import HeldOut, Score, held_out
 from ...markers.touches.presses import SAME_PLACE, Presses
 from ...markers.touches.touch import TouchMethod
 from ...markers.view.camera_views import view_maker
 from ...markers.view.marker_field import RestMarkers
-from ...markers.wrench.membrane import SheetWrench
 from ...markers.wrench.regression import AXES, fit_wrench_map
 from ...nodes.messages import conversions as convert
 from ...parameters.file import read_parameters
@@ -153,8 +151,9 @@ def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str =
     dragged = known & ~presses.straight()
     if best and dragged.any():
         presses = _as_told(presses, dragged, make_method(best, methods[best], reader.sensor))
+    model = make_method('model', methods['model'], reader.sensor) if 'model' in methods else None
     try:
-        return fit_wrench_map(presses.select(known), reader.sensor, _mechanics(presses.select(known), reader, methods.get('model')))
+        return fit_wrench_map(presses.select(known), reader.sensor, model)
     except BadCalibration as error:
         reader.left_out.append(f'wrench: {error}')
         return None
@@ -168,19 +167,6 @@ def _as_told(presses: Presses, some: np.ndarray, method: TouchMethod) -> Presses
         if len(touches) == 1:
             position[k], depth[k] = touches[0].position, touches[0].depth
     return replace(presses, position=position, depth=depth)
-
-
-def _mechanics(presses: Presses, reader: PressReader, model: dict | None) -> SheetWrench | None:
-    """Simulated mechanics of a sheet, with the material and tip fitted by method 'model'; None for a dome, and without equilibrium."""
-    if model is None or not reader.sensor.is_sheet:
-        return None
-    reach = np.abs(presses.position[:, :2]).max(axis=0) + reader.sensor.pitch
-    try:
-        return SheetWrench.simulate(np.array(reader.sensor.size), reach, float(presses.depth.max()), float(model['library']['radius']),
-                                    SheetMaterial(**model['material']))
-    except BadCalibration as error:
-        reader.left_out.append(f'wrench: {error}')
-        return None
 
 
 def calibrate_markers(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:

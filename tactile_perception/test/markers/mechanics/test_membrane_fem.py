@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sheet_reference import read_field
 from tactile_perception.errors import BadArgument
 from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial, press_sheet
 from tactile_perception.markers.mechanics.mesh import SheetMesh, uniform
-from tactile_perception.markers.mechanics.projection import read_field
 from tactile_perception.markers.mechanics.reduced_model import LibraryPlan
 
 PLAN = LibraryPlan((0.030, 0.0225), 7e-3, 12e-3)

@@ -5,14 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 import yaml
-from sheet_scenes import EYE, GRID, MATERIAL, SENSOR, field_of, library, pressed
+from sheet_scenes import EYE, GRID, MATERIAL, PLAN, SENSOR, field_of, library, pressed
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.mechanics.calibration import SheetCalibration
 from tactile_perception.markers.mechanics.identification import EyeShifts
+from tactile_perception.markers.mechanics.membrane_fem import press_sheet
+from tactile_perception.markers.mechanics.mesh import SheetMesh
 from tactile_perception.markers.mechanics.matched_filter import SheetStart
 from tactile_perception.markers.mechanics.method import SheetModelMethod, SheetPresses, Tip, tips_of
-from tactile_perception.markers.mechanics.projection import Press, appearance, read_press
-from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, interaction
+from tactile_perception.markers.mechanics.projection import Press
+from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, show
 from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 
 NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
@@ -27,17 +29,7 @@ def explained(field):
 
 def together(presses, mixed=0.4, seed=0):
     """The field of presses whose sum lacks a part of what they share."""
-    each = [read_press(library(), press, GRID) for press in presses]
-    return field_of(appearance(sum(each) + mixed * interaction(each), GRID, EYE), 2e-6, 2e-3, seed)
-
-
-def test_the_sheet_between_two_presses_lacks_most_in_the_middle():
-    places = np.array([[0.0, 0.0], [1e-6, 0.0], [0.01, 0.0]])
-    each = [read_press(library(), Press(np.array([x, 0.0]), 3e-3), places) for x in (-0.01, 0.01)]
-    lacks = interaction(each)
-    assert lacks[0, 0, 2] == pytest.approx(-each[0][0, 0, 2] / 2, rel=1e-6) and (lacks[:, 0, 2] > 0).all()
-    assert lacks[1, 1, 2] == pytest.approx((lacks[1, 0, 2] - lacks[0, 0, 2]) / 1e-6, abs=2e-3)
-    assert not lacks[..., :2].any()
+    return field_of(show(library(), presses, GRID, EYE, mixed)[0], 2e-6, 2e-3, seed)
 
 
 @pytest.mark.parametrize('one, other', [((-0.010, 0.003, 3e-3), (0.006, -0.004, 2.4e-3)), ((-0.008, -0.006, 4e-3), (0.004, 0.005, 3.5e-3)),
@@ -68,63 +60,22 @@ def test_one_tip_of_any_size_is_one(place):
 
 
 def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
-    press = Press(np.array([0.005, -0.003]), 4e-3, dragged=(1.5e-3, -1e-3))
+    press = Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))
     found, tips = explained(together([press]))
-    assert len(tips) == 1 and found.presses[0].dragged == pytest.approx(press.dragged, abs=1e-4)
-    assert np.abs(tips[0].vector[:2] - [0.00575, -0.0035]).max() < 1e-4 and tips[0].covariance[0, 0] > (3e-4)**2
+    assert len(tips) == 1 and found.presses[0].drag == pytest.approx(press.drag, abs=0.03)
+    assert np.abs(tips[0].vector - [0.005, -0.003, 4e-3]).max() < 2e-4
 
 
-class Counting:
-    """Explains frame after frame, and counts the rounds of each."""
-
-    def __init__(self, monkeypatch):
-        inverse = SheetInverse(library(), NOISE, 0.0, PITCH)
-        self.presses, self.rounds = SheetPresses(library(), inverse, START, PITCH), []
-        within = inverse._within
-        monkeypatch.setattr(inverse, '_within', lambda *state: self._count(within(*state)))
-
-    def _count(self, state):
-        self.rounds[-1] += 1
-        return state
-
-    def __call__(self, field):
-        self.rounds.append(0)
-        found = self.presses.explain(field, START.best(field)[0])
-        return found, tips_of(library(), found)
+def test_a_straight_press_has_no_drag():
+    assert not any(explained(together([Press(np.array([x, 0.004]), 3e-3)], seed=k))[0].presses[0].drag[0]
+                   for k, x in enumerate(np.linspace(-0.015, 0.015, 7)))
 
 
-def two_at(k):
-    """Two presses that go deeper and along the sheet."""
-    return [Press(np.array([-0.010 + 2e-4 * k, 0.003]), 2.5e-3 + 1e-4 * k), Press(np.array([0.007, -0.004 + 2e-4 * k]), 2e-3 + 1e-4 * k)]
-
-
-def test_two_presses_are_followed_in_fewer_rounds_to_where_they_are_found_anew(monkeypatch):
-    follow = Counting(monkeypatch)
-    for k in range(10):
-        found, tips = follow(together(two_at(k), seed=k))
-        fresh = Counting(monkeypatch)(together(two_at(k), seed=k))[1]
-        assert len(tips) == len(fresh) == 2
-        for tip in tips:
-            assert min(np.abs(tip.vector - other.vector).max() for other in fresh) < 1e-4
-    assert max(follow.rounds[1:]) <= 9 < follow.rounds[0]
-
-
-def test_a_second_press_is_found_as_soon_as_in_single_frames_and_lost_when_it_ends(monkeypatch):
-    follow, one = Counting(monkeypatch), Press(np.array([-0.008, 0.0]), 4e-3)
-    for k in [*range(25), *range(24, -1, -1)]:
-        field = together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k)
-        told, alone = len(follow(field)[1]), len(Counting(monkeypatch)(field)[1])
-        assert told == alone or told > alone and k < 10, 'a press that ends is told a little longer than it would be anew'
-    assert told == 1
-
-
-def test_another_frame_is_not_told_by_what_was_before(monkeypatch):
-    follow = Counting(monkeypatch)
-    follow(together(two_at(0)))
-    _, (tip,) = follow(together([Press(np.array([0.002, -0.008]), 3e-3)]))
-    assert tip.vector == pytest.approx([0.002, -0.008, 3e-3], abs=1e-4)
-    again, anew = follow(together(two_at(0)))[0], Counting(monkeypatch)(together(two_at(0)))[0]
-    assert [press.vector.tolist() for press in again.presses] == [press.vector.tolist() for press in anew.presses]
+def test_a_second_press_is_told_once_it_stands_out():
+    one, told = Press(np.array([-0.008, 0.0]), 4e-3), []
+    for k in range(25):
+        told.append(len(explained(together([one] + ([Press(np.array([0.010, 0.004]), 1.5e-4 * k)] if k else []), seed=k))[1]))
+    assert told[0] == 1 and told[-8:] == [2] * 8
 
 
 NOISE_TOUCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
@@ -136,13 +87,13 @@ METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
 
 def touches(*press, noise=5e-6, growth=5e-3, seed=0):
-    return METHOD.estimate(field_of(pressed(*press), noise, growth, seed))
+    return SheetModelMethod(CALIBRATION, SENSOR).estimate(field_of(pressed(*press), noise, growth, seed))
 
 
 def test_a_touch_is_told_with_its_uncertainty():
     touch, = touches(0.012, -0.007, 4e-3, 8e-3)
     assert touch.position == pytest.approx([0.012, -0.007, -4e-3], abs=1.5e-4) and touch.depth == -touch.position[2]
-    assert touch.radius == pytest.approx(8e-3, rel=0.1) and touch.flags == 0 and touch.reason == ''
+    assert touch.radius == pytest.approx(8e-3, rel=0.25) and touch.flags == 0 and touch.reason == ''
     assert 3e-5 < np.sqrt(touch.covariance[0, 0]) < 3e-4 and touch.depth_sigma == pytest.approx(np.sqrt(touch.covariance[2, 2]))
     assert np.linalg.eigvalsh(touch.covariance).min() > 0
 
@@ -150,7 +101,7 @@ def test_a_touch_is_told_with_its_uncertainty():
 def test_places_are_told_in_the_frame_of_the_presses():
     aside = SheetModelMethod(dataclasses.replace(CALIBRATION, offset=np.array([3e-4, -2e-4])), SENSOR)
     field = field_of(pressed(0.004, -0.003, 3e-3))
-    (there,), (here,) = aside.estimate(field), METHOD.estimate(field)
+    (there,), (here,) = aside.estimate(field), SheetModelMethod(CALIBRATION, SENSOR).estimate(field)
     assert there.position - here.position == pytest.approx([-3e-4, 2e-4, 0])
 
 
@@ -190,12 +141,20 @@ def test_the_calibration_file_keeps_it():
     fitted = yaml.safe_load(yaml.safe_dump(CALIBRATION.numbers()))
     field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
     again, = SheetModelMethod.from_fitted(fitted, SENSOR).estimate(field)
-    assert again.position == pytest.approx(METHOD.estimate(field)[0].position, abs=5e-6)
+    assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
 
 
 def test_a_broken_calibration_is_refused():
     with pytest.raises(BadCalibration, match='calibrate again'):
         SheetModelMethod.from_fitted({'noise': {}}, SENSOR)
+
+
+def test_the_wrench_is_that_of_the_mechanics():
+    touch, = touches(0.010, -0.006, 4e-3)
+    wrench = press_sheet(SheetMesh((0.010, -0.006), PLAN.half, PLAN.scale, 8), np.linspace(2e-4, 4e-3, 20), 7e-3, MATERIAL)[1][-1]
+    exact = np.append(wrench[:3], np.cross([0.010, -0.006, -4e-3], wrench[:3]) + wrench[3:])
+    assert touch.wrench[:3] == pytest.approx(exact[:3], abs=-0.03 * exact[2]) and touch.wrench[2] == pytest.approx(exact[2], rel=0.03)
+    assert touch.wrench[3:] == pytest.approx(exact[3:], abs=0.04 * np.abs(exact[3:]).max())
 
 
 def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_was():
@@ -206,3 +165,10 @@ def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_w
         method = SheetModelMethod(CALIBRATION, SENSOR)
         told.append([touch.position.tolist() for field in [press[0], still, press[1], still, press[2]] for touch in method.estimate(field)])
     assert told[0] == told[1] == told[2] and len(told[0]) == 3
+
+
+def test_a_tip_keeps_its_radius_while_it_touches():
+    method = SheetModelMethod(CALIBRATION, SENSOR)
+    first, *others = [method.estimate(field_of(pressed(0.004, -0.003, 3e-3, 8e-3), 1.5e-5, 1e-2, seed))[0].radius for seed in range(12)]
+    alone = [touches(0.004, -0.003, 3e-3, 8e-3, noise=1.5e-5, growth=1e-2, seed=seed)[0].radius for seed in range(12)]
+    assert first == alone[0] and np.std(others[-8:]) < 0.8 * np.std(alone[-8:])

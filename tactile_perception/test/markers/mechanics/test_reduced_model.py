@@ -6,13 +6,15 @@ import math
 import numpy as np
 import pytest
 import yaml
-from sheet_scenes import GRID, MATERIAL, PLAN, library
+from sheet_reference import looked_up, read_field
+from sheet_scenes import EYE, GRID, MATERIAL, PLAN, library
 from tactile_perception.calibration.files.format import check_numbers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.mechanics import reduced_model
 from tactile_perception.markers.mechanics.membrane_fem import press_sheet
 from tactile_perception.markers.mechanics.mesh import SheetMesh, uniform
-from tactile_perception.markers.mechanics.projection import read_field
+from tactile_perception.markers.mechanics.projection import Press
+from tactile_perception.markers.mechanics.solver import show
 from tactile_perception.markers.mechanics.reduced_model import build_library, library_from_numbers, library_numbers, pack, unpack
 
 
@@ -21,26 +23,34 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
     mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
     solved = press_sheet(mesh, PLAN.load_steps(np.array([depth])), radius, MATERIAL)[0][-1]
     exact = read_field(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
-    found = read_field(library().fields(place, depth, np.log(radius / PLAN.radius))[:, 0], PLAN, place, GRID)[:, 0]
+    found = show(library(), [Press(np.array(place), depth, np.log(radius / PLAN.radius))], GRID, EYE)[1][:, 0]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
 
 
+@pytest.mark.parametrize('place, depth, drag', [((0.0, 0.0), 4e-3, (0.4, 0.0)), ((0.011, -0.006), 3e-3, (-0.3, 0.2))])
+def test_a_drag_looked_up_is_one_worked_out(place, depth, drag):
+    mesh = SheetMesh(place, PLAN.half, PLAN.scale, PLAN.n)
+    way = PLAN.load_steps(np.array([depth]))
+    field, wrench = (part[-1] for part in press_sheet(mesh, way, PLAN.radius, MATERIAL, drag))
+    straight = press_sheet(mesh, way, PLAN.radius, MATERIAL)[1][-1]
+    more = wrench[:2] / -wrench[2] - straight[:2] / -straight[2]
+    exact = read_field(uniform(field.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
+    press = Press(np.array(place), depth, 0.0, tuple(more))
+    found, told = show(library(), [press], GRID, EYE)[1][:, 0], looked_up(library(), press)[1]
+    assert np.sqrt(np.mean((found - exact)**2)) < 0.005 * depth and np.abs(found - exact).max() < 0.03 * depth
+    assert told[0] == pytest.approx(np.log(-wrench[2] / depth), abs=0.06)
+    assert told[1:3] == pytest.approx(wrench[:2] / -wrench[2], abs=0.02)
+    assert told[3:] == pytest.approx(wrench[3:] / -wrench[2], abs=1e-4)
+
+
 def test_mirrored_presses_are_mirrored():
-    right, left = (read_field(library().fields((x, 4e-3), 4e-3, 0.1)[:, 0], PLAN, (x, 4e-3), GRID * [100 * x, 1])[:, 0]
+    right, left = (show(library(), [Press(np.array([x, 4e-3]), 4e-3, 0.1, (20 * x, 0.1))], GRID * [100 * x, 1], EYE)[1][:, 0]
                    for x in (0.01, -0.01))
-    assert right == pytest.approx(left * [-1, 1, 1], abs=1e-9)
-
-
-@pytest.mark.parametrize('k, step', [(0, 1e-4), (1, 1e-4), (2, 5e-5), (3, 1e-2)])
-def test_fields_tell_their_derivatives(k, step):
-    at, way = np.array([0.011, -0.006, 4e-3, 0.08]), np.eye(4)[k] * step
-    ahead, behind = (library().fields(vector[:2], *vector[2:])[:, 0] for vector in (at + way, at - way))
-    found = library().fields(at[:2], *at[2:])[:, 1 + k]
-    assert found == pytest.approx((ahead - behind) / (2 * step), abs=2e-3 * np.abs(found).max())
+    assert right == pytest.approx(left * [-1, 1, 1], abs=2e-9)
 
 
 def test_no_depth_is_no_field():
-    assert np.abs(library().fields((0.003, 0.002), 0.0, 0.0)[:, 0]).max() < 1e-5
+    assert np.abs(show(library(), [Press(np.array([0.003, 0.002]), 0.0)], GRID, EYE)[1]).max() < 2e-5
 
 
 def test_the_way_goes_through_its_stops():
@@ -49,7 +59,8 @@ def test_the_way_goes_through_its_stops():
 
 
 def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
-    monkeypatch.setattr(reduced_model, 'press_sheet', lambda mesh, way, *more: (np.full((len(way), mesh.side**2, 3), np.nan), None))
+    monkeypatch.setattr(reduced_model, 'press_sheet', lambda mesh, way, *more: (
+        np.full((len(way), mesh.side**2, 3), np.nan), np.full((len(way), 6), np.nan)))
     with pytest.raises(BadCalibration, match='converge'):
         build_library(PLAN, MATERIAL)
 
@@ -60,10 +71,11 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
     def ramp(mesh, way, radius, material):
         field = np.ones((mesh.side**2, 3)) * way[:, None, None]
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
-        return field, None
+        return field, np.ones((len(way), 6)) * -way[:, None]
     monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
-    nodes = build_library(plan, MATERIAL).fields(plan.reach * plan.nodes[0], plan.depth, 0.0)[:, 0].reshape(6, 6, 3)
-    assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-6)
+    deep = Press(plan.reach * plan.nodes[0], 0.999999 * plan.depth)
+    nodes = looked_up(build_library(plan, MATERIAL, drags=False), deep)[0].reshape(6, 6, 3)
+    assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-4)
 
 
 def test_what_is_packed_comes_back():
@@ -77,8 +89,9 @@ def test_the_library_survives_a_calibration_file():
     numbers = yaml.safe_load(yaml.safe_dump(library_numbers(library())))
     check_numbers(numbers, 'fitted', 'file')
     again = library_from_numbers(numbers)
-    fields = [one.fields(np.array([0.01, -0.004]), 5e-3, 0.1) for one in (library(), again)]
-    assert np.abs(fields[1] - fields[0])[:, 0].max() < 5e-6
+    press = Press(np.array([0.01, -0.004]), 5e-3, 0.1, (0.3, 0.1))
+    fields = [show(one, [press], GRID, EYE)[1][:, 0] for one in (library(), again)]
+    assert np.abs(fields[1] - fields[0]).max() < 5e-6
     assert again.plan == library().plan
 
 

@@ -1,6 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """The wrench is told of made-up sheets, whose stiffness, dragging and lines of force are simple formulas."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_perception.errors import BadCalibration
@@ -8,22 +10,11 @@ from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.view.marker_field import MarkerField
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
-from tactile_perception.markers.wrench.membrane import SheetWrench
 from tactile_perception.markers.wrench.regression import WrenchMap, fit_wrench_map
 
 SENSOR = MARKER_SENSORS['areal_single']
 REST = SENSOR.grid()
 HALF = np.array(SENSOR.size) / 2
-
-
-class ByDepth:
-    """Mechanics that are wrong by a smooth factor."""
-
-    def __call__(self, place, depth, radius=float('nan')):
-        return np.array([0.2 * place[0] / HALF[0], 0.2 * place[1] / HALF[1], 1, 0, 0, 0]) * -depth * stiffness(place, depth) / 80
-
-    def numbers(self):
-        return {}
 
 
 def stiffness(place, depth):
@@ -81,24 +72,30 @@ def test_wrenches_of_other_presses_and_drags_are_told(numbers):
     assert numbers['held_out_force'] < 0.03 and numbers['held_out_moment'] < 0.03 and all(numbers['told'])
 
 
-def test_mechanics_carry_a_few_presses_to_other_places(monkeypatch):
-    """Nine places in three rows and columns, as one would press first, of which symmetry leaves four."""
-    made = [press(x, y, depth) for x in (-0.018, 0, 0.018) for y in (-0.011, 0, 0.011) for depth in (0.003, 0.006, 0.009)]
-    fields, wrenches, places = zip(*made)
-    few = Presses(fields, np.array(places), -np.array(places)[:, 2], np.arange(27), np.array(wrenches), np.full(27, np.nan))
-    with_mechanics, without = fit_wrench_map(few, SENSOR, ByDepth()), fit_wrench_map(few, SENSOR)
-    assert 'mechanics' in with_mechanics and 'mechanics' not in without
-    monkeypatch.setattr(SheetWrench, 'from_numbers', lambda numbers: ByDepth())
-    others = recording(drags=False, count=20)
-    (force, moment), (force_without, _) = (errors(told_by(numbers, others), others.wrench) for numbers in (with_mechanics, without))
-    assert force < 0.005 and moment < 0.005 and force_without > 0.02
+class Mechanics:
+    """A method that tells every wrench over 80 N/m, with small errors."""
+
+    def __init__(self, presses):
+        self._told = {id(field): (place, wrench / 80) for field, place, wrench in zip(presses.fields, presses.position, presses.wrench)}
+
+    def estimate(self, field):
+        place, wrench = self._told[id(field)]
+        return [replace(touch(place), wrench=wrench * (1 + 0.01 * np.sin(1e5 * place[0])))]
 
 
-def test_mechanics_that_tell_no_better_are_left_out(numbers):
-    class Backwards(ByDepth):
-        def __call__(self, place, depth, radius=float('nan')):
-            return super().__call__(place, depth) * np.exp(np.sin(900 * place[0]) + np.cos(1100 * place[1]))
-    assert 'mechanics' not in fit_wrench_map(recording(), SENSOR, Backwards())
+def test_a_method_that_tells_wrenches_is_given_its_stiffness():
+    known = recording(count=20)
+    fitted = fit_wrench_map(known, SENSOR, Mechanics(known))
+    assert fitted['stiffness'] == pytest.approx(80, rel=0.01) and fitted['told'] == [1] * 6 and fitted['held_out_force'] < 0.02
+    told = WrenchMap(fitted).wrench(known.fields[3], Mechanics(known).estimate(known.fields[3])[0])
+    assert told == pytest.approx(known.wrench[3], rel=0.03)
+
+
+def test_a_touch_without_a_wrench_is_told_by_the_map():
+    known = recording()
+    fitted = fit_wrench_map(known, SENSOR, Mechanics(known))
+    force, moment = errors(told_by(fitted, known), known.wrench)
+    assert force < 0.02 and moment < 0.02
 
 
 def test_an_axis_that_was_not_excited_is_unknown():

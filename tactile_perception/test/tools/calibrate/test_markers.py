@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.methods import TOUCH_METHODS
 from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.touches.touch import TouchEstimate
@@ -60,8 +59,8 @@ def fitted_to(monkeypatch):
     """What the map was fitted to, once it was."""
     seen = {}
 
-    def fit(presses, sensor, mechanics):
-        seen.update(presses=presses, mechanics=mechanics)
+    def fit(presses, sensor, method):
+        seen.update(presses=presses, method=method)
         return {}
     monkeypatch.setattr(calibrate_markers, 'fit_wrench_map', fit)
     monkeypatch.setitem(TOUCH_METHODS, 'beside', Beside)
@@ -90,17 +89,3 @@ def test_presses_are_taken_where_they_were_and_drags_where_the_method_tells_them
     assert moved == pytest.approx([0] * len(STRAIGHT) + [0, 1e-3, 1e-3, 1e-3, 0])  # of the last the method knows nothing
     fit_wrench(known, reader, {'beside': {}})
     assert fitted_to['presses'].position == pytest.approx(known.position)
-
-
-def test_a_sheet_has_the_mechanics_that_its_model_found(reader, fitted_to, monkeypatch):
-    def simulate(size, reach, deepest, radius, material):
-        if radius < 1e-3:
-            raise BadCalibration('the sheet finds no balance')
-        return size, reach, deepest, radius, material.friction
-    monkeypatch.setattr(calibrate_markers.SheetWrench, 'simulate', simulate)
-    model = {'material': {'prestretch': 1.05, 'bending': 2e-7, 'friction': 0.6}, 'library': {'radius': 7e-3}}
-    fit_wrench(recorded(STRAIGHT), reader, {'model': model})
-    size, reach, *rest = fitted_to['mechanics']
-    assert size == pytest.approx([0.060, 0.045]) and reach == pytest.approx([0.0165, 0.0125]) and rest == [0.004, 7e-3, 0.6]
-    fit_wrench(recorded(STRAIGHT), reader, {'model': model | {'library': {'radius': 5e-4}}})
-    assert fitted_to['mechanics'] is None and reader.left_out == ['wrench: the sheet finds no balance']
