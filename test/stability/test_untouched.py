@@ -3,11 +3,14 @@
 """Untouched sensors report no contact: whole images with noise, and dot positions with the noise measured in images."""
 import numpy as np
 import pytest
+from pad_rig import Pad
+from tactile_driver.simulation.sensors.scenes import open_scene
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.touchpad.membrane.solver import Membrane
 from tactile_perception.touchpad.optics.identification import fit_rest
+from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
 
@@ -39,6 +42,33 @@ def false_images(pad, count, level):
 @pytest.mark.parametrize('level', [1, 4])
 def test_no_contact_in_noisy_images(pad, level):
     assert false_images(pad, 80, level) == 0
+
+
+def false_with_glare(count, seed):
+    """Of `count` untouched frames of another specimen with glare, lamps in the window and a drifting gain, those with anything found."""
+    scene = open_scene('glare_rest', rate=30.0, seed=seed)
+    values = Pad().values()
+    sensor = Touchpad.from_parameters(values)
+    camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
+    tracker, places, contact = make_tracker(sensor, values), DotPlaces(sensor, camera), ContactStage(sensor, camera, values)
+    false = 0
+    for k in range(count):
+        image = scene.render(k / 30).image
+        tracks = tracker.process(image, 1 + k / 30)
+        tracks.xyz = places.locate(image, tracks)
+        false += not untouched(contact.process(tracks, 1 + k / 30))
+    return false
+
+
+def test_no_contact_with_glare_and_drift():
+    assert false_with_glare(100, 11) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize('seed', range(21, 31))
+def test_no_contact_in_10000_frames_with_glare_and_drift(seed):
+    assert false_with_glare(1000, seed) == 0
 
 
 class Untouched:
