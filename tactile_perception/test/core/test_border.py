@@ -168,7 +168,7 @@ def call_fit_motion(**arrays):
 SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
 PRESSES = np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])
 NOISE = (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0)
-SEEN = {'rest': 1e-3 * (PLACES - 30), 'eye': EYES, 'presses': PRESSES}
+VIEWED = {'rest': 1e-3 * (PLACES - 30), 'eye': EYES, 'presses': PRESSES}
 VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5)}
 
 
@@ -180,15 +180,15 @@ def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5]), size
 
 def call_fit_presses(**arrays):
     """Two presses, fitted."""
-    return _core.fit_presses(table(), **SEEN | VALUES | arrays, noise=NOISE, tip=(0.0, 0.15), marker_radius=1e-3, drags=True, near=0.01)
+    return _core.fit_presses(table(), **VIEWED | VALUES | arrays, noise=NOISE, tip=(0.0, 0.15), marker_radius=1e-3, drags=True, near=0.01)
 
 
 def call_show_presses(**arrays):
     """Two presses, shown."""
-    return _core.show_presses(table(), **SEEN | arrays, mixed=0.3, marker_radius=1e-3, near=0.01)
+    return _core.show_presses(table(), **VIEWED | arrays, mixed=0.3, marker_radius=1e-3, near=0.01)
 
 
-def call_show_field(field=SPLINES, rest=SEEN['rest'], eye=EYES):
+def call_show_field(field=SPLINES, rest=VIEWED['rest'], eye=EYES):
     """A field, shown."""
     return _core.show_field(field, rest, eye, place=(0.0, 0.0), half=(0.03, 0.03), scale=8e-3, marker_radius=1e-3)[None]
 FLOATS = np.float32(IMAGE)
@@ -278,9 +278,9 @@ CALLS = {
     'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
 
 
-    'fit_presses': (call_fit_presses, SEEN | VALUES),
-    'show_presses': (call_show_presses, SEEN),
-    'show_field': (call_show_field, {'field': SPLINES, 'rest': SEEN['rest'], 'eye': EYES}),
+    'fit_presses': (call_fit_presses, VIEWED | VALUES),
+    'show_presses': (call_show_presses, VIEWED),
+    'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),
     'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
     'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)),
                                                'prior': DOME_PRIOR}),
@@ -378,14 +378,14 @@ def test_numbers_of_measure_dots_are_checked(wrong):
                                    {'coefficients': np.zeros(5, np.float32)}, {'shapes': np.zeros((2, 2), np.float32)}])
 def test_a_table_that_does_not_fit_together_is_refused(wrong):
     with pytest.raises(ValueError, match='^table: '):
-        _core.show_presses(table(**wrong), **SEEN, mixed=0.0, marker_radius=0.0, near=0.0)
+        _core.show_presses(table(**wrong), **VIEWED, mixed=0.0, marker_radius=0.0, near=0.0)
 
 
 @pytest.mark.parametrize('member', ['coefficients', 'shapes'])
 @pytest.mark.parametrize('value', [np.nan, np.inf, 1e38])
 def test_a_table_of_anything_is_answered(member, value):
     broken = table(**{member: np.full_like(table()[2 if member == 'coefficients' else 3], value)})
-    state, *_ = _core.fit_presses(broken, **SEEN | VALUES, noise=NOISE, tip=(0.0, 0.15), marker_radius=0.0, drags=True, near=0.0)
+    state, *_ = _core.fit_presses(broken, **VIEWED | VALUES, noise=NOISE, tip=(0.0, 0.15), marker_radius=0.0, drags=True, near=0.0)
     assert np.isfinite(state).all()
 @pytest.mark.parametrize('wrong', [{'radius': 0.0}, {'radius': np.nan}, {'ring': 0.5}])
 def test_numbers_of_fit_worn_discs_are_checked(wrong):
