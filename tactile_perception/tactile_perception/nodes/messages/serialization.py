@@ -3,12 +3,10 @@
 """Serialisation of messages without a node, for the tools that read and write bags."""
 from __future__ import annotations
 
-from array import array
 from pathlib import Path
 
-import numpy as np
 from ament_index_python.packages import get_package_share_directory
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosidl_runtime_py.utilities import get_message
 
@@ -33,18 +31,7 @@ class MessageCodec:
     def encode(self, message) -> tuple[str, bytes]:
         """Type name and CDR bytes; equal messages give equal bytes (the middleware does not clear its padding)."""
         type_name = type_name_of(type(message))
-        return type_name, bytes(self.store.serialize_cdr(_NumpyFields(message), type_name))
-
-
-class _NumpyFields:
-    """A message whose sequences of numbers are NumPy arrays, as the library rosbags takes them."""
-
-    def __init__(self, message):
-        self._message = message
-
-    def __getattr__(self, name: str):
-        value = getattr(self._message, name)
-        return np.frombuffer(value, value.typecode) if isinstance(value, array) else value
+        return type_name, bytes(self.store.serialize_cdr(self.store.deserialize_cdr(serialize_message(message), type_name), type_name))
 
 
 def type_name_of(message_type: type) -> str:
