@@ -16,9 +16,7 @@ constexpr int LEAST_POINTS = 4;  // for a colour. Chosen
 // A point with blue below or above these shares of its ring's upper quartile is ink or glare (white light raises blue, the weakest channel
 // in red water, first). Chosen: shading across the flank of a dent stays between them.
 constexpr double INK = 0.75, GLARE = 1.2;
-// Sum of nine pixels of red, the brightest channel in red water, from which some may be clipped. Chosen: a few grey levels of noise
-// below.
-constexpr double SATURATED = 9 * 250;
+constexpr double SATURATED = 9 * 254;    // sum of nine pixels of red, the brightest channel in red water
 constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information. Chosen
 constexpr double FAR = 16384;            // px. Places are clipped to this; no image is that large
 constexpr double PI = 3.14159265358979323846;

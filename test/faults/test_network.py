@@ -62,8 +62,9 @@ class Rig:
         heard = {topic: [line for line in lines if begin < line.at < end] for topic, lines in self.local.items()}
         volts = heard['voltages']
         assert all(after.first == before.last + 1 for before, after in zip(volts, volts[1:], strict=False)), 'no sample is missing'
-        stamps = [{line.stamp for line in heard[topic]} for topic in ('voltages', 'contacts')]
-        assert len(stamps[0] ^ stamps[1]) <= 2, 'each block has its contacts'
+        blocks, contacts = (np.unique([line.stamp for line in heard[topic]]) for topic in ('voltages', 'contacts'))
+        within = np.searchsorted(contacts, blocks[1:]) - np.searchsorted(contacts, blocks[:-1])
+        assert np.count_nonzero(within != 1) <= 2, 'each block has its contacts, stamped amid its samples'
         assert len(heard['image_raw']) > 0.8 * IMAGES * (end - begin)
         for lines in heard.values():
             assert np.median([line.age for line in lines]) < 0.2

@@ -95,7 +95,7 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = 
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
     numbers = fit_numbers(touching, plan, start)
-    library = build_library(replace(plan, radius=numbers.radius), numbers.material, drags=fineness is not QUICK)
+    library = build_library(replace(plan, radius=numbers.radius), numbers.material)
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
     fields = [numbers.eyes.shifted(field) for field in touching.fields]
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]

@@ -96,13 +96,13 @@ class SheetLibrary:
         self.table = numbers, sizes, np.concatenate(coefficients).astype(np.float32), np.concatenate(shapes).astype(np.float32)
 
 
-def build_library(plan: LibraryPlan, material: SheetMaterial, drags: bool = True) -> SheetLibrary:
-    """Simulate the presses of plan on a sheet of that material; drags: whether the tip also slides, else a drag changes nothing.
+def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
+    """Simulate the presses of plan, straight and dragged, on a sheet of that material.
 
     Raises BadCalibration where too many do not converge.
     """
     places = plan.reach * np.stack(np.meshgrid(plan.nodes, plan.nodes, indexing='ij'), axis=-1).reshape(-1, 2)
-    pressed = in_parallel(partial(_pressed, plan, material, drags), list(places), 'places simulated for the library')
+    pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places simulated for the library')
     shape = plan.order, plan.order, TERMS, plan.levels
     fields, wrenches = (np.reshape(part, (*shape, *part[0].shape[2:])) for part in zip(*pressed))
     solved = np.concatenate([np.zeros_like(fields[:, :, :, :1]), fields], axis=3)
@@ -116,7 +116,7 @@ def build_library(plan: LibraryPlan, material: SheetMaterial, drags: bool = True
     return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES])
 
 
-def _pressed(plan: LibraryPlan, material: SheetMaterial, drags: bool, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Fields (TERMS, levels, side, side, 3), m, and wrenches (TERMS, levels, 6), as of _told, of the presses at one place: for each radius,
     then the coefficients of their change with the drag.
     """
@@ -127,20 +127,19 @@ def _pressed(plan: LibraryPlan, material: SheetMaterial, drags: bool, place: np.
     wrenches = np.zeros((TERMS, plan.levels, 6))
     for k, (field, wrench) in enumerate(straight):
         fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
-    if drags:
-        angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-        slid = [press_sheet(mesh, plan.depths, plan.radius, material, (TRACTION * np.cos(a), TRACTION * np.sin(a))) for a in angles]
-        more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
-        told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
-        for level in range(plan.levels):
-            x, y = told[:, level, 1], told[:, level, 2]
-            if np.isfinite(told[:, level]).all():
-                share = np.linalg.pinv(np.stack([x, y, x * x, x * y, y * y], axis=1))
-                fields[3:, level] = np.tensordot(share, more[:, level], 1)
-                wrenches[3:, level] = share @ told[:, level]
-                wrenches[3:, level, 1:3] = np.eye(5, 2)  # what a drag is
-            else:
-                fields[3:, level], wrenches[3:, level] = np.nan, np.nan
+    angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
+    slid = [press_sheet(mesh, plan.depths, plan.radius, material, (TRACTION * np.cos(a), TRACTION * np.sin(a))) for a in angles]
+    more = np.array([field.reshape(fields.shape[1:]) - fields[1] for field, _ in slid])
+    told = np.array([_told(wrench, plan.depths) - wrenches[1] for _, wrench in slid])
+    for level in range(plan.levels):
+        x, y = told[:, level, 1], told[:, level, 2]
+        if np.isfinite(told[:, level]).all():
+            share = np.linalg.pinv(np.stack([x, y, x * x, x * y, y * y], axis=1))
+            fields[3:, level] = np.tensordot(share, more[:, level], 1)
+            wrenches[3:, level] = share @ told[:, level]
+            wrenches[3:, level, 1:3] = np.eye(5, 2)  # what a drag is
+        else:
+            fields[3:, level], wrenches[3:, level] = np.nan, np.nan
     return fields, wrenches
 
 

@@ -21,6 +21,7 @@ from ...psd.model import FingerModel
 
 _NS = 1_000_000_000
 _SHORTEST_S, _LONGEST_S = 1e-7, 1.0  # between samples: chosen; faster than any converter, slower than a touch lasts
+_HIGHEST_V = 1e6  # beyond every converter: chosen
 _LAST_S = 2**31 - 1  # largest second of a stamp, an int32
 
 
@@ -53,12 +54,14 @@ class PsdMessages:
 
 
 def check_block(message: PsdVoltages) -> None:
-    """Raise BadFrame for incomplete samples, an invalid period, and stamps that would overflow."""
+    """Raise BadFrame for incomplete samples, impossible voltages, an invalid period, and stamps that would overflow."""
     count, period_s = len(message.voltages), message.sample_period
     if count % 4 or not count:
         raise BadFrame(f'{count} voltages; a sample has four: the driver must publish whole samples')
     if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
         raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} (NaN only for a single sample)')
+    if (np.abs(np.frombuffer(message.voltages, np.float32)) > _HIGHEST_V).any():
+        raise BadFrame(f'a voltage is beyond {_HIGHEST_V:g} V; publish NaN for a sample that is not known')
     if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
         raise BadFrame(f'stamp {message.header.stamp.sec} s is near the largest stamp; the publisher must stamp with a clock')
 

@@ -211,7 +211,7 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
 
 def report(loads: Loads, response: Response, residuals: dict, output: Path) -> str:
     """The report of the fit."""
-    lines = [f'{len(loads.forces)} loads, {loads.forces.min():.3g} to {loads.forces.max():.3g} N',
+    lines = [f'{len(np.unique(loads.levels))} loads, {loads.forces.min():.3g} to {loads.forces.max():.3g} N',
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),

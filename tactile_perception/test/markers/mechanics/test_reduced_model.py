@@ -74,7 +74,7 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
         return field, np.ones((len(way), 6)) * -way[:, None]
     monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
     deep = Press(plan.reach * plan.nodes[0], 0.999999 * plan.depth)
-    nodes = looked_up(build_library(plan, MATERIAL, drags=False), deep)[0].reshape(6, 6, 3)
+    nodes = looked_up(build_library(plan, MATERIAL), deep)[0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-4)
 
 

@@ -47,7 +47,7 @@ def press_error(sphere_bag, calibration):
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
     tracker = make_tracker(sensor, values)
-    places = DotPlaces(sensor, camera, 'full', read_touchpad(calibration, camera) if calibration else None)
+    places = DotPlaces(sensor, camera, read_touchpad(calibration, camera) if calibration else None)
     for k, time in enumerate((0.0, 0.1, 2.6, 2.6, 2.6)):
         seen = scene.render(time)
         tracks = tracker.process(seen.image, 1 + k)
