@@ -46,8 +46,8 @@ def test_results_under_the_stamps_of_their_images(ros2, listen):
 def test_rviz_is_set_up_for_what_comes(ros2):
     file = pathlib.Path(get_package_share_directory('tactile_bringup')) / 'rviz' / 'taxel_array.rviz'
     shown = yaml.safe_load(file.read_text())['Visualization Manager']
-    assert [d['Topic']['Value'] for d in shown['Displays'] if 'Topic' in d] == ['/taxel_array/markers', '/taxel_array/points',
-                                                                                 '/taxel_array/image_raw']
+    assert [d['Topic']['Value'] for d in shown['Displays'] if 'Topic' in d] == [
+        f'/taxel_array/{name}' for name in ('markers', 'points', 'image_annotated', 'image_raw')]
     assert shown['Global Options']['Fixed Frame'] == 'taxel_array'
 
 
