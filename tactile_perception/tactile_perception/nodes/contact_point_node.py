@@ -21,8 +21,7 @@ class ContactPointNode(StageNode):
     """Estimates the touches of a sheet or a dome: positions, depths, covariances, wrench."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('contact_point_node', POINT_PARAMETERS, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
-        self.stage = TouchMessages(self.settings.values())
+        super().__init__('contact_point_node', POINT_PARAMETERS, TouchMessages, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:
         """The results of the markers of one frame."""

@@ -21,8 +21,7 @@ class ContactRegionNode(StageNode):
     """Estimates which dots are in contact, stick and slip; from them region, contacts, slip and wrench."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('contact_region_node', REGION_PARAMETERS, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
-        self.stage = ContactMessages(self.settings.values())
+        super().__init__('contact_region_node', REGION_PARAMETERS, ContactMessages, ('dots', DotTracks, STREAM_QOS), RESULTS | POINTS, host)
 
     def on_message(self, message: DotTracks, topics: Collection[str]) -> dict[str, object]:
         """The results of the dots of one frame."""

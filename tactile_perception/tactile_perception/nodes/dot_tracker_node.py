@@ -21,8 +21,7 @@ class DotTrackerNode(StageNode):
     """Detects and indexes the printed dots and places them in 3D; while nobody subscribes to dots it keeps its reference."""
 
     def __init__(self, host: Host | None = None):
-        super().__init__('dot_tracker_node', DOT_PARAMETERS, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
-        self.stage = DotMessages(self.settings.values())
+        super().__init__('dot_tracker_node', DOT_PARAMETERS, DotMessages, ('image_raw', Image, CAMERA_QUEUE), {'dots': DotTracks}, host)
         self.offer_reference(lambda: self.stage.set_reference())
 
     def listen_beside(self) -> list[Callable[[], None]]:

@@ -25,17 +25,12 @@ class PsdContactNode(StageNode):
     with_camera = False
 
     def __init__(self, host: Host | None = None):
-        super().__init__('psd_contact_node', PSD_PARAMETERS, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts}, host)
-        self.messages = PsdMessages(self.settings.values())
-        self.offer_reference(lambda: self.messages.stage.set_reference())
+        super().__init__('psd_contact_node', PSD_PARAMETERS, PsdMessages, ('voltages', PsdVoltages, _QUEUE), {'contacts': Contacts}, host)
+        self.offer_reference(lambda: self.stage.stage.set_reference())
 
     def on_message(self, message: PsdVoltages, topics: Collection[str]) -> dict[str, object]:
         """The contacts of one block."""
-        return {'contacts': self.messages.on_voltages(message)}
-
-    def begin_anew(self) -> None:
-        """See StageNode."""
-        self.messages.begin_anew()
+        return {'contacts': self.stage.on_voltages(message)}
 
     def covered_ns(self, message: PsdVoltages) -> int:
         """Duration of a block, ns; 0 where sample_period is not valid."""
@@ -44,7 +39,7 @@ class PsdContactNode(StageNode):
 
     def remarks(self) -> tuple[str, dict]:
         """Warns of outputs that are stuck."""
-        suspicion, reference = self.messages.stage.suspicion, self.messages.stage.finger.reference
+        suspicion, reference = self.stage.stage.suspicion, self.stage.stage.finger.reference
         return suspicion, {'reference': 'in order' if reference.ready else 'being taken', 'noise of the sum (V)': reference.sigma}
 
 

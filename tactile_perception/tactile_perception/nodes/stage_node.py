@@ -34,22 +34,25 @@ _INFO_QUEUE = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class StageNode(Node):
     """A node that runs one stage.
 
-    source: (topic, type, QoS) of its input; the reliability is that of the publishers; results: topic -> type of its outputs.
-    Subclasses compute the results in on_message(message, topics). They set self.stage, which takes camera_info (stages/touchpad.py), or
-    with_camera to False. A message that raises a TactileError is counted, logged once and skipped. Raises BadArgument for a parameter that
-    is not allowed.
+    make_stage: makes self.stage (nodes/stages) of the parameters' values, before the first subscription. source: (topic, type, QoS) of
+    the input; the reliability is that of the publishers. results: topic -> type of the outputs. Subclasses compute the results in
+    on_message(message, topics), and set with_camera to False if their stage takes no camera_info. A message that raises a TactileError is
+    counted, logged once and skipped; after any other exception the stage begins anew. Raises BadArgument for a parameter that is not
+    allowed.
     """
 
     with_camera = True
     patience_s = LONGEST_S  # longest wait of a message before it is dropped
 
-    def __init__(self, name: str, table: Sequence[Parameter], source: tuple[str, type, QoSProfile], results: dict[str, type],
-                 host: Host | None = None):
+    def __init__(self, name: str, table: Sequence[Parameter], make_stage: Callable[[dict], object],
+                 source: tuple[str, type, QoSProfile], results: dict[str, type], host: Host | None = None):
         self._host = host or Host()
         super().__init__(name, **self._host.options)
         self.settings = NodeParameters(self, table, self.check_change, self._apply_change)
         if self.settings.problems:
             raise BadArgument(f'{name}: ' + '; '.join(self.settings.problems.values()))
+        self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
+        self.stage = make_stage(self.settings.values())
         self._source, self._inputs, self._shedding = source, [], Shedding(self.patience_s)
         self._first_s: float | None = None
         self.log = WorkLog(source[0])
@@ -58,7 +61,6 @@ class StageNode(Node):
         self._outputs = {topic: self._host.publisher(
             self.create_publisher(kind, topic, STREAM_QOS, event_callbacks=matched), self._follow_demand)
             for topic, kind in results.items()}
-        self.diagnostics = NodeDiagnostics(self, name.removesuffix('_node'), self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
         self._follow_demand()
 
@@ -106,7 +108,7 @@ class StageNode(Node):
             if not self.context.ok():  # ROS ends
                 raise
             self.log.refuse(self.net.catch(error, topic))
-            self.begin_anew()
+            self.stage.begin_anew()
 
     def _process_in_time(self, message, received_ns: int) -> None:
         stamp_ns = stamp_ns_of(message.header)
@@ -146,10 +148,6 @@ class StageNode(Node):
         Raises TactileError for a message that cannot be used.
         """
         raise NotImplementedError
-
-    def begin_anew(self) -> None:
-        """Forget all earlier messages, after an unexpected exception."""
-        self.stage.begin_anew()
 
     def covered_ns(self, message) -> int:
         """Duration of the samples of a message, ns; 0 where messages come at a fixed rate."""

@@ -28,9 +28,8 @@ class TaxelContactNode(StageNode):
     patience_s = 0.15  # chosen; longer than LONGEST_S, since slip is estimated from frame to frame
 
     def __init__(self, host: Host | None = None):
-        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, ('image_raw', Image, _QUEUE), RESULTS | POINTS, host)
-        self.messages = TaxelMessages(self.settings.values())
-        self.offer_reference(lambda: self.messages.estimator.set_reference())
+        super().__init__('taxel_contact_node', TAXEL_PARAMETERS, TaxelMessages, ('image_raw', Image, _QUEUE), RESULTS | POINTS, host)
+        self.offer_reference(lambda: self.stage.estimator.set_reference())
         if frames_of(self.settings.values()):
             latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
             for topic, qos in (('/tf', QoSProfile(depth=100)), ('/tf_static', latched)):
@@ -38,16 +37,12 @@ class TaxelContactNode(StageNode):
 
     def on_message(self, message: Image, topics: Collection[str]) -> dict[str, object]:
         """The results of one image."""
-        return self.messages.on_image(message, topics)
-
-    def begin_anew(self) -> None:
-        """See StageNode."""
-        self.messages.begin_anew()
+        return self.stage.on_image(message, topics)
 
     def remarks(self) -> tuple[str, dict]:
         """Warns of a reference that may have been taken under a touch, and of missing transforms."""
-        baseline = self.messages.estimator.baseline
-        return self.messages.suspicion, {'reference': baseline.suspicion or 'in order', 'noise (values)': baseline.sigma}
+        baseline = self.stage.estimator.baseline
+        return self.stage.suspicion, {'reference': baseline.suspicion or 'in order', 'noise (values)': baseline.sigma}
 
     def check_change(self, changes: dict) -> None:
         """Check that changes describe an object. Raises BadArgument."""
@@ -55,12 +50,12 @@ class TaxelContactNode(StageNode):
 
     def apply_change(self, changes: dict) -> None:
         """Take new properties of the object."""
-        self.messages.set_object(changes)
+        self.stage.set_object(changes)
 
     def _take_transforms(self, message: TFMessage) -> None:
         with self._host.lock:
             try:
-                self.messages.on_transforms(message)
+                self.stage.on_transforms(message)
             except BadFrame as error:
                 self.say.warning('transform', str(error))
             except Exception as error:

@@ -64,11 +64,11 @@ def test_contacts_come_while_subscribed_and_the_reference_on_request(bench, bloc
     stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in heard]
     assert stamps == sorted(set(stamps)) and heard[0].header.frame_id == 'finger'
     assert any(m.contacts for m in heard)
-    assert node.messages.stage.finger.reference.ready
+    assert node.stage.stage.finger.reference.ready
     client = helper.create_client(Trigger, 'set_reference')
     future = client.call_async(Trigger.Request())
     until(future.done)
-    assert future.result().success and not node.messages.stage.finger.reference.ready
+    assert future.result().success and not node.stage.stage.finger.reference.ready
 
 
 def test_without_voltages_there_is_no_reference_to_take(bench):

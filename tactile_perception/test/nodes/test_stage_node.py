@@ -125,6 +125,16 @@ def test_from_image_to_region_with_faults_in_between(bench):
     assert bench.until(lambda: bench.region.count_subscribers('dots') == 1), 'contact_region_node stops listening to dots'
 
 
+def test_a_tracker_that_starts_after_its_listener(bench):
+    bench.bench.create_subscription(DotTracks, '/late/dots', lambda _message: None, 10)
+    assert bench.until(lambda: bench.bench.count_subscribers('/late/dots') == 1)
+    tracker = DotTrackerNode(Host(['-r', '__ns:=/late']))
+    try:
+        assert bench.until(lambda: bench.bench.count_subscribers('/late/image_raw') == 1)
+    finally:
+        tracker.destroy_node()
+
+
 def test_without_images_there_is_no_reference_to_take(bench):
     client = bench.bench.create_client(Trigger, 'set_reference')
     assert bench.until(client.service_is_ready)
@@ -157,13 +167,17 @@ def test_no_parameter_is_infinite_or_not_a_number_at_the_start(node, table):
     assert len(fatal) == len(settings) and all(setting.split(':=')[0] in line for setting, line in zip(settings, fatal))
 
 
+def no_stage(_values):
+    """Of a node that computes its results itself."""
+
+
 class SlowNode(StageNode):
     """Takes 25 ms for a message, and notes how old each is then."""
 
     with_camera = False
 
     def __init__(self):
-        super().__init__('slow_node', (), ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
+        super().__init__('slow_node', (), no_stage, ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
         self.late = []
 
     def on_message(self, message, topics):
@@ -212,7 +226,7 @@ class PictureNode(StageNode):
     with_camera = False
 
     def __init__(self, *arguments):
-        super().__init__('picture_node', (), ('image_raw', Image, CAMERA_QUEUE), {'contacts': Contacts}, Host(arguments))
+        super().__init__('picture_node', (), no_stage, ('image_raw', Image, CAMERA_QUEUE), {'contacts': Contacts}, Host(arguments))
 
     def on_message(self, message, topics):
         return {'contacts': Contacts(header=message.header)}
@@ -244,20 +258,26 @@ def test_images_of_a_process_without_our_profile_arrive_and_lost_ones_are_report
     assert any(b'\1' == report.status[0].level and 'did not arrive' in report.status[0].message for report in reports) == bool(skip)
 
 
+class CountingStage:
+    """Counts how often it begins anew."""
+
+    def __init__(self, _values):
+        self.begun = 0
+
+    def begin_anew(self):
+        self.begun += 1
+
+
 class BrokenNode(StageNode):
     """Has a defect that voltages of 7 meet."""
 
     with_camera = False
 
     def __init__(self):
-        super().__init__('broken_node', (), ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
-        self.begun = 0
+        super().__init__('broken_node', (), CountingStage, ('voltages', PsdVoltages, QoSProfile(depth=200)), {'contacts': Contacts})
 
     def on_message(self, message, topics):
         return {'contacts': Contacts(header=message.header)} if list(message.voltages) != [7.0] else [][7]
-
-    def begin_anew(self):
-        self.begun += 1
 
 
 def test_a_defect_is_counted_and_reported_and_the_stage_restarts(monkeypatch):
@@ -268,11 +288,11 @@ def test_a_defect_is_counted_and_reported_and_the_stage_restarts(monkeypatch):
             node._take(PsdVoltages(voltages=[7.0]), 0)
         monkeypatch.setattr(DefectGuard, 'strict', False)
         node._take(PsdVoltages(voltages=[7.0]), 0)
-        assert (node.log.refused, node.net.caught, node.begun, node.log.done) == (1, 1, 1, 0)
+        assert (node.log.refused, node.net.caught, node.stage.begun, node.log.done) == (1, 1, 1, 0)
         health = node._examine()
         assert 'defect of this software' in health.values['last error'] and health.values['defects met'] == 1
         node._take(PsdVoltages(voltages=[1.0]), 0)
-        assert node.log.done == 1 and node.begun == 1
+        assert node.log.done == 1 and node.stage.begun == 1
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -67,7 +67,7 @@ def test_contacts_reference_and_object(make_bench):
 
     assert not node.set_parameters([Parameter('object.gravity', value=[0.0, 0.0, 0.0])])[0].successful
     assert node.set_parameters([Parameter('object.depth', value=3e-4)])[0].successful
-    assert node.messages.estimator.grasped.depth == 3e-4
+    assert node.stage.estimator.grasped.depth == 3e-4
 
     client = helper.create_client(Trigger, 'set_reference')
     until(client.service_is_ready)
