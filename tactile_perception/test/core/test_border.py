@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The border of the compiled module: whatever array NumPy can make, a function answers or raises ValueError with the argument's name."""
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 from tactile_perception.markers.mechanics.mesh import SheetMesh
 from tactile_perception.dots.detect.disc_model import DiscModel
@@ -81,17 +83,6 @@ def call_measure_dots(image=IMAGE, places=PLACES, **tables):
     return _core.measure_dots(image, places, **(DISC_ARRAYS | tables), **DISC_NUMBERS, **LOOK)
 
 
-GRID = {'rows': 6, 'columns': 7}
-DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.zeros(42)], axis=1)
-AT_REST = _core.membrane_at_rest(DOTS, stiffness=90.0, area_share=0.8, **GRID)
-UP = np.tile([0.0, 0.0, 1.0], (42, 1))
-
-
-def call_solve_membrane(rays=UP, measured=np.full(42, 0.04), weight=np.full(42, 1e9), ranges=np.full(42, 0.04), touched=np.zeros(42),
-                        change=np.zeros(42), triangles=AT_REST, residual=np.zeros((42, 3)), response=np.full((42, 42), 1e-9, np.float32),
-                        origin=np.zeros(3)):
-    return _core.solve_membrane(rays, measured, weight, ranges, touched, change, triangles, residual, response, origin, pressure=2000.0,
-                                fresh=False, **GRID)
 TAXELS = np.pad(np.full((9, 12), 3e4, np.float32), 6)
 EDGES = _core.taxel_edges(TAXELS / 3e4, steep=0.08, rim=1, most=50)
 
@@ -154,15 +145,6 @@ def call_place_values(places=PLACES / 60, table=TABLE):
 def call_place_covariance(place=FOUR[:2], noise=np.eye(4)):
     """Covariance of a place, as a tuple."""
     return (_core.place_covariance(place, 1.5, noise, 0.01),)
-
-
-MOTION = {'before': DOTS, 'after': DOTS + 1e-4, 'normals': UP, 'origin': -UP[0], 'twist': np.zeros(6)}
-
-
-def call_fit_motion(**arrays):
-    """A motion of all dots."""
-    return [_core.fit_motion(**MOTION | {'drag': UP, 'weights': np.ones(42)} | arrays, across=2e-6, along=2e-5, coarse=4e-5, fine=1e-5,
-                             hold=3.0, fresh=False)]
 
 
 SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
@@ -250,22 +232,6 @@ CALLS = {
     'water_ranges': (call_water_ranges, PAD),
     'skin_light': (call_skin_light, SKIN),
     'water_lengths': (call_water_lengths, SEEN),
-    'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
-                   {'values': DOTS, 'known': np.arange(42) % 3 > 0}),
-    'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
-    'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
-                        {'places': DOTS, 'triangles': AT_REST}),
-    'membrane_slopes': (lambda places=DOTS, rays=UP, triangles=AT_REST, residual=0 * UP: [
-        _core.membrane_slopes(places, rays, triangles, residual, pressure=2000.0, **GRID)],
-        {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
-    'membrane_loads': (lambda places=DOTS, triangles=AT_REST, residual=0 * UP: _core.membrane_loads(
-        places, triangles, residual, rest_pressure=2000.0, **GRID), {'places': DOTS, 'triangles': AT_REST, 'residual': 0 * UP}),
-    'solve_membrane': (call_solve_membrane, {
-        'rays': UP, 'measured': np.full(42, 0.04), 'weight': np.full(42, 1e9), 'ranges': np.full(42, 0.04), 'touched': np.zeros(42),
-        'change': np.zeros(42), 'triangles': AT_REST, 'residual': 0 * UP, 'response': np.full((42, 42), 1e-9, np.float32),
-        'origin': np.zeros(3)}),
-    'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
-        _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
     'taxel_score': (call_taxel_score, {'pressure': TAXELS}),
     'taxel_edges': (call_taxel_edges, {'score': TAXELS / 3e4}),
     'taxel_register': (call_taxel_register, {'score': TAXELS / 3e4, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
@@ -274,10 +240,6 @@ CALLS = {
                                      'shift': np.array([1e-4, 0, 0.01])}),
     'taxel_pull_pressure': (call_taxel_pull_pressure, {'pull': np.stack([TAXELS, -TAXELS]), 'spreads': np.array([[0.5, 1.2], [0.5, 3.7]])}),
     'steady_motion': (call_steady_motion, {'times': np.arange(9.0), 'places': np.zeros((9, 3))}),
-    'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
-    'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
-
-
     'fit_presses': (call_fit_presses, VIEWED | VALUES),
     'show_presses': (call_show_presses, VIEWED),
     'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),
@@ -289,75 +251,15 @@ ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name i
 
 
 def test_every_function_of_the_module_is_tried():
-    assert {name for name in dir(_core) if not name.startswith('__')} == set(CALLS)
+    files = Path(__file__).parent.glob('test_border*.py')
+    tried = [name for path in files for name in re.findall(r"^    '(\w+)': \(", path.read_text(), re.MULTILINE)]
+    assert {name for name in dir(_core) if not name.startswith('__')} == set(tried)
 
 
-def odd_arrays(good):
-    """Name and array: all that NumPy can make in place of a good one."""
-    rng = np.random.default_rng(2)
-    yield 'empty', good[:0]
-    yield 'no columns', good[..., :0]
-    yield 'one', good[:1]
-    yield 'a single number', np.zeros((), good.dtype)
-    yield 'one dimension more', good[None]
-    yield 'wrong type', good.astype(np.complex64)
-    yield 'another wrong type', good.astype(np.float16)
-    yield 'whole numbers', np.zeros(good.shape, np.int64)
-    yield 'objects', np.full(good.shape, None)
-    yield 'text', np.full(good.shape, 'x')
-    yield 'other byte order', good.astype(good.dtype.newbyteorder('>'))
-    yield 'every second', np.repeat(good, 2, axis=0)[::2]
-    yield 'backwards', good[::-1]
-    yield 'column by column', np.asfortranarray(good)
-    still = good.copy()
-    still.flags.writeable = False
-    yield 'read-only', still
-    yield 'masked', np.ma.masked_array(good)
-    yield 'ten thousand', np.resize(good, (10_000, *good.shape[1:]))
-    yield 'ten thousand alike', np.broadcast_to(good[:1], (10_000, *good.shape[1:]))
-    if good.dtype.kind == 'f':
-        for value in (np.nan, np.inf, -np.inf, 1e300 if good.dtype == np.float64 else 1e38, 1e-300):
-            yield f'all {value}', np.full_like(good, value)
-        yield 'any numbers', (rng.standard_normal(good.shape) * 10.0**rng.integers(-30, 30, good.shape)).astype(good.dtype)
-        yield 'some not finite', np.where(rng.random(good.shape) < 0.2, np.nan, good).astype(good.dtype)
-    else:
-        yield 'all the same', np.full_like(good, 7)
-
-
+@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
 @pytest.mark.parametrize('function, name', ARRAYS)
-def test_any_array_is_answered_or_refused_by_name(function, name):
-    call, arrays = CALLS[function]
-    answered = 0
-    for kind, array in odd_arrays(arrays[name]):
-        try:
-            call(**{name: array})
-            answered += 1
-        except ValueError as error:
-            assert re.match(r'\w+: ', str(error)), kind
-    assert answered >= 3
-
-
-@pytest.mark.parametrize('function, name', ARRAYS)
-def test_a_wrong_type_or_shape_is_refused_with_the_arguments_name(function, name):
-    call, arrays = CALLS[function]
-    good = arrays[name]
-    swapped = [good.astype(good.dtype.newbyteorder('>'))] if good.dtype.itemsize > 1 else []
-    for wrong in (None, good.tolist(), 'text', good.astype(np.complex64), good[None], *swapped):
-        with pytest.raises(ValueError, match=f'^{name}: '):
-            call(**{name: wrong})
-
-
-@pytest.mark.parametrize('function, name', ARRAYS)
-def test_how_an_array_lies_in_memory_changes_nothing(function, name):
-    call, arrays = CALLS[function]
-    good = arrays[name]
-    still = good.copy()
-    still.flags.writeable = False
-    expected = call()
-    for other in (np.asfortranarray(good), np.repeat(good, 2, axis=0)[::2], still):
-        for a, b in zip(expected, call(**{name: other})):
-            np.testing.assert_array_equal(a, b)
-    np.testing.assert_array_equal(still, good)
+def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
+    check(*CALLS[function], name)
 
 
 @pytest.mark.parametrize('wrong', [{'step': 3}, {'smooth': 4}, {'box': 1001}, {'sign': 0}, {'lowest': np.nan}])

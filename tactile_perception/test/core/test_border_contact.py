@@ -1,0 +1,58 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The border of the compiled module, of the kernels of a touchpad's membrane and contact; see test_border.py."""
+import numpy as np
+import pytest
+from border_checks import check_any_array, check_memory, check_wrong_type
+from tactile_perception import _core
+
+GRID = {'rows': 6, 'columns': 7}
+DOTS = np.stack([*(np.mgrid[:6, :7][::-1] * 1.3e-3).reshape(2, -1), np.zeros(42)], axis=1)
+AT_REST = _core.membrane_at_rest(DOTS, stiffness=90.0, area_share=0.8, **GRID)
+UP = np.tile([0.0, 0.0, 1.0], (42, 1))
+
+
+def call_solve_membrane(rays=UP, measured=np.full(42, 0.04), weight=np.full(42, 1e9), ranges=np.full(42, 0.04), touched=np.zeros(42),
+                        change=np.zeros(42), triangles=AT_REST, residual=np.zeros((42, 3)), response=np.full((42, 42), 1e-9, np.float32),
+                        origin=np.zeros(3)):
+    return _core.solve_membrane(rays, measured, weight, ranges, touched, change, triangles, residual, response, origin, pressure=2000.0,
+                                fresh=False, **GRID)
+
+
+MOTION = {'before': DOTS, 'after': DOTS + 1e-4, 'normals': UP, 'origin': -UP[0], 'twist': np.zeros(6)}
+
+
+def call_fit_motion(**arrays):
+    """A motion of all dots."""
+    return [_core.fit_motion(**MOTION | {'drag': UP, 'weights': np.ones(42)} | arrays, across=2e-6, along=2e-5, coarse=4e-5, fine=1e-5,
+                             hold=3.0, fresh=False)]
+
+
+#: Function of the module: how it is called here, and an example of each of its arrays.
+CALLS = {
+    'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
+                   {'values': DOTS, 'known': np.arange(42) % 3 > 0}),
+    'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
+    'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
+                        {'places': DOTS, 'triangles': AT_REST}),
+    'membrane_slopes': (lambda places=DOTS, rays=UP, triangles=AT_REST, residual=0 * UP: [
+        _core.membrane_slopes(places, rays, triangles, residual, pressure=2000.0, **GRID)],
+        {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
+    'membrane_loads': (lambda places=DOTS, triangles=AT_REST, residual=0 * UP: _core.membrane_loads(
+        places, triangles, residual, rest_pressure=2000.0, **GRID), {'places': DOTS, 'triangles': AT_REST, 'residual': 0 * UP}),
+    'solve_membrane': (call_solve_membrane, {
+        'rays': UP, 'measured': np.full(42, 0.04), 'weight': np.full(42, 1e9), 'ranges': np.full(42, 0.04), 'touched': np.zeros(42),
+        'change': np.zeros(42), 'triangles': AT_REST, 'residual': 0 * UP, 'response': np.full((42, 42), 1e-9, np.float32),
+        'origin': np.zeros(3)}),
+    'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
+        _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
+    'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
+    'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
+}
+ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
+
+
+@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
+    check(*CALLS[function], name)
