@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._core import steady_motion
-from ..common.statistics import SIGMA_PER_MAD
 from .array import SoftPad, TaxelArray
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .shear import BORDER_LEAD, SurfaceShear
@@ -34,6 +33,7 @@ _CREEP = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sens
 _LEAST_NOISE = 2e-3  # taxels, of a place, at least. Chosen: what registration leaves of the phase between object and taxels
 _EVIDENT = 0.4  # taxels a frame, from which a centroid's shift is motion even if the load rises a little. Chosen
 _LOAD_CHANGE = 0.2  # relative change of the load over the window, from which changes of the image are attributed to it. Chosen
+_OTHER_LOAD = 0.1  # of the keyframe's load, from which a settled load is another one. Chosen: half of _LOAD_CHANGE
 _SLIDES = 0.1  # part of the object's motion by which the pad's surface lags where it slips. Chosen: coupled neighbours creep a little
 # Growth of the contact, taxels and parts of its shift, from which the image is attributed to a change of load. Chosen.
 _LOADED, _LOADING = 0.08, 1.5
@@ -85,6 +85,8 @@ class ImprintTracker:
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
         self._slip_fraction = self._pulled_at_rest = 0.0
+        self._waited = False  # since the last frames, for a load that varies
+        self._key_load, self._followed_part = 0.0, 1.0  # sum of pressure in the keyframe, Pa; object's part of the picture's motion
         self._moves = False
         self._along = np.zeros(3)
 
@@ -101,18 +103,20 @@ class ImprintTracker:
         now = (pressure, touched) if count <= _FEW else (score,)
         kind = Keyframe if len(now) == 1 else KeyCentroid
         if not isinstance(self._key, kind):
-            self._rekey(kind, now)
+            self._rekey(kind, now, load)
         found = self._key.motion(score, self._expected) if kind is Keyframe else self._key.motion(*now)
         if found is None:
-            self._rekey(kind, now)
+            self._rekey(kind, now, load)
             self._past.clear()
             self._moves = False
             return self._unknown()
-        same_load = not self._is_load_change(found, kind, load, stamp_s)
-        if not same_load:
-            self._rekey(kind, now)
+        waits, grew = self._load_varies(found, kind, load, stamp_s), self._grew(found)
+        same_load = not (waits or grew)
+        if grew or self._waited and not waits and abs(load - self._key_load) > _OTHER_LOAD * self._key_load:
+            self._rekey(kind, now, load)
             found = replace(found, fit=np.zeros(4), turn=0 * found.turn)
-        step = self._step(found, load / count)
+        self._waited = waits and not grew
+        step = np.zeros(3) if self._waited else self._step(found, load / count)
         about = (self._key.middle - self._middle) * self._array.pitch
         at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
@@ -124,19 +128,24 @@ class ImprintTracker:
         self._lags.append((slip, smooth))
         slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
         if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
-            self._rekey(kind, now)
+            self._rekey(kind, now, load)
         self._along = self._direction(velocity[:2], float(velocity[2]), found) if moves else np.zeros(3)
         linear, turn = self._velocity()
         self._slip_fraction = np.count_nonzero(slipping) / count
         turns = not np.isnan(found.turn)
         return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
 
-    def _is_load_change(self, seen: KeyframeMotion, kind: type, load: float, stamp_s: float) -> bool:
-        """Whether the image changed by the load and not by motion."""
-        changes = self._load_changed(load, stamp_s)
-        if kind is KeyCentroid and seen.largest > _EVIDENT and self._loads[-1][1] < (1 + _LOAD_CHANGE) * self._loads[0][1]:
-            changes = False
-        return changes or abs(seen.growth) > max(_LOADED, _LOADING * seen.largest)
+    def _load_varies(self, seen: KeyframeMotion, kind: type, load: float, stamp_s: float) -> bool:
+        """Whether the load varies, so that motion since the keyframe is told when it has settled: a new keyframe at each variation would
+        add up the errors of those places."""
+        varies = self._load_changed(load, stamp_s)
+        moved = kind is KeyCentroid and seen.largest > _EVIDENT and self._loads[-1][1] < (1 + _LOAD_CHANGE) * self._loads[0][1]
+        return varies and not moved
+
+    @staticmethod
+    def _grew(seen: KeyframeMotion) -> bool:
+        """Whether the contact's image grew or shrank by the load."""
+        return abs(seen.growth) > max(_LOADED, _LOADING * seen.largest)
 
     def _load_changed(self, load: float, stamp_s: float) -> bool:
         """Whether the load changed by more than _LOAD_CHANGE over the window."""
@@ -163,15 +172,21 @@ class ImprintTracker:
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
         velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
-        evident = (_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma
-        self._moves = used > 1 and math.sqrt(speed @ speed) > max(evident, _CREEP * self._array.pitch)
+        self._moves = used > 1 and self._is_evident(math.sqrt(speed @ speed), sigma, float(times[-1] - times[-used]))
         return smooth - last, velocity if used > 1 else np.full(3, np.nan), self._moves, used - 1
 
+    def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
+        """Whether a speed, m/s, with a standard deviation sigma, over lasting, s, is a motion of the object. It begins by a path longer
+        than the registration's own error, by which pressure wanders without motion."""
+        if speed <= max((_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma, _CREEP * self._array.pitch):
+            return False
+        return self._moves or speed * lasting > self._seen.sigma * self._array.pitch * self._followed_part
+
     def _noise(self, places: np.ndarray) -> float:
-        """m, standard deviation of places (N, 3), by their second differences, in which steady motion has no part."""
-        bend = places[2:] - 2 * places[1:-1] + places[:-2]
-        moved = np.abs(bend[:, :2])
-        found = SIGMA_PER_MAD / math.sqrt(6) * float(np.median(moved)) if len(moved) else 0.0
+        """m, standard deviation of places (N, 3), by the median length of their second differences (that of a Rayleigh distribution), in
+        which steady motion has no part; without the last one, in which a motion may begin."""
+        bend = places[2:-1] - 2 * places[1:-2] + places[:-3]
+        found = float(np.median(np.hypot(bend[:, 0], bend[:, 1]))) / math.sqrt(6 * 2 * math.log(2)) if len(bend) else 0.0
         return max(found, _LEAST_NOISE * self._array.pitch)
 
     def _watch_friction(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> None:
@@ -203,7 +218,8 @@ class ImprintTracker:
         # Where the object slips, traction is at its limit and changes its direction only.
         paths = np.array([1, 1, seen.reach * self._array.pitch])
         along = self._along * float(self._along @ (moved * paths)) / paths
-        step = (moved - along) / (1 + stiff) + along / (1 + stiff * (1 - self._slip_fraction))
+        self._followed_part = 1 / (1 + stiff * (1 - self._slip_fraction))
+        step = (moved - along) / (1 + stiff) + along * self._followed_part
         self._pose = self._pose + step
         return step
 
@@ -214,8 +230,9 @@ class ImprintTracker:
         length = math.sqrt(motion @ motion)
         return motion / length if length > 0 else np.zeros(3)
 
-    def _rekey(self, kind: type, now: tuple) -> None:
+    def _rekey(self, kind: type, now: tuple, load: float) -> None:
         self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
+        self._key_load, self._waited = load, False
 
     def _velocity(self) -> tuple[np.ndarray, float]:
         """Velocity (2,) m/s at the origin, and rad/s, that is reported: by a line over _VELOCITY_S; NaN with fewer than _FEWEST frames."""

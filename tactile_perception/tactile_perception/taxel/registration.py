@@ -105,11 +105,14 @@ class KeyCentroid:
     """Keyframe of a contact of few taxels, registered by the centroid of pressure (rows, columns) in touched (rows, columns) bool."""
 
     def __init__(self, pressure: np.ndarray, touched: np.ndarray):
+        self._pressure, self._touched = pressure, touched
         self.middle, self.reach = _centroid(pressure, touched), 1.0
 
     def motion(self, pressure: np.ndarray, touched: np.ndarray) -> KeyframeMotion | None:
-        """The motion from the keyframe to pressure (rows, columns) where touched; None for a jump."""
-        shift = _centroid(pressure, touched) - self.middle
+        """The motion from the keyframe to pressure (rows, columns) where touched; None for a jump. Both centroids are taken over the taxels
+        that either touches: one that crosses the border moves no centroid at once."""
+        either = touched | self._touched
+        shift = _centroid(pressure, either) - _centroid(self._pressure, either)
         if not np.hypot(*shift) < _FAR:
             return None
         return KeyframeMotion(np.array([*shift, 0.0, 0.0]), np.nan, _MIN_SIGMA, self.middle, self.reach, _CENTROID_SIGMA)

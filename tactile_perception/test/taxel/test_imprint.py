@@ -51,3 +51,15 @@ def test_few_coarse_taxels_show_a_jump_of_the_object_and_not_a_change_of_load():
     assert not any(slips([values * load for load in (1, 1, 1.2, 1.5, 2, 1, 0.7, 0.7, 0.7)])[0])
     seen, found = slips([values] * 6 + [np.roll(values, 2, axis=0)] * 3)
     assert seen[6] and not any(seen[:6]) and found[6].linear[1] > 0.01
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_a_load_that_flickers_and_leans_with_itself_is_no_slip(seed):
+    rng, coarse = np.random.default_rng(seed), TaxelArray(13, 6, 3.4e-3)
+    profile, lean = np.array([36, 55, 216, 138, 35], np.float32), np.array([0.45, 0.4, 0.05, 0.05, -0.1], np.float32)
+    imprint = ImprintTracker(coarse, PAD)
+    for k in range(200):
+        image = np.zeros((13, 6), np.float32)
+        image[6:11, 4] = 100 * profile * (1 + 0.25 * lean * rng.normal() + 0.1 * rng.normal())
+        motion = imprint.process(image, image, image > 4500, k / 31)
+        assert not motion.slipping.any(), k

@@ -50,3 +50,10 @@ def test_a_contact_of_few_taxels_moves_as_its_pressure_does():
     assert key.motion(later, later > 0).shift == pytest.approx([0, 2])
     far = np.roll(values, 7, axis=0)
     assert key.motion(far, far > 0) is None
+
+
+def test_a_taxel_that_comes_into_contact_moves_no_centroid():
+    values = np.zeros((13, 6), np.float32)
+    values[4:8, 2] = 100, 200, 100, 49
+    key = KeyCentroid(values, values > 50)
+    assert key.motion(values * 1.04, values > 48).shift == pytest.approx([0, 0], abs=1e-6)
