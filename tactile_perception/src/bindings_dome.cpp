@@ -110,7 +110,8 @@ py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const 
         fit = fit_dome(dome.library(), dome.markers(plane_z), seen.data(), sure.data(), given.data(), count,
                        {rows, rows + PRESS, rows + 2 * PRESS, rows + 3 * PRESS, rows + 4 * PRESS});
     }
-    return py::make_tuple(output(fit.presses, {count, PRESS}), output(fit.covariance, {count * PRESS, count * PRESS}), fit.squares);
+    return py::make_tuple(output(fit.presses, {count, PRESS}), output(fit.covariance, {count * PRESS, count * PRESS}),
+                          output(fit.left, {dome.count(), 2}), fit.squares);
 }
 
 }  // namespace
@@ -125,7 +126,7 @@ void tactile::border::bind_dome(py::module_& module) {
         "fit_dome", &fitted_dome, py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"), py::arg("odd_table"),
         py::arg("even_modes"), py::arg("odd_modes"), py::arg("points"), py::arg("eyes"), py::arg("plane_z"), py::arg("shift"),
         py::arg("weight"), py::arg("starts"), py::arg("prior"),
-        "Presses (n, 7), as of press_dome, their covariance (7 n, 7 n) and the sum of the weighted squared residuals of the presses\n"
-        "that explain apparent displacements shift (K, 2), m, in the plane at plane_z, m, seen from eyes (K, 3), m.\n\n"
+        "Presses (n, 7), as of press_dome, that explain apparent displacements shift (K, 2), m, in the plane at plane_z, m, seen from\n"
+        "eyes (K, 3), m; their covariance (7 n, 7 n), the residuals (K, 2), m, and the sum of the weighted squared residuals.\n\n"
         "weight: (K,), 0 for a marker that is not seen; starts: (n, 7); prior: (5, 7): mean, weight, least, most and longest step.");
 }

@@ -4,10 +4,7 @@
 // tactile_perception/markers/dome_model/library.py. Lengths in m.
 #pragma once
 
-#include <array>
-#include <complex>
 #include <cstdint>
-#include <vector>
 
 namespace tactile {
 
@@ -37,38 +34,11 @@ struct DomeMarkers {
     double plane_z;
 };
 
-// The touch of a press: direction of the meridian, shift of the mesh (see shift_of in mesh.py), friction along and across the meridian.
-struct Meridian {
-    double cosine, sine, shift, along, across;
-};
-Meridian meridian_of(const DomeLibrary& library, const double* press);
-
-// A displacement on the mesh: coefficients (rings + 1, 3, harmonics + 1) of its even and of its odd part.
-struct DomeField {
-    std::vector<double> even, odd;
-    void add(double share, const DomeField& other);
-};
-
-// The field of a press, and its derivatives by the shift, log depth, log radius and log friction at a fixed place on the mesh, and by
-// friction along and across the meridian.
-struct PressFields {
-    DomeField value, by_shift, by_depth, by_radius, by_friction, by_along, by_across;
-};
-DomeField field_of(const DomeLibrary& library, const double* press, const Meridian& meridian);
-PressFields fields_of(const DomeLibrary& library, const double* press, const Meridian& meridian);
-
-// Where the markers are on the mesh of a touch: first ring, -1 beyond the rim, part of the way to the next, and cosines and sines.
-struct OnMesh {
-    std::vector<int> ring;
-    std::vector<double> part, cosine, sine;
-    OnMesh(const DomeLibrary& library, const DomeMarkers& markers, const Meridian& meridian);
-};
-
-// Adds share times the displacement (K, 3) by a field.
-void add_displacement(const DomeLibrary& library, const OnMesh& at, const Meridian& meridian, const DomeField& field, double share,
-                      double* moved);
-
 // Displacements (K, 3) of the markers under n presses (n, PRESS); those of several presses add up.
 void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved);
+
+// Adds the displacement (K, 3) under a press, and writes its slopes (K, PRESS, 3) by the numbers of the press, whose place must not be on
+// the axis: there the direction of the meridian has no slope.
+void press_dome_with_slopes(const DomeLibrary& library, const DomeMarkers& markers, const double* press, double* moved, double* slopes);
 
 }  // namespace tactile

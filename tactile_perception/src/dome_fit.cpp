@@ -15,8 +15,7 @@ constexpr double GAINED = 1e-4;          // of the cost: an iteration that gains
 constexpr double NEAREST = 0.1;          // least height of a point over the eye, of its untouched height. Chosen
 constexpr double DAMPED = 1e-3;          // first damping, over the normal equations' diagonal. Chosen
 constexpr double MORE = 10, LESS = 0.1;  // change of the damping after a step that failed, and after one that succeeded. Chosen
-constexpr double ASIDE = 2e-5;           // m, finite difference of the place. Chosen
-constexpr double THICKER = 1e-3;         // finite difference of the log radius. Chosen
+constexpr double ASIDE = 2e-5;           // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
 
 using Values = std::vector<double>;
 
@@ -35,49 +34,15 @@ Values appear(const DomeMarkers& markers, const Values& moved) {
     return shown;
 }
 
-// Slope (K, 2) of the apparent displacement, at moved (K, 3), along a slope of the displacement (K, 3).
-Values appear_slope(const DomeMarkers& markers, const Values& moved, const Values& slope) {
-    Values shown(2 * markers.count);
-    for (std::int64_t k = 0; k < markers.count; ++k) {
-        const double *point = markers.points + 3 * k, *eye = markers.eyes + 3 * k, *by = &moved[3 * k], *along = &slope[3 * k];
-        const double height = std::max(point[2] - eye[2] + by[2], NEAREST * (point[2] - eye[2]));
-        for (int axis = 0; axis < 2; ++axis) {
-            const double offset = (point[axis] - eye[axis] + by[axis]) / height;
-            const double shift = (along[axis] - offset * along[2]) * (markers.plane_z - eye[2]) / height;
-            shown[2 * k + axis] = std::isfinite(shift) ? shift : 0.0;
-        }
+// Slopes (PRESS) of the apparent displacement of a marker (K, 2), at moved (K, 3), along slopes of the displacement (K, PRESS, 3).
+void appear_slopes(const DomeMarkers& markers, const Values& moved, const Values& slopes, std::int64_t k, int axis, double* shown) {
+    const double *point = markers.points + 3 * k, *eye = markers.eyes + 3 * k, *by = &moved[3 * k], *along = &slopes[3 * PRESS * k];
+    const double height = std::max(point[2] - eye[2] + by[2], NEAREST * (point[2] - eye[2]));
+    const double offset = (point[axis] - eye[axis] + by[axis]) / height, larger = (markers.plane_z - eye[2]) / height;
+    for (int number = 0; number < PRESS; ++number, along += 3) {
+        const double shift = (along[axis] - offset * along[2]) * larger;
+        shown[number] = std::isfinite(shift) ? shift : 0.0;
     }
-    return shown;
-}
-
-// Slopes (PRESS, 3 K) of the displacement by the numbers of a press.
-std::vector<Values> displacement_slopes(const DomeLibrary& library, const DomeMarkers& markers, const double* press) {
-    const Meridian here = meridian_of(library, press);
-    const OnMesh at(library, markers, here);
-    const PressFields fields = fields_of(library, press, here);
-    std::vector<Values> slopes(PRESS, Values(3 * markers.count, 0.0));
-    add_displacement(library, at, here, fields.by_depth, 1, slopes[DEPTH].data());
-    add_displacement(library, at, here, fields.by_friction, 1, slopes[FRICTION].data());
-    add_displacement(library, at, here, fields.by_along, here.cosine, slopes[DRAG_X].data());
-    add_displacement(library, at, here, fields.by_across, -here.sine, slopes[DRAG_X].data());
-    add_displacement(library, at, here, fields.by_along, here.sine, slopes[DRAG_Y].data());
-    add_displacement(library, at, here, fields.by_across, here.cosine, slopes[DRAG_Y].data());
-    const double steps[] = {ASIDE, ASIDE, 0, THICKER};
-    for (const int number : {X, Y, RADIUS}) {  // those that move the mesh
-        double other[PRESS];
-        std::copy_n(press, PRESS, other);
-        other[number] += steps[number];
-        const Meridian there = meridian_of(library, other);
-        DomeField field = fields.value;
-        field.add(there.shift - here.shift, fields.by_shift);
-        field.add(there.along - here.along, fields.by_along);
-        field.add(there.across - here.across, fields.by_across);
-        if (number == RADIUS) field.add(steps[number], fields.by_radius);
-        Values& slope = slopes[number];
-        add_displacement(library, OnMesh(library, markers, there), there, field, 1 / steps[number], slope.data());
-        add_displacement(library, at, here, fields.value, -1 / steps[number], slope.data());
-    }
-    return slopes;
 }
 
 // Solves the symmetric positive definite system (n, n) for right (n, m), both overwritten, by Cholesky's method. Returns false where it
@@ -111,15 +76,22 @@ struct Problem {
     const DomePrior& prior;
     int n, size;
 
-    // Displacements (K, 3) under presses, and the residuals (K, 2) that they leave; squares: weighted sum; cost: with the prior's.
+    // Displacements (K, 3) under presses, their slopes (K, PRESS, 3) by each, and the residuals (K, 2) that they leave; squares: weighted
+    // sum; cost: with the prior's.
     struct Guess {
-        Values presses, moved, left;
-        double squares, cost;
+        Values presses, moved;
+        std::vector<Values> slopes;
+        Values left;
+        double squares = 0, cost = 0;
     };
 
     Guess guess(Values presses) const {
-        Guess found{std::move(presses), Values(3 * markers.count), {}, 0, 0};
-        press_dome(library, markers, found.presses.data(), n, found.moved.data());
+        Guess found{std::move(presses), Values(3 * markers.count, 0.0), std::vector<Values>(n, Values(3 * PRESS * markers.count)), {}};
+        for (int p = 0; p < n; ++p) {
+            double* press = &found.presses[p * PRESS];
+            if (std::hypot(press[X], press[Y]) < ASIDE) press[X] = press[X] < 0 ? -ASIDE : ASIDE;
+            press_dome_with_slopes(library, markers, press, found.moved.data(), found.slopes[p].data());
+        }
         found.left = appear(markers, found.moved);
         for (std::size_t i = 0; i < found.left.size(); ++i) {
             found.left[i] = weight[i / 2] > 0 ? shift[i] - found.left[i] : 0.0;
@@ -132,22 +104,19 @@ struct Problem {
 
     // Normal equations (size, size) and their right side (size).
     void linearise(const Guess& at, Values& normal, Values& right) const {
-        std::vector<Values> slopes;
-        for (int p = 0; p < n; ++p) {
-            for (const Values& slope : displacement_slopes(library, markers, &at.presses[p * PRESS]))
-                slopes.push_back(appear_slope(markers, at.moved, slope));
-        }
         normal.assign(static_cast<std::size_t>(size) * size, 0.0);
         right.assign(size, 0.0);
-        Values weighted(at.left.size());
-        for (int a = 0; a < size; ++a) {
-            for (std::size_t i = 0; i < weighted.size(); ++i) weighted[i] = weight[i / 2] > 0 ? weight[i / 2] * slopes[a][i] : 0.0;
-            for (std::size_t i = 0; i < weighted.size(); ++i) right[a] += weighted[i] * at.left[i];
-            for (int b = 0; b <= a; ++b) {
-                double sum = 0;
-                for (std::size_t i = 0; i < weighted.size(); ++i) sum += weighted[i] * slopes[b][i];
-                normal[a * size + b] = normal[b * size + a] = sum;
+        Values row(size);
+        for (std::int64_t i = 0; i < 2 * markers.count; ++i) {
+            if (!(weight[i / 2] > 0)) continue;
+            for (int p = 0; p < n; ++p) appear_slopes(markers, at.moved, at.slopes[p], i / 2, i % 2, &row[p * PRESS]);
+            for (int a = 0; a < size; ++a) {
+                const double weighted = weight[i / 2] * row[a];
+                right[a] += weighted * at.left[i];
+                for (int b = 0; b < size; ++b) normal[a * size + b] += weighted * row[b];
             }
+        }
+        for (int a = 0; a < size; ++a) {
             normal[a * size + a] += prior.weight[a % PRESS];
             right[a] += prior.weight[a % PRESS] * (prior.mean[a % PRESS] - at.presses[a]);
         }
@@ -193,7 +162,7 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const d
         }
         if (largest < SETTLED || (gained >= 0 && gained < GAINED * best.cost)) break;
     }
-    DomeFit fit{best.presses, Values(normal.size(), 0.0), best.squares};
+    DomeFit fit{best.presses, Values(normal.size(), 0.0), best.left, best.squares};
     for (int a = 0; a < problem.size; ++a) fit.covariance[a * problem.size + a] = 1;
     if (!solve(normal, fit.covariance, problem.size, problem.size))
         std::fill(fit.covariance.begin(), fit.covariance.end(), std::numeric_limits<double>::quiet_NaN());

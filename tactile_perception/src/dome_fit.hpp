@@ -17,6 +17,7 @@ struct DomePrior {
 struct DomeFit {
     std::vector<double> presses;     // (n, PRESS)
     std::vector<double> covariance;  // (n PRESS, n PRESS); NaN where the markers do not determine them
+    std::vector<double> left;        // (K, 2), residuals; 0 where not seen
     double squares = 0;              // of the weighted residuals, without the prior's
 };
 

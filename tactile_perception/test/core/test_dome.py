@@ -106,8 +106,10 @@ def test_a_fit_finds_the_press_and_its_covariance_that_of_the_noise(press):
     sigma, rng, errors = 2e-6, np.random.default_rng(0), []
     for _ in range(40):
         shift = np.where(seen[:, None], true + rng.normal(0, sigma, true.shape), 1.0)
-        found, covariance, squares = _core.fit_dome(**arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT,
-                                                    shift=shift, weight=np.where(seen, sigma**-2, 0.0), starts=start, prior=PRIOR)
+        found, covariance, left, squares = _core.fit_dome(
+            **arrays, points=points, eyes=np.tile(eye, (len(points), 1)), plane_z=HEIGHT, shift=shift,
+            weight=np.where(seen, sigma**-2, 0.0), starts=start, prior=PRIOR)
+        assert np.isclose(np.sum((left / sigma)**2), squares) and not left[~seen].any()
         off = found[0] - press
         errors.append((off @ np.linalg.solve(covariance, off) / 7, squares / (2 * seen.sum() - 7)))
     assert np.allclose(np.mean(errors, axis=0), 1.0, atol=0.35)
@@ -119,4 +121,4 @@ def test_what_no_marker_shows_has_no_covariance_of_its_own():
     prior[1] = 0.0
     unseen = _core.fit_dome(**arrays, points=points, eyes=np.zeros_like(points), plane_z=HEIGHT, shift=np.zeros((len(points), 2)),
                             weight=np.zeros(len(points)), starts=PRESSES[:1], prior=prior)
-    assert np.array_equal(unseen[0], PRESSES[:1]) and np.isnan(unseen[1]).all() and unseen[2] == 0
+    assert np.array_equal(unseen[0], PRESSES[:1]) and np.isnan(unseen[1]).all() and unseen[3] == 0

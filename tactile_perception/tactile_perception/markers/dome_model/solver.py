@@ -67,32 +67,32 @@ class DomeInverse:
 
     def score(self, field: MarkerField) -> float:
         """Match of the best start, in standard deviations of noise."""
-        match = self._shown @ np.nan_to_num(field.shift).ravel()
-        return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
+        return float((self._match(field) / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
 
     def start(self, field: MarkerField) -> np.ndarray:
         """(1, 7), the start with the least squared residual."""
-        match = self._shown @ np.nan_to_num(field.shift).ravel()
-        return self.starts[[np.argmin(self._sizes - 2 * match)]]
+        return self.starts[[np.argmin(self._sizes - 2 * self._match(field))]]
 
     def start_of_two(self, field: MarkerField) -> np.ndarray:
         """(2, 7), the two starts whose sum has the least squared residual."""
-        match = self._shown @ np.nan_to_num(field.shift).ravel()
+        match = self._match(field)
         return self.starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
 
     def squares(self, field: MarkerField, presses: np.ndarray) -> float:
         """Sum of the squared residuals of presses (n, 7), over their variance."""
-        left = (np.nan_to_num(field.shift) - self.appear(presses))[field.seen]
-        return float(np.sum(left**2 / self.variance(field)[field.seen, None]))
+        left = (field.shift - self.appear(presses))[field.seen]
+        return float(np.sum(left**2 / sum(self._variances(field))[field.seen, None]))
 
     def solve(self, field: MarkerField, starts: np.ndarray, drag_sigma: float = STRAIGHT) -> DomeFound:
         """Fit presses to a field, from starts (n, 7); drag_sigma: prior standard deviation of the friction of a drag."""
         seen = field.seen & np.isfinite(self.points).all(1)
-        weight = np.where(seen, 1 / self.variance(field, ALIKE), 0.0)
-        presses, covariance, _ = _core.fit_dome(
+        variance, model = self._variances(field)
+        weight = np.where(seen, 1 / (variance + ALIKE**2 * model), 0.0)
+        presses, covariance, left, _ = _core.fit_dome(
             **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
             shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, starts=starts, prior=self._prior(drag_sigma))
-        return DomeFound(presses, covariance, self.squares(field, presses) / max(2 * int(field.seen.sum()), 1))
+        squares = np.sum(left**2 / (variance + model)[:, None])
+        return DomeFound(presses, covariance, float(squares) / max(2 * int(seen.sum()), 1))
 
     def _prior(self, drag_sigma: float) -> np.ndarray:
         """(5, 7) mean, weight, least, most and longest step."""
@@ -107,10 +107,14 @@ class DomeInverse:
         """(K,) m, noise of each marker per axis."""
         return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.noise.still / 2), self.noise.still)
 
-    def variance(self, field: MarkerField, alike: float = 1.0) -> np.ndarray:
-        """(K,) m^2, of noise and of model error, times alike, per axis."""
-        size = np.hypot(*np.nan_to_num(field.shift).T)
-        return self.sigma(field)**2 + alike**2 * ((self.noise.share * size)**2 + (self.noise.top * size.max())**2)
+    def _match(self, field: MarkerField) -> np.ndarray:
+        """(S,) m^2, products of the field with the starts' fields."""
+        return self._shown @ np.where(field.seen[:, None], field.shift, 0.0).ravel()
+
+    def _variances(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
+        """(K,) m^2, of noise, and of model error, per axis."""
+        square = np.sum(np.where(field.seen[:, None], field.shift, 0.0)**2, axis=1)
+        return self.sigma(field)**2, self.noise.share**2 * square + self.noise.top**2 * square.max()
 
 
 def _starts(library: DomeLibrary) -> np.ndarray:
