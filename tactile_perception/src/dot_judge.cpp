@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "ground_slopes.hpp"
+#include "median.hpp"
 
 namespace tactile {
 namespace {
@@ -22,13 +23,6 @@ constexpr double USUAL = 1.7, USUAL_MOST = 0.2;          // times the median rat
 constexpr double UNUSUAL = 2.5, UNLIKEST = 0.3;          // the same where dots were unlike discs from the start. Chosen
 constexpr double SAME_KIND = 1.2;  // times the median ratio when the appearance was measured: bounds the median. Chosen
 constexpr double PI = 3.14159265358979323846;
-
-// Median of values, the mean of both middle ones of an even number; values must not be empty or NaN.
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
 
 class Judge {
  public:

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "disc_model.hpp"
+#include "median.hpp"
 
 namespace tactile {
 namespace {
@@ -62,12 +63,6 @@ class Cholesky {
     const std::size_t n_;
     Matrix lower_{};
 };
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
 
 double bounded(double value, double most) {
     return std::isnan(value) ? 0 : std::clamp(value, -most, most);

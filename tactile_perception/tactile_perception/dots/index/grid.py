@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tactile_perception._core import reject_outliers
 from tactile_perception.dots.index.grid_origin import anchor_lattice
 from tactile_perception.dots.index.lattice import find_lattice
-from tactile_perception.dots.index.repair import complete_grid, reject_outliers
+from tactile_perception.dots.index.repair import complete_grid
 from tactile_perception.errors import BadArgument
 
 MAX_ANGLE = np.deg2rad(38.0)  # rotation beyond which rows and columns may be exchanged. Chosen: below 45 degrees, with tolerance
@@ -75,18 +76,13 @@ def _number(uv, shape, previous, image_size) -> GridNumbers:
         return GridNumbers(id, f'{len(uv)} dots found do not form a consistent grid', np.nan)
     if abs(lattice.angle) > MAX_ANGLE:
         return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns are ambiguous', np.nan)
-    member = np.flatnonzero(lattice.member)
-    rc = lattice.rc[member]
-    rc -= [rc[:, 0].min(), rc[:, 1].min()]
-    before = None if previous is None else (previous.uv, np.stack(np.divmod(previous.id, shape[1]), axis=1))
-    anchor = anchor_lattice(rc, uv[member], shape, lattice.pitch, before, image_size)
-    if anchor.certain:
-        row, column = (rc + anchor.offset).T
-        inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
-        id[member] = np.where(inside, row * shape[1] + column, -1)
-        if np.count_nonzero(inside) < shape[0] * shape[1]:  # a complete grid is consistent already
-            id = complete_grid(reject_outliers(id, uv, shape), uv, shape)
-        return GridNumbers(id, '', lattice.pitch)
-    few = len(member) < _FEW_LINKED * len(uv)
-    seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {len(member)} are linked: ' if few else ''
-    return GridNumbers(id, seen + anchor.reason, lattice.pitch)
+    before = None if previous is None else (previous.uv, previous.id)
+    anchor = anchor_lattice(uv, lattice.rc, lattice.member, shape, lattice.pitch, before, image_size)
+    if anchor.reason:
+        linked = np.count_nonzero(lattice.member)
+        seen = f'of {len(uv)} dots found ({shape[0] * shape[1]} configured) only {linked} are linked: '
+        return GridNumbers(id, (seen if linked < _FEW_LINKED * len(uv) else '') + anchor.reason, lattice.pitch)
+    id = anchor.id
+    if np.count_nonzero(id >= 0) < shape[0] * shape[1]:  # a complete grid is consistent already
+        id = complete_grid(reject_outliers(id, uv, rows=shape[0], columns=shape[1]), uv, shape)
+    return GridNumbers(id, '', lattice.pitch)

@@ -1,10 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The last steps of indexing: indices for dots that are left where exactly as many places of the grid are, and the rejection of outliers,
-dots whose step to a neighbour on the grid is unlike those around it."""
+"""The last step of indexing: indices for dots that are left where exactly as many places of the grid are."""
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import scipy
 
@@ -100,40 +98,3 @@ def _bends_more(places, bends, missing, columns) -> bool:
     apart = [np.abs(x[:, None] - y) for x, y in zip(np.divmod(bends[:, 1], columns), np.divmod(missing, columns))]
     near = (np.maximum(*apart) <= NEAR).any(axis=1) & ~new
     return bool(size[new].max(initial=0) > BENDS * size[near].max(initial=0))
-
-
-AROUND = 5  # rows and columns over which steps are averaged. Chosen
-OUTLIER = 0.6  # of the mean step, deviation of a step with a wrong index at one end. Chosen: one pitch deviates by 1
-BESIDE = 0.25  # of the mean step: a dot is rejected if all of its steps deviate more. Chosen
-_SQUARE = np.ones((3, 3), np.uint8)
-
-
-def reject_outliers(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """id (N,) int64 of dots at uv (N, 2) px on a grid of shape (rows, columns), -1 for dots at and next to outlying steps, and for
-    dots off their node."""
-    numbered = np.flatnonzero(id >= 0)
-    places = np.full(shape[0] * shape[1], np.nan + 0j)
-    places[id[numbered]] = uv[numbered, 0] + 1j * uv[numbered, 1]
-    places = places.reshape(shape)
-    bad, placed = np.zeros(shape, bool), np.zeros(shape, bool)
-    for z, ends, held in ((places, bad, placed), (places.T, bad.T, placed.T)):
-        off = _off(z[1:] - z[:-1])
-        outlier, even = off > OUTLIER, off < BESIDE
-        ends[:-1] |= outlier
-        ends[1:] |= outlier
-        held[:-1] |= even
-        held[1:] |= even
-    if bad.any():  # and their neighbours
-        placed &= cv2.dilate(bad.astype(np.uint8), _SQUARE) == 0
-    cleaned = id.copy()
-    cleaned[numbered[~placed.ravel()[id[numbered]]]] = -1
-    return cleaned
-
-
-def _off(step: np.ndarray) -> np.ndarray:
-    """Relative deviation (...) of complex steps (...), NaN where unknown, from the mean around them."""
-    known = np.isfinite(step.real)
-    layers = np.stack([np.where(known, step.real, 0), np.where(known, step.imag, 0), known], axis=2)
-    sums = cv2.boxFilter(layers, -1, (AROUND, AROUND), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    mean = (sums[:, :, 0] + 1j * sums[:, :, 1]) / np.maximum(sums[:, :, 2], 1)
-    return np.abs(step - mean) / np.maximum(np.abs(mean), 1e-9)

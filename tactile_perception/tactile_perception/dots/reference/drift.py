@@ -3,21 +3,13 @@
 """Reference positions of untouched dots: averaged over the first frames, tracked as they drift, frozen during contact."""
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from tactile_perception._core import deviation_from_drift, follow_drift, reference_places
 from tactile_perception.dots.reference.calibrated_rest import CalibratedRest
 from tactile_perception.dots.reference.release import Release
 from tactile_perception.dots.reference.untouched_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
-
-QUIET = 5.0  # standard deviations from the common affine motion, beyond which a dot is displaced by contact. Chosen
-QUIET_FLOOR = 0.1  # px, least such deviation: changes of light shift centroids by less. Chosen
-DRIFTED = 0.5  # px, median displacement that is contact: drift is tracked before it grows so far. Chosen
-QUIET_SHARE = 0.01  # of the dots, that may deviate as outliers. Chosen
-AFFINE_SHARE = 0.8  # of the dots, those with the least residuals, that the second affine fit uses. Chosen
-
 
 class Reference:
     """Untouched positions of indexed dots, px.
@@ -37,7 +29,7 @@ class Reference:
         """Take the next frame as the reference."""
         self.id = np.zeros(0, np.int64)
         self.uv = np.zeros((0, 2))
-        self._count = np.zeros(0)
+        self._count = np.zeros(0, np.int64)
         self._stamp_s = None
         self._release = Release()
         self.touched = False
@@ -71,14 +63,7 @@ class Reference:
 
     def places(self, id: np.ndarray) -> np.ndarray:
         """Reference positions (N, 2) px of dots id (N,), NaN where unknown."""
-        if np.array_equal(id, self.id):
-            return self.uv.copy()
-        at, known = self._index(id)
-        return np.where(known[:, None], self.uv[at], np.nan)
-
-    def _index(self, id: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        at = np.minimum(np.searchsorted(self.id, id), len(self.id) - 1)
-        return at, self.id[at] == id
+        return reference_places(id, self.id, self.uv)
 
     def _begin(self, id: np.ndarray, uv: np.ndarray, columns: int) -> None:
         if self._known is None:
@@ -96,64 +81,21 @@ class Reference:
         order = np.argsort(np.r_[self.id, id], kind='stable')
         self.id = np.r_[self.id, id][order]
         self.uv = np.vstack([self.uv, uv])[order]
-        self._count = np.r_[self._count, np.zeros(len(id))][order]
+        self._count = np.r_[self._count, np.zeros(len(id), np.int64)][order]
 
     def _follow(self, id: np.ndarray, uv: np.ndarray, rest: np.ndarray, stamp_s: float) -> None:
         """Average over the first frames, then track with the time constant."""
-        known = np.isfinite(rest[:, 0])
-        at = self._index(id[known])[0]
         elapsed = 0.0 if self._stamp_s is None else max(0.0, stamp_s - self._stamp_s)
-        slow = np.minimum(1.0, elapsed / self._time_constant_s)
-        gain = np.where(self._count[at] < self._frames, 1 / (self._count[at] + 1), slow)
-        self.uv[at] += gain[:, None] * (uv[known] - self.uv[at])
-        self._count[at] += 1
-        if not known.all():
-            self._insert(id[~known], uv[~known])
+        slow = min(1.0, elapsed / self._time_constant_s)
+        self.uv, self._count = follow_drift(id, uv, self.id, self.uv, self._count, frames=self._frames, slow=slow)
+        new = np.isnan(rest[:, 0])
+        if new.any():
+            self._insert(id[new], uv[new])
 
     def _is_touched(self, id, uv, duv, sigma, stamp_s) -> bool:
         """Whether something touches; the residual displacement after a contact is tracked as drift."""
-        moved, size = self._moved(uv, duv, sigma)
+        moved, size = deviation_from_drift(uv, duv, sigma)
         if not moved:
             self._release.forget()
             return False
         return not self._release.is_residue(size, id, uv, sigma, stamp_s)
-
-    def _moved(self, uv, duv, sigma) -> tuple[bool, float]:
-        """Whether more dots than outliers deviate from the common affine motion (as drift moves all), and the largest deviation, px,
-        without outliers."""
-        known = np.isfinite(duv[:, 0])
-        if not known.all():
-            uv, duv, sigma = uv[known], duv[known], sigma[known]
-        count = len(uv)
-        if not count:
-            return False, 0.0
-        shared = math.sqrt(_smallest(np.einsum('ij,ij->i', duv, duv), count // 2))
-        if count < 8:
-            return shared > DRIFTED, shared
-        places = np.empty((4, count))
-        places[:2], places[2:] = uv.T, duv.T
-        square = _off_affine(places, places)
-        square = _off_affine(places, places.compress(square <= _smallest(square, int(AFFINE_SHARE * count)), axis=1))
-        size = math.sqrt(_smallest(square, int((1 - QUIET_SHARE) * (count - 1))))
-        leaves = np.count_nonzero(np.sqrt(square) > np.maximum(QUIET * sigma, QUIET_FLOOR)) > QUIET_SHARE * count
-        return bool(leaves or shared > DRIFTED), max(size, shared)
-
-
-def _smallest(values: np.ndarray, at: int) -> float:
-    """The element of values (N,) at this index of their sorted order."""
-    return float(np.partition(values, at)[at])
-
-
-def _off_affine(places: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Squared residuals (N,) px^2 of the affine motion fitted to kept; places, kept: (4, ...) u, v and their displacements, px."""
-    middle = kept.sum(axis=1, keepdims=True) / kept.shape[1]
-    kept = kept - middle
-    products = kept @ kept.T
-    a, b, d = products[0, 0], products[0, 1], products[1, 1]
-    ridge = 1e-9 * (a + d) + 1e-9  # for collinear dots
-    a, d = a + ridge, d + ridge
-    less = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    less[:, :2] = products[2:, :2] @ np.array([[-d, b], [b, -a]]) / (a * d - b * b)
-    off = less @ (places - middle)
-    off *= off
-    return off[0] + off[1]

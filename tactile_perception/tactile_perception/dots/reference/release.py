@@ -7,13 +7,11 @@ A residue is small, small against the contact before it, and still for some time
 from __future__ import annotations
 
 import numpy as np
+from tactile_perception._core import have_stayed
 
 RELEASED = 0.15  # of the largest size of a contact, largest residue. Chosen
 LARGEST = 1.0  # px, largest residue. Chosen
 SETTLED_S = 3.0  # s without motion. Chosen
-STILL = 0.1  # px, largest motion within that time, of NEARLY_ALL dots. Chosen
-NEARLY_ALL = 0.99
-NOISE = 7.0  # standard deviations, the same for noisy dots. Chosen: about 5 sqrt 2, for the difference of two positions
 GROWN = 1.5  # times its accepted size, from which a residue is contact again. Chosen
 
 
@@ -34,7 +32,7 @@ class Release:
         id: (N,), uv: (N, 2) px and sigma: (N,) px, of the dots; stamp_s: s.
         """
         self._largest = max(self._largest, size)
-        if not self._stayed(id, uv, max(STILL, NOISE * float(np.sort(sigma)[len(sigma) // 2]))):
+        if not have_stayed(id, uv, sigma, self._id, self._uv):
             self._since_s, self._id, self._uv, self._accepted = stamp_s, id.copy(), uv.copy(), np.nan
         if np.isfinite(self._accepted):
             return size <= GROWN * self._accepted
@@ -42,14 +40,3 @@ class Release:
             return False
         self._accepted = size
         return True
-
-    def _stayed(self, id, uv, limit) -> bool:
-        """Whether the dots are where they were at their last motion."""
-        now = then = slice(None)
-        if not np.array_equal(id, self._id):
-            _, now, then = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)
-            if len(now) < 0.9 * max(len(id), len(self._id)) or not len(now):
-                return False
-        moved = uv[now] - self._uv[then]
-        square = np.sort(np.einsum('ij,ij->i', moved, moved))
-        return bool(square[int(NEARLY_ALL * (len(square) - 1))] < limit * limit)

@@ -1,0 +1,43 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The border of the compiled module, of the kernels that index dots and compare them with their reference; see test_border.py."""
+import numpy as np
+import pytest
+from border_checks import check_any_array, check_memory, check_wrong_type
+from tactile_perception import _core
+
+GRID = {'rows': 6, 'columns': 7}
+RC, ID = np.argwhere(np.ones((6, 7))), np.arange(42)
+UV, SIGMA = 20.0 * RC[:, ::-1], np.full(42, 0.02)
+PRINTED = {'places': UV, 'rc': RC + 3, 'member': ID % 3 > 0, 'before': UV + 1, 'before_id': ID}
+KNOWN = {'known_id': ID, 'known_places': UV - 1}
+SEEN = {'id': ID, 'places': UV, 'sigma': SIGMA, 'before_id': ID, 'before': UV}
+
+
+def call_anchor_lattice(**arrays):
+    """Indices of most dots of a grid."""
+    return _core.anchor_lattice(**PRINTED | arrays, **GRID, pitch=20.0, width=200, height=200)
+
+
+def call_follow_drift(**arrays):
+    """A reference that follows."""
+    return _core.follow_drift(**{'id': ID, 'places': UV, 'counts': ID} | KNOWN | arrays, frames=5, slow=0.1)
+
+
+#: Function of the module: how it is called here, and an example of each of its arrays.
+CALLS = {
+    'anchor_lattice': (call_anchor_lattice, PRINTED),
+    'reject_outliers': (lambda id=ID, places=UV: [_core.reject_outliers(id, places, **GRID)], {'id': ID, 'places': UV}),
+    'reference_places': (lambda **arrays: [_core.reference_places(**{'id': ID} | KNOWN | arrays)], {'id': ID} | KNOWN),
+    'follow_drift': (call_follow_drift, {'id': ID, 'places': UV, 'counts': ID} | KNOWN),
+    'deviation_from_drift': (lambda places=UV, motions=UV / 99, sigma=SIGMA: _core.deviation_from_drift(places, motions, sigma),
+                             {'places': UV, 'motions': UV / 99, 'sigma': SIGMA}),
+    'have_stayed': (lambda **arrays: [_core.have_stayed(**SEEN | arrays)], SEEN),
+}
+ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
+
+
+@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
+    check(*CALLS[function], name)
