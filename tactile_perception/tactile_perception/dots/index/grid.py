@@ -76,7 +76,7 @@ def _number(uv, shape, previous, image_size) -> GridNumbers:
         return GridNumbers(id, f'{len(uv)} dots found do not form a consistent grid', np.nan)
     if abs(lattice.angle) > MAX_ANGLE:
         return GridNumbers(id, f'rows run at {np.degrees(lattice.angle):.0f} degrees: rows and columns are ambiguous', np.nan)
-    before = None if previous is None else (previous.uv, previous.id)
+    before = None if previous is None else (np.asarray(previous.uv, float), np.asarray(previous.id, np.int64))
     anchor = anchor_lattice(uv, lattice.rc, lattice.member, shape, lattice.pitch, before, image_size)
     if anchor.reason:
         linked = np.count_nonzero(lattice.member)

@@ -42,6 +42,7 @@ class Reference:
         touched: as known by a later stage, None to decide by the dots; columns: of the grid, 0 for other patterns. Dots with a non-finite
         position count as not seen.
         """
+        id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
         seen = np.isfinite(uv).all(axis=1)
         if seen.all():
             return self._update(id, uv, sigma, stamp_s, columns, touched)
