@@ -7,8 +7,10 @@
 #include "dot_loads.hpp"
 #include "holes.hpp"
 #include "membrane_forces.hpp"
+#include "membrane_frame.hpp"
 #include "membrane_solver.hpp"
 #include "object_twist.hpp"
+#include "vectors.hpp"
 
 namespace py = pybind11;
 using namespace tactile;
@@ -93,26 +95,52 @@ py::tuple loads(const py::object& places, const py::object& triangles, const py:
     return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
 }
 
-py::tuple membrane_solution(const py::object& rays, const py::object& measured, const py::object& weight, const py::object& ranges,
-                            const py::object& touched, const py::object& change, const py::object& triangles, const py::object& residual,
-                            const py::object& response, const py::object& origin, int rows, int columns, double pressure, bool fresh) {
-    const Input<double> along(rays, "rays", {ANY, 3});
-    const Grid grid = grid_of(along, "rays", rows, columns);
+py::tuple membrane_solution(const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id,
+                            const py::object& rest, const py::object& places, const py::object& touched, const py::object& triangles,
+                            const py::object& residual, const py::object& response, const py::object& origin, int rows, int columns,
+                            double pressure, double scale, bool fresh) {
+    const Input<double> before(places, "places", {ANY, 3});
+    const Grid grid = grid_of(before, "places", rows, columns);
     const py::ssize_t size = grid.size();
-    const Input<double> seen(measured, "measured", {size}), trust(weight, "weight", {size}), last(ranges, "ranges", {size});
-    const Input<double> moved(change, "change", {size}), centre(origin, "origin", {3});
-    const Input<float> spread(response, "response", {size, size});
-    const Input<double> held(touched, "touched", {size});
+    const Input<double> along(rays, "rays", {ANY, 3}), measured(ranges, "ranges", {along.length()}),
+        spread(sigma, "sigma", {along.length()}), still(rest, "rest", {size, 3}), held(touched, "touched", {size}),
+        centre(origin, "origin", {3});
+    const Input<std::int64_t> numbers(id, "id", {along.length()});
+    for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(size - 1));
+    const Input<float> told(response, "response", {size, size});
     const GivenMembrane of(triangles, residual, grid);
-    const MembraneFrame frame{centre.data(), along.data(), seen.data(), trust.data(), last.data(), fresh ? nullptr : held.data(),
-                              spread.data(), moved.data(), pressure};
+    WholeFrame frame;
     MembraneSolution found;
+    std::vector<double> xyz(3 * size);
     {
         py::gil_scoped_release others_run;
-        found = solve_membrane(of.membrane, frame);
+        const SeenRanges seen{numbers.data(), along.data(), measured.data(), spread.data(), along.length()};
+        frame = whole_frame(grid, centre.data(), still.data(), before.data(), seen, scale);
+        found =
+            solve_membrane(of.membrane, {centre.data(), frame.rays.data(), frame.measured.data(), frame.weight.data(), frame.last.data(),
+                                         fresh ? nullptr : held.data(), told.data(), frame.displaced.data(), pressure});
+        const Vec3 from = vec3_at(centre.data(), 0);
+        for (py::ssize_t k = 0; k < size; ++k) store(xyz.data(), k, from + found.ranges[k] * vec3_at(frame.rays.data(), k));
     }
-    return py::make_tuple(output(found.ranges, {size}), output(found.touched, {size}), output(found.weight, {size}), found.pressure,
-                          output(found.moved, {size}), found.lifted);
+    return py::make_tuple(output(xyz, {size, 3}), output(found.ranges, {size}), output(found.touched, {size}), found.pressure,
+                          output(frame.seen, {size}), output(found.weight, {size}), output(frame.rays, {size, 3}),
+                          output(frame.displaced, {size}), output(found.moved, {size}), found.lifted);
+}
+
+py::tuple leaning(const py::object& places, const py::object& rays, const py::object& touched, const py::object& moved,
+                  const py::object& triangles, const py::object& residual, int rows, int columns, double pressure, double lifted,
+                  double step, double spread, double scale) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> along(rays, "rays", {grid.size(), 3}), held(touched, "touched", {grid.size()}),
+        change(moved, "moved", {grid.size()});
+    const GivenMembrane of(triangles, residual, grid);
+    Leaning found;
+    {
+        py::gil_scoped_release others_run;
+        found = scale_leaning(of.membrane, given.data(), along.data(), held.data(), change.data(), pressure, lifted, step, spread, scale);
+    }
+    return py::make_tuple(found.curvature, found.gradient);
 }
 
 // The touchpad's contact.
@@ -200,13 +228,22 @@ void tactile::border::bind_contact(py::module_& module) {
         py::arg("columns"), py::arg("rest_pressure"),
         "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
     module.def(
-        "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("measured"), py::arg("weight"), py::arg("ranges"),
-        py::arg("touched"), py::arg("change"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
-        py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("fresh"),
-        "Ranges (K,), m, probabilities of a load (K,), weights (K,) without outliers, pressure, Pa, and the response of ranges (K,) and\n"
-        "pressure to a change (K,), m, of the measured ranges. Along unit rays (K, 3) from origin (3,) measured (K,), m, with weight\n"
-        "(K,), 1/m^2, 0: unknown; ranges, touched and pressure: of the last frame; fresh: there is none; response (K, K) float32:\n"
-        "information about each dot's load (columns) from the range of one (rows) at unit weight.");
+        "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
+        py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
+        py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("scale"), py::arg("fresh"),
+        "Places (K, 3) and ranges (K,), m, probabilities of a load (K,) and pressure, Pa; seen (K,) bool; weights (K,), 1/m^2, without\n"
+        "outliers; unit rays (K, 3); displaced (K,), m, measured ranges less those at rest; the response of ranges (K,) and pressure to\n"
+        "displaced. From ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from origin (3,), of standard deviations sigma\n"
+        "(N,), NaN: unknown; rest, places (K, 3), m: at rest and, as touched and pressure, of the last frame; fresh: there is none;\n"
+        "scale: factor on displaced; response (K, K) float32: information about each dot's load (columns) from the range of one (rows)\n"
+        "at unit weight.");
+    module.def(
+        "scale_leaning", &leaning, py::arg("places"), py::arg("rays"), py::arg("touched"), py::arg("moved"), py::arg("triangles"),
+        py::arg("residual"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("lifted"), py::arg("step"),
+        py::arg("spread"), py::arg("scale"),
+        "Weighted sums over free dots of r'^2 and r r': r, residual force along the surface over the pressure, r', its derivative by\n"
+        "the scale. Places, rays, touched, pressure, scale: of solve_membrane; moved, lifted: its response; step: of the finite\n"
+        "difference; spread: of a free dot's residual.");
     module.def(
         "contact_score", &score, py::arg("load"), py::arg("places"), py::arg("normals"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         py::arg("pitch"),

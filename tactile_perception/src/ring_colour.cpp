@@ -22,7 +22,7 @@ constexpr double FAR = 16384;            // px. Places are clipped to this; no i
 constexpr double PI = 3.14159265358979323846;
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
-using Sums = std::array<std::array<double, POINTS>, 3>;  // of 3 x 3 pixels: blue, green, red at each point
+using Sums = std::array<std::array<int, POINTS>, 3>;  // of 3 x 3 pixels: blue, green, red at each point
 using OnRing = std::array<double, POINTS>;
 
 // Offsets of the points from the dot's centre.
@@ -45,42 +45,56 @@ std::ptrdiff_t nearest(double value) {
 }
 
 // Adds up the 3 x 3 pixels around (row, column); pixels outside of the image are black.
-void sum_of_nine(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column, int point, Sums& sums) {
-    int total[3] = {0, 0, 0};
+std::array<int, 3> sum_at_border(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
+    std::array<int, 3> total{};
     const std::ptrdiff_t top = std::max<std::ptrdiff_t>(row - 1, 0), bottom = std::min(row + 2, image.rows);
     const std::ptrdiff_t left = std::max<std::ptrdiff_t>(column - 1, 0), right = std::min(column + 2, image.columns);
     for (std::ptrdiff_t r = top; r < bottom; ++r) {
-        const std::uint8_t* pixel = image.pixels + 3 * (r * image.columns + left);
-        for (std::ptrdiff_t c = left; c < right; ++c, pixel += 3) {
-            total[0] += pixel[0];
-            total[1] += pixel[1];
-            total[2] += pixel[2];
+        for (std::ptrdiff_t c = left; c < right; ++c) {
+            for (int channel = 0; channel < 3; ++channel) total[channel] += image.pixels[3 * (r * image.columns + c) + channel];
         }
     }
-    for (int channel = 0; channel < 3; ++channel) sums[channel][point] = total[channel];
+    return total;
 }
 
-// The points that are neither ink nor glare nor saturated.
-std::array<bool, POINTS> background(const Sums& sums) {
-    OnRing sorted = sums[0];
-    std::nth_element(sorted.begin(), sorted.begin() + 3 * POINTS / 4, sorted.end());
-    const double level = sorted[3 * POINTS / 4];
-    std::array<bool, POINTS> keep;
-    for (int p = 0; p < POINTS; ++p) keep[p] = sums[0][p] > INK * level && sums[0][p] < GLARE * level && sums[2][p] < SATURATED;
+// The same inside the image: first down the nine columns of numbers, then across the pixels.
+std::array<int, 3> sum_of_nine(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
+    const std::uint8_t *above = image.pixels + 3 * ((row - 1) * image.columns + column - 1), *here = above + 3 * image.columns,
+                       *below = here + 3 * image.columns;
+    std::uint16_t down[9];
+    for (int k = 0; k < 9; ++k) down[k] = static_cast<std::uint16_t>(above[k] + here[k] + below[k]);
+    return {down[0] + down[3] + down[6], down[1] + down[4] + down[7], down[2] + down[5] + down[8]};
+}
+
+// The upper quartile: the largest number that at most three quarters of all fall short of.
+int upper_quartile(const std::array<int, POINTS>& numbers) {
+    std::array<int, POINTS> less{};
+    for (int q = 0; q < POINTS; ++q) {
+        for (int p = 0; p < POINTS; ++p) less[p] += numbers[q] < numbers[p];
+    }
+    int found = 0;
+    for (int p = 0; p < POINTS; ++p) found = std::max(found, less[p] <= 3 * POINTS / 4 ? numbers[p] : 0);
+    return found;
+}
+
+// Which points are neither ink nor glare nor saturated: 1, others 0.
+std::array<int, POINTS> background(const Sums& sums) {
+    const double level = upper_quartile(sums[0]), least = INK * level, most = GLARE * level;
+    std::array<int, POINTS> keep;
+    for (int p = 0; p < POINTS; ++p) keep[p] = (sums[0][p] > least) & (sums[0][p] < most) & (sums[2][p] < SATURATED);
     return keep;
 }
 
 // Relative variance of blue / red over the points kept, without its mean and first harmonic (Fourier series).
-double patchiness(const Sums& sums, const std::array<bool, POINTS>& keep, int count, const Ring& ring) {
-    OnRing uneven{};
+double patchiness(const Sums& sums, const std::array<int, POINTS>& keep, int count, const Ring& ring) {
+    OnRing uneven;
     double mean = 0;
-    for (int p = 0; p < POINTS; ++p) {
-        if (keep[p]) mean += uneven[p] = sums[0][p] / std::max(sums[2][p], 1.0);
-    }
+    for (int p = 0; p < POINTS; ++p) uneven[p] = keep[p] * (static_cast<double>(sums[0][p]) / std::max(sums[2][p], 1));
+    for (const double each : uneven) mean += each;
     mean = std::max(mean / std::max(count, 1), 1e-6);
     double square = 0, even = 0, odd = 0;
     for (int p = 0; p < POINTS; ++p) {
-        const double off = keep[p] ? uneven[p] / mean - 1 : 0;
+        const double off = keep[p] * (uneven[p] / mean - 1);
         square += off * off;
         even += off * ring.cosine[p];
         odd += off * ring.sine[p];
@@ -98,22 +112,25 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
     for (std::ptrdiff_t k = 0; k < count; ++k) {
         if (!std::isfinite(places[2 * k]) || !std::isfinite(places[2 * k + 1])) continue;
         const double u = std::clamp(places[2 * k], -FAR, FAR), v = std::clamp(places[2 * k + 1], -FAR, FAR);
-        for (int p = 0; p < POINTS; ++p) sum_of_nine(image, nearest(v + ring.down[p]), nearest(u + ring.across[p]), p, sums);
-        const auto keep = background(sums);
-        int used = 0;
-        double mean[3] = {0, 0, 0};
         for (int p = 0; p < POINTS; ++p) {
-            if (!keep[p]) continue;
-            ++used;
-            for (int channel = 0; channel < 3; ++channel) mean[channel] += sums[channel][p];
+            const std::ptrdiff_t row = nearest(v + ring.down[p]), column = nearest(u + ring.across[p]);
+            const bool inside = row > 0 && column > 0 && row + 1 < image.rows && column + 1 < image.columns;
+            const std::array<int, 3> nine = inside ? sum_of_nine(image, row, column) : sum_at_border(image, row, column);
+            for (int channel = 0; channel < 3; ++channel) sums[channel][p] = nine[channel];
+        }
+        const auto keep = background(sums);
+        int used = 0, total[3] = {0, 0, 0};
+        for (int p = 0; p < POINTS; ++p) {
+            used += keep[p];
+            for (int channel = 0; channel < 3; ++channel) total[channel] += keep[p] * sums[channel][p];
         }
         found.count[k] = used;
         found.patchiness[k] = patchiness(sums, keep, used, ring);
-        for (double& channel : mean) channel /= std::max(used, 1);
-        if (used < LEAST_POINTS || !(std::min({mean[0], mean[1], mean[2]}) > NOISE_FLOOR)) continue;
-        found.brightness[k] = std::log(mean[2] / 9);
-        found.ratios[2 * k] = std::log(mean[0] / mean[2]);
-        found.ratios[2 * k + 1] = std::log(mean[1] / mean[2]);
+        if (used < LEAST_POINTS || !(std::min({total[0], total[1], total[2]}) > NOISE_FLOOR * used)) continue;
+        const double red = total[2];
+        found.brightness[k] = std::log(red / (9 * used));
+        found.ratios[2 * k] = std::log(total[0] / red);
+        found.ratios[2 * k + 1] = std::log(total[1] / red);
     }
     return found;
 }

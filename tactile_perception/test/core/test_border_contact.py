@@ -12,11 +12,10 @@ AT_REST = _core.membrane_at_rest(DOTS, stiffness=90.0, area_share=0.8, **GRID)
 UP = np.tile([0.0, 0.0, 1.0], (42, 1))
 
 
-def call_solve_membrane(rays=UP, measured=np.full(42, 0.04), weight=np.full(42, 1e9), ranges=np.full(42, 0.04), touched=np.zeros(42),
-                        change=np.zeros(42), triangles=AT_REST, residual=np.zeros((42, 3)), response=np.full((42, 42), 1e-9, np.float32),
-                        origin=np.zeros(3)):
-    return _core.solve_membrane(rays, measured, weight, ranges, touched, change, triangles, residual, response, origin, pressure=2000.0,
-                                fresh=False, **GRID)
+FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': np.arange(40), 'rest': DOTS + [0, 0, 0.04],
+         'places': DOTS + [0, 0, 0.04], 'touched': np.zeros(42), 'triangles': AT_REST, 'residual': np.zeros((42, 3)),
+         'response': np.full((42, 42), 1e-9, np.float32), 'origin': np.zeros(3)}
+LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full(42, 1e-4), 'triangles': AT_REST, 'residual': 0 * UP}
 
 
 MOTION = {'before': DOTS, 'after': DOTS + 1e-4, 'normals': UP, 'origin': -UP[0], 'twist': np.zeros(6)}
@@ -40,10 +39,9 @@ CALLS = {
         {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
     'membrane_loads': (lambda places=DOTS, triangles=AT_REST, residual=0 * UP: _core.membrane_loads(
         places, triangles, residual, rest_pressure=2000.0, **GRID), {'places': DOTS, 'triangles': AT_REST, 'residual': 0 * UP}),
-    'solve_membrane': (call_solve_membrane, {
-        'rays': UP, 'measured': np.full(42, 0.04), 'weight': np.full(42, 1e9), 'ranges': np.full(42, 0.04), 'touched': np.zeros(42),
-        'change': np.zeros(42), 'triangles': AT_REST, 'residual': 0 * UP, 'response': np.full((42, 42), 1e-9, np.float32),
-        'origin': np.zeros(3)}),
+    'solve_membrane': (lambda **arrays: _core.solve_membrane(**FRAME | arrays, pressure=2000.0, scale=1.0, fresh=False, **GRID), FRAME),
+    'scale_leaning': (lambda **arrays: _core.scale_leaning(
+        **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
     'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),

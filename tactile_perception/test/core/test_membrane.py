@@ -158,43 +158,100 @@ def reference(pad, rays, measured, weight, ranges, response):
     return ranges, touched, pressure
 
 
-def solved(pad, rays, measured, weight, ranges, response, **changes):
-    given = {'touched': np.zeros(SIZE), 'change': np.zeros(SIZE), 'fresh': True} | changes
-    return _core.solve_membrane(rays, measured, weight, ranges, given['touched'], given['change'], pad[1], pad[2], response, ORIGIN,
-                                pressure=PRESSURE, fresh=given['fresh'], **GRID)
+FOUND = ('places', 'ranges', 'touched', 'pressure', 'seen', 'weight', 'rays', 'displaced', 'moved', 'lifted')
+
+
+def solved(pad, rays, measured, sigma, response, **changes):
+    """All results by name, of dots that are all seen."""
+    start = {'places': pad[0], 'touched': np.zeros(SIZE), 'id': np.arange(SIZE), 'scale': 1.0, 'fresh': True} | changes
+    numbers = {name: start.pop(name) for name in ('scale', 'fresh')}
+    return dict(zip(FOUND, _core.solve_membrane(rays, measured, sigma, rest=pad[0], triangles=pad[1], residual=pad[2], response=response,
+                                                origin=ORIGIN, pressure=PRESSURE, **start, **numbers, **GRID)))
 
 
 def test_a_press_from_nothing_is_solved_as_with_dense_matrices(pad):
     rest, rng = pad[0], np.random.default_rng(3)
     rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
     pressed = start - 0.5e-3 * np.exp(-((ROW - 4.0)**2 + (COLUMN - 3.5)**2) / 4) + rng.normal(size=SIZE) * 5e-6
-    weight, response = np.full(SIZE, 1 / 20e-6**2), (rng.random((SIZE, SIZE)) * 1e-9).astype(np.float32)
-    weight[10] = 0
-    ranges, touched, kept, pressure, moved, lifted = solved(pad, rays, pressed, weight, start, response)
-    expected = reference(pad, rays, pressed, kept, np.where(kept > 0, pressed, start), response.astype(float))
-    np.testing.assert_allclose(ranges, expected[0], atol=1e-8)
-    assert pressure == pytest.approx(expected[2], rel=1e-4)
-    np.testing.assert_allclose(touched, expected[1], atol=1e-3)
-    assert touched.max() > 0.99 and not moved.any() and lifted == 0
+    sigma, response = np.full(SIZE, 20e-6), (rng.random((SIZE, SIZE)) * 1e-9).astype(np.float32)
+    sigma[10] = np.nan
+    found = solved(pad, rays, pressed, sigma, response)
+    expected = reference(pad, rays, pressed, found['weight'], np.where(found['weight'] > 0, pressed, start), response.astype(float))
+    np.testing.assert_allclose(found['ranges'], expected[0], atol=1e-8)
+    np.testing.assert_allclose(found['places'], ORIGIN + found['ranges'][:, None] * rays)
+    assert found['pressure'] == pytest.approx(expected[2], rel=1e-4)
+    np.testing.assert_allclose(found['touched'], expected[1], atol=1e-3)
+    assert found['touched'].max() > 0.99
+
+
+def whole(rays, ranges, sigma, id, rest, places, scale):
+    """The frame of all dots, one dot at a time: rays, weight, displaced, seen."""
+    seen = np.isin(np.arange(SIZE), id)
+    last = rays_to(places)
+    turned = np.zeros((SIZE, 3))
+    turned[id] = rays - last[id]
+    around = _core.fill_holes(turned, seen, **GRID)
+    every = (last + around) / np.linalg.norm(last + around, axis=1, keepdims=True)
+    weight, displaced = np.zeros(SIZE), np.zeros(SIZE)
+    for i, k in enumerate(id):
+        if np.isfinite(ranges[i]) and sigma[i] > 0:
+            weight[k], displaced[k] = 1 / sigma[i]**2, scale * (ranges[i] - np.linalg.norm(rest[k] - ORIGIN))
+    return every, weight, displaced, seen
+
+
+def test_a_frame_with_gaps_is_that_of_all_dots(pad):
+    rng = np.random.default_rng(5)
+    places, id = pad[0] + rng.normal(size=(SIZE, 3)) * 1e-5, rng.permutation(SIZE)[:50]
+    rays = rays_to(pad[0] + [2e-4, 0, 0])[id]
+    ranges, sigma = np.linalg.norm(pad[0] - ORIGIN, axis=1)[id] + rng.normal(size=50) * 1e-5, np.full(50, 20e-6)
+    ranges[3], sigma[7], sigma[9] = np.nan, np.nan, np.inf
+    found = solved(pad, rays, ranges, sigma, np.full((SIZE, SIZE), 1e-12, np.float32), id=id, places=places, scale=0.9, fresh=False)
+    expected = whole(rays, ranges, sigma, id, pad[0], places, 0.9)
+    np.testing.assert_allclose(found['rays'], expected[0], atol=1e-12)
+    np.testing.assert_allclose(found['weight'], expected[1])
+    np.testing.assert_allclose(found['displaced'], expected[2], atol=1e-15)
+    assert (found['seen'] == expected[3]).all()
 
 
 def test_the_response_is_the_change_of_the_solution(pad):
     rest = pad[0]
     rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
-    weight, response = np.full(SIZE, 1 / 20e-6**2), np.full((SIZE, SIZE), 1e-12, np.float32)
+    sigma, response = np.full(SIZE, 20e-6), np.full((SIZE, SIZE), 1e-12, np.float32)
     change = 5e-6 * np.cos(ROW)
-    still = {'fresh': False, 'change': change}
-    before, after = (solved(pad, rays, start + factor * change, weight, start, response, **still) for factor in (0.0, 0.2))
-    np.testing.assert_allclose(after[0] - before[0], 0.2 * before[4], atol=2e-8)
-    assert after[3] - before[3] == pytest.approx(0.2 * before[5], abs=0.05 * abs(before[5]) + 1e-3)
+    before, after = (solved(pad, rays, start + factor * change, sigma, response, fresh=False) for factor in (1.0, 1.2))
+    np.testing.assert_allclose(after['ranges'] - before['ranges'], 0.2 * before['moved'], atol=2e-8)
+    assert after['pressure'] - before['pressure'] == pytest.approx(0.2 * before['lifted'], abs=0.05 * abs(before['lifted']) + 1e-3)
+
+
+def test_the_leaning_on_a_scale_is_that_of_the_forces_along_the_surface(pad):
+    rest, of, residual = pad
+    rng = np.random.default_rng(6)
+    places, rays, touched = rest + rng.normal(size=rest.shape) * 2e-5, rays_to(rest), np.where(ROW > 5, 0.2, 0.0)
+    moved, pressure, lifted, step, spread, scale = rng.normal(size=SIZE) * 1e-4, 2100.0, 50.0, 0.01, 0.2, 1.1
+
+    def along(places, pressure):
+        force, share = _core.membrane_forces(places, of, **GRID)
+        left = force + pressure * (share - residual)
+        normal = share / np.linalg.norm(share, axis=1, keepdims=True)
+        return (left - (left * normal).sum(axis=1, keepdims=True) * normal) / (pressure * np.linalg.norm(share, axis=1, keepdims=True))
+
+    here = along(places, pressure)
+    slope = (along(places + step / scale * moved[:, None] * rays, pressure + step / scale * lifted) - here) / step
+    wide = np.pad(touched.reshape(ROWS, COLUMNS), 1)
+    loaded = sum(wide[i:i + ROWS, j:j + COLUMNS] for i in range(3) for j in range(3)).ravel()
+    weight = (INNER & (loaded < 0.3))[:, None] / (1 + (here**2).sum(axis=1, keepdims=True) / (2 * spread)**2)**2
+    found = _core.scale_leaning(places, rays, touched, moved, of, residual, pressure=pressure, lifted=lifted, step=step, spread=spread,
+                                scale=scale, **GRID)
+    assert found == pytest.approx([(weight * slope**2).sum(), (weight * slope * here).sum()], rel=1e-9)
+    assert 0 < weight.any(axis=1).sum() < INNER.sum()
 
 
 def test_a_range_that_goes_alone_is_left_out_and_an_edge_is_not(pad):
     rest = pad[0]
     rays, start = rays_to(rest), np.linalg.norm(rest - ORIGIN, axis=1)
-    weight, response = np.full(SIZE, 1 / 20e-6**2), np.full((SIZE, SIZE), 1e-9, np.float32)
+    sigma, response = np.full(SIZE, 20e-6), np.full((SIZE, SIZE), 1e-9, np.float32)
     spoiled, edge = start.copy(), start.copy()
     spoiled[COLUMNS * 4 + 3] += 0.4e-3
     edge[ROW == 4] -= 0.4e-3
-    assert np.flatnonzero(solved(pad, rays, spoiled, weight, start, response)[2] == 0).tolist() == [COLUMNS * 4 + 3]
-    assert (solved(pad, rays, edge, weight, start, response)[2] > 0).all()
+    assert np.flatnonzero(solved(pad, rays, spoiled, sigma, response)['weight'] == 0).tolist() == [COLUMNS * 4 + 3]
+    assert (solved(pad, rays, edge, sigma, response)['weight'] > 0).all()

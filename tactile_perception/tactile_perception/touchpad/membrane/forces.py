@@ -15,6 +15,7 @@ import numpy as np
 from ... import _core
 from ...errors import BadArgument
 from .mesh import GridMesh
+from .state import MembraneState
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,15 @@ class MembraneForces:
         """(K, 9) 1/m, in stencil order: derivatives of the normal load over pressure, Pa, by movements of the dots at xyz (K, 3) along
         their unit rays (K, 3), normals held."""
         return _core.membrane_slopes(xyz, rays, self.triangles, self.rest_residual, pressure=pressure, **self._grid)
+
+    def scale_leaning(self, state: MembraneState, rays: np.ndarray, moved: np.ndarray, lifted: float, **numbers: float) -> tuple[float, float]:
+        """Sums of r'^2 and r r' over free dots, r: residual force along the surface over the pressure, r': its derivative by the scale.
+
+        state: of the frame, along unit rays (K, 3); moved: (K,) m, lifted: Pa, as of RangeScale.learn; numbers: step of the scale, spread
+        of a free dot's r, scale. Kernel: src/membrane_frame.cpp.
+        """
+        return _core.scale_leaning(state.xyz, rays, state.touched, moved, self.triangles, self.rest_residual, lifted=lifted,
+                                   pressure=state.fluid_pressure, **numbers, **self._grid)
 
     def loads(self, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of dots at xyz (K, 3), m: normals (K, 3), force of the object on each (K, 3), N, and its normal pressure over the fluid's (K,).

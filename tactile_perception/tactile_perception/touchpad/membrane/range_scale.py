@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...common.dot_grid import around
 from .forces import MembraneForces
 from .state import MembraneState
 
 _FAR_ENOUGH, _FAR_SHARE = 0.5e-3, 0.02  # m; chosen: update only while more than this share of the dots is displaced by more
-_CALM = 0.3  # sum of the probabilities of a load over 3 x 3 dots below which a dot counts as free; chosen
 _TRIAL = 0.01  # relative step of the finite difference; chosen
 # Standard deviation of a free dot's tangential residual (over the fluid's pressure) from other causes, and the number of dots and frames
 # over which such a cause is correlated; chosen.
@@ -31,9 +29,10 @@ class RangeScale:
         self.value, self.sigma = value, sigma
         self._precision = 1 / sigma**2 if sigma > 0 else np.inf
 
-    def correct(self, ranges: np.ndarray, rest: np.ndarray) -> np.ndarray:
-        """Measured ranges (N,), m, with the factor on their difference from the ranges at rest (N,)."""
-        return rest + (1 + self.value) * (ranges - rest)
+    @property
+    def factor(self) -> float:
+        """Factor on measured ranges less those at rest."""
+        return 1 + self.value
 
     def learn(self, forces: MembraneForces, state: MembraneState, rays: np.ndarray, displaced: np.ndarray, moved: np.ndarray,
               lifted: float) -> None:
@@ -46,22 +45,12 @@ class RangeScale:
             return
         if np.count_nonzero(np.abs(displaced) > _FAR_ENOUGH) <= _FAR_SHARE * len(displaced):
             return
-        here = _along_surface(*forces.evaluate(state.xyz, state.fluid_pressure), state.fluid_pressure)
-        step, pressure = _TRIAL / (1 + self.value), state.fluid_pressure + _TRIAL / (1 + self.value) * lifted
-        there = _along_surface(*forces.evaluate(state.xyz + step * moved[:, None] * rays, pressure), pressure)
-        slope = (there - here) / _TRIAL
-        calm = (around(state.touched.reshape(forces.mesh.rows, -1)).ravel() < _CALM) & forces.mesh.inner
-        weight = calm[:, None] / (1 + (here**2).sum(axis=1, keepdims=True) / (2 * _RESIDUAL)**2)**2
-        curvature = (weight * slope**2).sum()
+        curvature, gradient = forces.scale_leaning(
+            state, rays, moved, lifted, step=_TRIAL, spread=_RESIDUAL, scale=self.factor)
         information = curvature / _RESIDUAL**2 / _CORRELATED
         if information > 0:
-            best = -(weight * slope * here).sum() / curvature
+            best = -gradient / curvature
             self._precision = min(self._precision + information, 1 / _FINEST**2)
             share = information / self._precision
             self.value = min(max(float(self.value + share * min(max(best, -_LARGEST), _LARGEST)), -_LARGEST), _LARGEST)
 
-
-def _along_surface(force: np.ndarray, share: np.ndarray, pressure: float) -> np.ndarray:
-    """Tangential part (K, 3), over the fluid's pressure, of residual forces (K, 3) on dots with area vectors share (K, 3)."""
-    square = np.einsum('ij,ij->i', share, share)[:, None]
-    return (force - np.einsum('ij,ij->i', force, share)[:, None] / square * share) / (pressure * np.sqrt(square))

@@ -58,47 +58,28 @@ class Membrane:
         last frame's state, to start from. scale: common scale error of the ranges; it is applied and updated. Raises BadArgument for ids
         outside the grid.
         """
-        ids = _checked_ids(ids, self.mesh.size)
-        origin = np.asarray(origin, float)
-        rest = np.sqrt(np.square(self.rest - origin).sum(axis=1))
-        if scale is not None:
-            ranges = scale.correct(ranges, rest[ids])
-        with np.errstate(divide='ignore', invalid='ignore'):
-            certain = 1 / np.square(sigma)
-        good = np.isfinite(ranges) & np.isfinite(certain)
-        measured, weight, seen = np.zeros(self.mesh.size), np.zeros(self.mesh.size), np.zeros(self.mesh.size, bool)
-        measured[ids], weight[ids], seen[ids] = np.where(good, ranges, 0.0), np.where(good, certain, 0.0), True
-        start = self.rest if previous is None else previous.xyz
-        last = np.sqrt(np.square(start - origin).sum(axis=1))
-        rays = self._all_rays((start - origin) / last[:, None], rays, ids, seen)
+        ids, origin = _checked_ids(ids, self.mesh.size), np.asarray(origin, float)
         if self._response is None:
-            self._response = self._squared_response(rays)
-        displaced = np.where(weight > 0, measured - rest, 0.0)
-        ranges, touched, weight, pressure, moved, lifted = _core.solve_membrane(
-            rays, measured, weight, last, np.zeros_like(last) if previous is None else previous.touched, displaced, self.forces.triangles,
-            self.forces.rest_residual, self._response, origin, rows=self.mesh.rows, columns=self.mesh.columns,
-            pressure=self.material.rest_pressure if previous is None else previous.fluid_pressure, fresh=previous is None)
-        state = MembraneState(origin + ranges[:, None] * rays, ranges, touched, pressure, seen)
+            self._response = self._squared_response(origin)
+        places, touched, pressure = (self.rest, np.zeros(self.mesh.size), self.material.rest_pressure) if previous is None else \
+            (previous.xyz, previous.touched, previous.fluid_pressure)
+        xyz, ranges, touched, pressure, seen, _, rays, displaced, moved, lifted = _core.solve_membrane(
+            rays, ranges, sigma, ids, self.rest, places, touched, self.forces.triangles, self.forces.rest_residual, self._response, origin,
+            rows=self.mesh.rows, columns=self.mesh.columns, pressure=pressure, scale=scale.factor if scale else 1.0, fresh=previous is None)
+        state = MembraneState(xyz, ranges, touched, pressure, seen)
         if scale is not None:
-            scale.learn(self.forces, state, rays, np.where(weight > 0, displaced, 0.0), moved, lifted)
+            scale.learn(self.forces, state, rays, displaced, moved, lifted)
         return state
 
-    def _all_rays(self, last: np.ndarray, rays: np.ndarray, ids: np.ndarray, seen: np.ndarray) -> np.ndarray:
-        """Unit rays (K, 3): measured ones; of unseen dots the last direction, last (K, 3), plus the interpolated motion of neighbours."""
-        moved = np.zeros_like(last)
-        moved[ids] = rays - last[ids]
-        if seen.all():
-            return last + moved
-        full = last + self.mesh.fill(moved, seen)
-        return full / np.sqrt(np.square(full).sum(axis=1))[:, None]
-
-    def _squared_response(self, rays: np.ndarray) -> np.ndarray:
+    def _squared_response(self, origin: np.ndarray) -> np.ndarray:
         """(K, K) m^2: information about one dot's load (columns), in fluid pressures, from each dot's range (rows) at unit weight.
 
-        It is the squared displacement along the rays under that load alone, reduced by what the outermost dots, which have no balance,
+        It is the squared displacement along the rays from origin (3,) under that load alone, reduced by what the outermost dots, which have no balance,
         can compensate.
         """
         size, inner = self.mesh.size, np.flatnonzero(self.mesh.inner)
+        away = self.rest - origin
+        rays = away / np.linalg.norm(away, axis=1, keepdims=True)
         rows = np.zeros((len(inner), size))
         rows[np.arange(len(inner))[:, None], self.mesh.stencil[inner]] = self.forces.slopes(
             self.rest, rays, self.material.rest_pressure)[inner]
