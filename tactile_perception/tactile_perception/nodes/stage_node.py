@@ -127,13 +127,15 @@ class StageNode(Node):
 
     def _process(self, message) -> None:
         begin = time.perf_counter()
-        for topic, result in self.on_message(message, self._wanted_topics()).items():
+        topics = self._wanted_topics()
+        for topic, result in self.on_message(message, topics).items():
             for part in result if isinstance(result, list) else [result]:
                 self._outputs[topic].publish(part)
         latency = 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(message.header)
         self.log.add(time.perf_counter() - begin, latency)
         self.say.settle('frame')
-        self._follow_demand()
+        if not topics:  # the last subscriber left without an event
+            self._follow_demand()
 
     def _refuse(self, error: TactileError) -> None:
         self.log.refuse(str(error))

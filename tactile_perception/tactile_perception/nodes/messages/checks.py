@@ -21,22 +21,36 @@ _FARTHEST_PX = 1e6  # wider than any image
 _LARGEST_PX2 = _FARTHEST_PX**2
 _FARTHEST_M = 100.0  # from the origin, which is on the sensor
 _LARGEST = 1e9  # of forces, velocities, covariances in SI units
-_PLACES = ('x', 'y', 'z')
+_IN_IMAGE, _PLACES = ('u', 'v', 'du', 'dv', 'area'), ('x', 'y', 'z')
+_DOT_LIMITS = np.array([_FARTHEST_PX] * 4 + [_LARGEST_PX2] + [_FARTHEST_M] * 3)
 
 
 def check_dots(message: DotTracks) -> None:
-    """Check dots: arrays of equal length, indices unique and on the grid, places within an image. Raises BadFrame."""
+    """Check dots as dot_numbers does. Raises BadFrame."""
+    dot_numbers(message)
+
+
+def dot_numbers(message: DotTracks) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (N,) int64 of dots, and (8, N) float64 u, v, du, dv, area, x, y, z; (5, N) without places.
+
+    Raises BadFrame unless arrays have equal lengths, indices are unique and on the grid, and places within an image.
+    """
     count = len(message.id)
-    _check_lengths('dots', message, ('u', 'v', 'area', 'du', 'dv'), count)
-    if {len(getattr(message, name)) for name in _PLACES} not in ({0}, {count}):
-        lengths = ', '.join(str(len(getattr(message, name))) for name in _PLACES)
-        raise BadFrame(f'dots: x, y, z have {lengths} entries, id has {count}')
-    _check_ids('dots', np.asarray(message.id, np.int64), message.rows * message.columns)
-    for names, limit in ((('u', 'v', 'du', 'dv'), _FARTHEST_PX), (('area',), _LARGEST_PX2), (_PLACES, _FARTHEST_M)):
-        for name in names:
-            _check_numbers(f'dots: {name}', getattr(message, name), limit, known=name in 'uv')
-    if (np.asarray(message.area) <= 0).any():
+    _check_lengths('dots', message, _IN_IMAGE, count)
+    places = [len(getattr(message, name)) for name in _PLACES]
+    if set(places) not in ({0}, {count}):
+        raise BadFrame(f'dots: x, y, z have {", ".join(map(str, places))} entries, id has {count}')
+    ids = np.asarray(message.id, np.int64)
+    _check_ids('dots', ids, message.rows * message.columns)
+    names = (*_IN_IMAGE, *_PLACES) if count and places[0] else _IN_IMAGE
+    numbers = np.stack([np.asarray(getattr(message, name)) for name in names]).astype(float)
+    limits = _DOT_LIMITS[:len(names)]
+    if (np.abs(numbers) > limits[:, None]).any() or np.isnan(numbers[:2]).any():
+        for name, values, limit in zip(names, numbers, limits):
+            _check_numbers(f'dots: {name}', values, limit, known=name in 'uv')
+    if (numbers[_IN_IMAGE.index('area')] <= 0).any():
         raise BadFrame('dots: an area is not above 0; publish NaN where it is not known')
+    return ids, numbers
 
 
 def check_region(message: ContactRegion) -> None:
@@ -103,7 +117,7 @@ def _check_ids(topic: str, ids: np.ndarray, count: int) -> None:
     """Raise BadFrame for an index that appears twice or is not below count (0: no grid)."""
     if count and len(ids) and ids.max() >= count:
         raise BadFrame(f'{topic}: index {ids.max()} is beyond the grid of {count}; rows and columns of tracker and publisher differ')
-    if len(np.unique(ids)) != len(ids):
+    if not (ids[1:] > ids[:-1]).all() and len(np.unique(ids)) != len(ids):
         raise BadFrame(f'{topic}: an index appears twice in id; each dot has its own')
 
 

@@ -14,7 +14,7 @@ from tactile_driver.nodes.messages.conversions import point, polygon, stamp_ns_o
 from tactile_driver.pixels import picture_of
 from tactile_msgs.msg import Contact, ContactRegion, Contacts, DotTracks, Slip
 
-from .checks import check_dots
+from .checks import dot_numbers
 from ...common import dots
 from ...common.estimates import ContactEstimate, ContactRegionEstimate, SlipEstimate
 from ...errors import BadFrame
@@ -77,29 +77,27 @@ def skew_of(message: TimeReference) -> float:
 
 
 def _floats(values: np.ndarray) -> array:
-    return array('f', np.ascontiguousarray(values, np.float32).tobytes())
+    return array('f', values.astype(np.float32).tobytes())
 
 
 def tracks_to_message(tracks: dots.DotTracks, header) -> DotTracks:
     """DotTracks under the image's header."""
     message = DotTracks(header=header, rows=tracks.rows, columns=tracks.columns)
     message.id = array('I', np.ascontiguousarray(tracks.id, np.uint32).tobytes())
-    message.u, message.v = _floats(tracks.uv[:, 0]), _floats(tracks.uv[:, 1])
-    message.du, message.dv = _floats(tracks.duv[:, 0]), _floats(tracks.duv[:, 1])
+    message.u, message.v = map(_floats, tracks.uv.T)
+    message.du, message.dv = map(_floats, tracks.duv.T)
     message.area = _floats(tracks.area)
     if tracks.xyz is not None:
-        message.x, message.y, message.z = (_floats(column) for column in tracks.xyz.T)
+        message.x, message.y, message.z = map(_floats, tracks.xyz.T)
     return message
 
 
 def tracks_from_message(message: DotTracks) -> dots.DotTracks:
     """DotTracks of a message; sigma, which the message does not carry, is NaN. Raises BadFrame for dots that fail check_dots."""
-    check_dots(message)
-    count = len(message.id)
-    columns = {name: np.asarray(getattr(message, name), float) for name in ('u', 'v', 'area', 'du', 'dv', 'x', 'y', 'z')}
-    xyz = np.column_stack([columns['x'], columns['y'], columns['z']]) if count and len(message.x) else None
-    return dots.DotTracks(message.rows, message.columns, np.asarray(message.id, np.int64), np.column_stack([columns['u'], columns['v']]),
-                          columns['area'], np.full(count, np.nan), np.column_stack([columns['du'], columns['dv']]), xyz)
+    ids, numbers = dot_numbers(message)
+    uv, duv, xyz = (np.ascontiguousarray(numbers[part].T) for part in (slice(0, 2), slice(2, 4), slice(5, 8)))
+    return dots.DotTracks(message.rows, message.columns, ids, uv, numbers[4], np.full(len(ids), np.nan), duv,
+                          xyz if xyz.shape[1] else None)
 
 
 def region_to_message(estimate: ContactRegionEstimate, header) -> ContactRegion:
