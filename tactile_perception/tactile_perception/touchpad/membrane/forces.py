@@ -74,7 +74,8 @@ class MembraneForces:
         their unit rays (K, 3), normals held."""
         return _core.membrane_slopes(xyz, rays, self.triangles, self.rest_residual, pressure=pressure, **self._grid)
 
-    def scale_leaning(self, state: MembraneState, rays: np.ndarray, moved: np.ndarray, lifted: float, **numbers: float) -> tuple[float, float]:
+    def scale_leaning(self, state: MembraneState, rays: np.ndarray, moved: np.ndarray, lifted: float,
+                      **numbers: float) -> tuple[float, float]:
         """Sums of r'^2 and r r' over free dots, r: residual force along the surface over the pressure, r': its derivative by the scale.
 
         state: of the frame, along unit rays (K, 3); moved: (K,) m, lifted: Pa, as of RangeScale.learn; numbers: step of the scale, spread

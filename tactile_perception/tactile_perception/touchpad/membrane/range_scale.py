@@ -45,12 +45,10 @@ class RangeScale:
             return
         if np.count_nonzero(np.abs(displaced) > _FAR_ENOUGH) <= _FAR_SHARE * len(displaced):
             return
-        curvature, gradient = forces.scale_leaning(
-            state, rays, moved, lifted, step=_TRIAL, spread=_RESIDUAL, scale=self.factor)
+        curvature, gradient = forces.scale_leaning(state, rays, moved, lifted, step=_TRIAL, spread=_RESIDUAL, scale=self.factor)
         information = curvature / _RESIDUAL**2 / _CORRELATED
         if information > 0:
             best = -gradient / curvature
             self._precision = min(self._precision + information, 1 / _FINEST**2)
             share = information / self._precision
             self.value = min(max(float(self.value + share * min(max(best, -_LARGEST), _LARGEST)), -_LARGEST), _LARGEST)
-

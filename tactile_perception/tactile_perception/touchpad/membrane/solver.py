@@ -74,8 +74,8 @@ class Membrane:
     def _squared_response(self, origin: np.ndarray) -> np.ndarray:
         """(K, K) m^2: information about one dot's load (columns), in fluid pressures, from each dot's range (rows) at unit weight.
 
-        It is the squared displacement along the rays from origin (3,) under that load alone, reduced by what the outermost dots, which have no balance,
-        can compensate.
+        It is the squared displacement along the rays from origin (3,) under that load alone, reduced by what the outermost dots, which have
+        no balance, can compensate.
         """
         size, inner = self.mesh.size, np.flatnonzero(self.mesh.inner)
         away = self.rest - origin
