@@ -10,50 +10,13 @@ namespace tactile {
 namespace {
 
 constexpr double NOTHING = std::numeric_limits<double>::quiet_NaN();
-enum Sum { X, Y, TOTAL, CROSS };
-
-struct Place {
-    double x, y;
-};
-
-// Eq 1 without its offset, clipped to the detector: noise takes weak light beyond it.
-Place place_of(const double* sums) {
-    const auto along = [&](Sum axis) { return std::min(std::max(sums[axis] / sums[TOTAL], -1.0), 1.0); };
-    return {along(X), along(Y)};
-}
-
-// The cell that holds a place: its lower node, and the place within it, 0 to 1.
-struct Cell {
-    const double* node;
-    std::ptrdiff_t right, up;  // steps to the neighbouring nodes
-    double s, t;
-
-    Cell(const PlaceTable& table, Place at) : right(table.channels), up(table.channels * table.nodes) {
-        const std::ptrdiff_t column = locate(at.x, table.nodes, s), row = locate(at.y, table.nodes, t);
-        node = table.values + row * up + column * right;
-    }
-
-    double value(std::ptrdiff_t channel) const { return (1 - t) * along_x(channel, 0) + t * along_x(channel, up); }
-    // Slopes along x and y, per cell.
-    double slope_x(std::ptrdiff_t k) const { return (1 - t) * (node[right + k] - node[k]) + t * (node[up + right + k] - node[up + k]); }
-    double slope_y(std::ptrdiff_t channel) const { return along_x(channel, up) - along_x(channel, 0); }
-
- private:
-    double along_x(std::ptrdiff_t channel, std::ptrdiff_t row) const {
-        return (1 - s) * node[row + channel] + s * node[row + right + channel];
-    }
-
-    static std::ptrdiff_t locate(double at, std::ptrdiff_t nodes, double& within) {
-        const double scaled = std::min(std::max(0.5 * (at + 1) * static_cast<double>(nodes - 1), 0.0), static_cast<double>(nodes - 1));
-        const std::ptrdiff_t cell = std::min(static_cast<std::ptrdiff_t>(scaled), nodes - 2);
-        within = scaled - static_cast<double>(cell);
-        return cell;
-    }
-};
+constexpr double CROSS_LIMIT = 6;   // standard deviations of the cross term for one contact; more are several contacts. Chosen
+constexpr double LARGEST_LOG = 50;  // keeps exp finite
+constexpr double DARK = 1e-6;       // V, least light of which a logarithm is taken
+constexpr int LOAD_TERMS = 8;
 
 // Covariance of the normal: that of the place, through the slopes across the normal. scale: cells for a place, over the vector's length.
-std::array<double, 9> spread(const Cell& cell, double scale, const std::array<double, 3>& normal,
-                             const std::array<double, 3>& place) {
+std::array<double, 9> spread(const TableCell& cell, double scale, const std::array<double, 3>& normal, const std::array<double, 3>& place) {
     double slope[3][2], radial[2] = {0, 0};
     for (int i = 0; i < 3; ++i) {
         slope[i][0] = scale * cell.slope_x(i);
@@ -71,6 +34,46 @@ std::array<double, 9> spread(const Cell& cell, double scale, const std::array<do
     return found;
 }
 
+// The mean of the samples that tell the contact, and their number; NaN without any.
+double mean_of_used(const double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,
+                    FingerSums& mean, FingerTouch& found) {
+    double used = 0;
+    mean.fill(0);
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        found.samples += in_contact[k] != 0;
+        if (saturated[k]) found.flags = SATURATED;
+        if (!in_contact[k] || saturated[k]) continue;
+        for (int i = 0; i < 4; ++i) mean[i] += sums[4 * k + i];
+        ++used;
+    }
+    for (double& sum : mean) sum /= used;
+    return used;
+}
+
+// Position, normal and covariance: that of the light's noise, and the deviation of the map along the surface.
+void place_touch(const TableCell& cell, const FingerSums& mean, double used, Place place, const FingerRules& finger, FingerTouch& found) {
+    const double row[3] = {cell.value(0), cell.value(1), cell.value(2)}, deviation = cell.value(DEVIATION);
+    const double length = std::sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]), square = finger.radius * finger.radius;
+    for (int i = 0; i < 3; ++i) {
+        found.normal[i] = row[i] / length;
+        found.position[i] = finger.radius * found.normal[i];
+    }
+    std::array<double, 3> of_place = place_covariance(place.x, place.y, mean[TOTAL], finger.noise, finger.shot);
+    for (double& part : of_place) part /= used;
+    found.covariance = spread(cell, 0.5 * static_cast<double>(finger.table.nodes - 1) / length, found.normal, of_place);
+    for (int k = 0; k < 9; ++k) {
+        const double along = (k % 4 == 0) - found.normal[k / 3] * found.normal[k % 3];
+        found.covariance[k] = square * (found.covariance[k] + deviation * deviation * along);
+    }
+}
+
+// Load, N or m, of light, V, at a place whose part of the logarithm is known (response.features); NaN where not calibrated.
+double load(const double* terms, double at_place, Place place, double light) {
+    const double log = std::log(std::max(light, DARK)), square = place.x * place.x + place.y * place.y;
+    const double whole = at_place + (terms[1] + terms[7] * square + terms[2] * log) * log;
+    return std::isnan(whole) ? NOTHING : std::exp(std::min(whole, LARGEST_LOG));
+}
+
 }  // namespace
 
 FingerSamples finger_samples(const double* volts, std::ptrdiff_t count, const FingerLimits& limits, const PlaceTable& table) {
@@ -84,19 +87,16 @@ FingerSamples finger_samples(const double* volts, std::ptrdiff_t count, const Fi
     found.highest = -FAR;
     for (std::ptrdiff_t k = 0; k < count; ++k) {
         const double *given = volts + 4 * k, *rest = limits.offset.data();
-        const double x1 = given[0] - rest[0], y1 = given[1] - rest[1], x2 = given[2] - rest[2], y2 = given[3] - rest[3];
+        const double net[4] = {given[0] - rest[0], given[1] - rest[1], given[2] - rest[2], given[3] - rest[3]};
         double* sums = &found.sums[4 * k];
-        sums[X] = (y1 + x2) - (x1 + y2);
-        sums[Y] = (x2 + y2) - (x1 + y1);
-        sums[TOTAL] = (x1 + y1) + (x2 + y2);
-        sums[CROSS] = (x1 + x2) - (y1 + y2);
+        mix(net, sums);
         for (int i = 0; i < 4; ++i) found.saturated[k] |= given[i] >= limits.saturation;
         found.known += std::isfinite(given[0]) && std::isfinite(given[1]) && std::isfinite(given[2]) && std::isfinite(given[3]);
         const Place place = place_of(sums);
         if (sums[TOTAL] > limits.lit && !std::isnan(place.x + place.y)) {
             found.place[2 * k] = place.x;
             found.place[2 * k + 1] = place.y;
-            found.over[k] = sums[TOTAL] - std::max(limits.least, Cell(table, place).value(limits.level));
+            found.over[k] = sums[TOTAL] - std::max(limits.least, TableCell(table, place).value(limits.level));
         }
         found.lowest = std::min(found.lowest, sums[TOTAL]);
         found.highest = std::max(found.highest, sums[TOTAL]);
@@ -115,33 +115,26 @@ void count_repeats(const double* volts, std::ptrdiff_t count, double saturation,
     }
 }
 
-FingerContact finger_contact(const double* sums, const std::uint8_t* used, std::ptrdiff_t count, const PlaceTable& table,
-                             const double* noise, double shot) {
-    FingerContact found;
-    found.sums.fill(0);
-    std::ptrdiff_t chosen = 0;
-    for (std::ptrdiff_t k = 0; k < count; ++k) {
-        if (!used[k]) continue;
-        for (int i = 0; i < 4; ++i) found.sums[i] += sums[4 * k + i];
-        ++chosen;
-    }
-    for (double& sum : found.sums) sum /= static_cast<double>(chosen);
-    const Place place = place_of(found.sums.data());
-    found.place = {place.x, place.y};
+FingerTouch finger_touch(const double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,
+                         const FingerRules& finger) {
+    FingerTouch found;
+    FingerSums mean;
+    const double used = mean_of_used(sums, in_contact, saturated, count, mean, found);
+    const Place place = place_of(mean.data());
+    found.position.fill(NOTHING);
     found.normal.fill(NOTHING);
     found.covariance.fill(NOTHING);
-    found.row.assign(table.channels, NOTHING);
-    if (!(found.sums[TOTAL] > 0) || std::isnan(place.x + place.y)) {
-        found.place.fill(NOTHING);
-        return found;
-    }
-    const Cell cell(table, place);
-    for (std::ptrdiff_t channel = 0; channel < table.channels; ++channel) found.row[channel] = cell.value(channel);
-    const double length = std::sqrt(found.row[0] * found.row[0] + found.row[1] * found.row[1] + found.row[2] * found.row[2]);
-    for (int i = 0; i < 3; ++i) found.normal[i] = found.row[i] / length;
-    std::array<double, 3> of_place = place_covariance(place.x, place.y, found.sums[TOTAL], noise, shot);
-    for (double& part : of_place) part /= static_cast<double>(chosen);
-    found.covariance = spread(cell, 0.5 * static_cast<double>(table.nodes - 1) / length, found.normal, of_place);
+    found.force = found.depth = NOTHING;
+    if (finger.stuck && used > 0) found.flags |= AMBIGUOUS;
+    if (finger.stuck || !(mean[TOTAL] > 0) || std::isnan(place.x + place.y)) return found;
+    const TableCell cell(finger.table, place);
+    place_touch(cell, mean, used, place, finger, found);
+    if (cell.value(INSIDE) < 0.5 || std::max(std::abs(place.x), std::abs(place.y)) >= 1) found.flags |= OUT_OF_RANGE;
+    const double apart = mean[CROSS] - cell.value(CROSS_PART) * mean[TOTAL];
+    if (std::abs(apart) > CROSS_LIMIT * std::hypot(std::sqrt(finger.noise[4 * CROSS + CROSS] / used), finger.cross_volts))
+        found.flags |= AMBIGUOUS;
+    found.force = load(finger.loads, cell.value(FORCE), place, mean[TOTAL]);
+    found.depth = load(finger.loads + LOAD_TERMS, cell.value(DEPTH), place, mean[TOTAL]);
     return found;
 }
 
@@ -150,7 +143,7 @@ std::vector<double> place_values(const double* places, std::ptrdiff_t count, con
     for (std::ptrdiff_t k = 0; k < count; ++k) {
         const Place place{places[2 * k], places[2 * k + 1]};
         if (!std::isfinite(place.x) || !std::isfinite(place.y)) continue;
-        const Cell cell(table, place);
+        const TableCell cell(table, place);
         for (std::ptrdiff_t channel = 0; channel < table.channels; ++channel) found[k * table.channels + channel] = cell.value(channel);
     }
     return found;

@@ -54,7 +54,8 @@ class PsdStage:
             for part in self._parts(samples, run):
                 touches = [self.finger.touch(samples, part)] if samples.id[part.start] else []
                 known = samples.known[part]
-                middle = part.start + (0.5 * (len(known) - 1) if known.all() else float(np.flatnonzero(known).mean()))
+                middle = 0.5 * (len(known) - 1) if np.count_nonzero(known) == len(known) else float(np.flatnonzero(known).mean())
+                middle += part.start
                 found.append((middle, [self._smoothed(t, stamp_s + middle * period_s) for t in touches]))
         self._next_s = stamp_s + len(volts) * period_s
         return found

@@ -19,6 +19,13 @@ _FLAT = 0.02  # part of the light that ambient light may change by between the h
 _UNDECIDED, _NOTHING, _AMBIENT, _OBJECT = 'undecided', 'nothing', 'ambient', 'object'
 
 
+def filled(count: int, kind: type, value) -> np.ndarray:
+    """An array (count,) of one value; np.full takes three times as long."""
+    made = np.empty(count, kind)
+    made[:] = value
+    return made
+
+
 def hysteresis(on: np.ndarray, off: np.ndarray, before: bool) -> np.ndarray:
     """State (N,) bool of each sample: set by on (N,), cleared by off (N,), else unchanged; before: the state before the first."""
     if not on.any():
@@ -41,12 +48,12 @@ class Light(NamedTuple):
 
 
 class LightState(NamedTuple):
-    """State of the first M samples of a batch. near: (M,) bool, an object is near; rest: (M,) bool, untouched; ambient_step: the last
-    samples hold a step of ambient light, which the caller subtracts before it passes the remaining ones (only then is M below the batch's
-    size)."""
+    """State of the first M samples of a batch. near: (M,) bool, an object is near; settled: (M,) bool, of a near object or of none, not of
+    light that is still watched; None where all are; ambient_step: the last samples hold a step of ambient light, which the caller subtracts
+    before it passes the remaining ones (only then is M below the batch's size)."""
 
     near: np.ndarray
-    rest: np.ndarray
+    settled: np.ndarray | None
     ambient_step: bool
 
 
@@ -75,9 +82,8 @@ class ProximityDetector:
         total."""
         self._most = max(math.ceil(_BEFORE_S / period_s), _BEFORE)
         if self._watched is None and (lowest >= _OFF * sigma if self.near else highest <= _ON * sigma):  # nothing changes
-            near = np.empty(len(total), bool)
-            near[:] = self.near
-            return self._finished(total, near, ~near, False)
+            self._before = [*self._before[1 - self._most:], total]
+            return LightState(filled(len(total), bool, self.near), None, False)
         on, off = total > _ON * sigma, total < _OFF * sigma
         near = hysteresis(on, off, self.near)
         return self._with_onsets(total, on, off, near, sigma, period_s)
@@ -102,11 +108,11 @@ class ProximityDetector:
             end += place
             near[place:end], watched[place:end] = False, True
             if verdict == _AMBIENT:
-                return self._finished(total[:end], near[:end], ~(near | watched)[:end], True)
+                return self._finished(total[:end], near[:end], ~watched[:end], True)
             if verdict == _OBJECT:
                 near[end - 1:] = hysteresis(on[end - 1:], off[end - 1:], True)
             place = end
-        return self._finished(total, near, ~(near | watched), False)
+        return self._finished(total, near, ~watched, False)
 
     def _watch(self, total: np.ndarray, off: np.ndarray, sigma: float, period_s: float) -> tuple[int, str]:
         """(samples used, verdict) for totals from the onset, or from where the last batch ended."""
@@ -137,10 +143,10 @@ class ProximityDetector:
         first, second = (float(np.mean(part)) for part in (self._watched[:half], self._watched[half:]))
         return abs(second - first) < _RISEN * sigma * math.sqrt(2 / half) + _FLAT * second
 
-    def _finished(self, total: np.ndarray, near: np.ndarray, rest: np.ndarray, ambient_step: bool) -> LightState:
+    def _finished(self, total: np.ndarray, near: np.ndarray, settled: np.ndarray, ambient_step: bool) -> LightState:
         self.near = bool(near[-1])
         self._before = [] if ambient_step else [*self._before[1 - self._most:], total]
-        return LightState(near, rest, ambient_step)
+        return LightState(near, settled, ambient_step)
 
 
 _HALF = 1.5  # standard deviations of the untouched total: half the hysteresis. Chosen
@@ -166,9 +172,10 @@ class ContactDetector:
         """(contact (M,) bool, LightState) for samples period_s apart; sigma: V, of the untouched total."""
         state = self._proximity.process(light.total, light.lowest, light.highest, sigma, period_s)
         contact = state.near
+        if self.touching and light.lowest >= _OFF * sigma and light.least_over >= -_HALF * sigma:  # the contact continues
+            return contact, state
         if light.highest > _OFF * sigma and contact.any():
-            if not (self.touching and light.least_over >= -_HALF * sigma and contact.all()):  # else the contact continues
-                over = light.over[:len(contact)]
-                contact = contact & hysteresis((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, self.touching)
+            over = light.over[:len(contact)]
+            contact = contact & hysteresis((over > _HALF * sigma) & contact, (over < -_HALF * sigma) | ~contact, self.touching)
         self.touching = bool(contact[-1])
         return contact, state

@@ -3,30 +3,25 @@
 """The PSD finger: voltages in, contacts out, in batches of any size."""
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from .._core import count_repeats, finger_contact, finger_samples, place_values
+from .._core import count_repeats, finger_samples, finger_touch, held_before, held_begin, held_follow, held_interrupt, place_values
 from ..errors import BadArgument, BadFrame
-from .ambient_light import ContactDetector, Light, LightState
+from .ambient_light import ContactDetector, Light, LightState, filled
 from .baseline import Reference
-from .geometry import CROSS as CROSS_SUM, MIX, TOTAL
-from .held_light import HeldLight
-from .model import CROSS, DEVIATION, INSIDE, LEVEL, LOADS, NORMAL, FingerModel
+from .geometry import MIX, TOTAL
+from .model import LEVEL, NORMAL, FingerModel
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
 _CHUNK_S = 0.01  # s, longest time that is judged at once. Derived: one period of lamps on 50 Hz mains
 _LIT = 3.0  # standard deviations of the total, from which a position is computed. Chosen
 _LEAST = 4.0  # standard deviations of the total, lowest threshold of contact. Chosen
 _STUCK = 50  # equal samples in a row that mark an output as stuck. Chosen: noise of one count makes 50 in a row very unlikely
-_CROSS_LIMIT = 6.0  # standard deviations of the cross term for one contact; more are several contacts. Chosen
 _GAP_S = 0.003  # s without samples, beyond which neighbours are not compared. Chosen: an object moves little in it
 _LOST_S = 0.1  # s without samples, after which a contact is a new one. Chosen: shorter than two touches of a finger
-
-_EYE, _NOWHERE, _NO_SPREAD = np.eye(3), np.full(3, np.nan), np.full((3, 3), np.nan)
 
 
 @dataclass(frozen=True)
@@ -43,7 +38,7 @@ class FingerSettings:
 @dataclass(slots=True)
 class Touch:
     """One contact, averaged over some samples. id: constant while it lasts; position: (3,) m; normal: (3,); force: N, depth: m, NaN where
-    not calibrated; covariance: (3, 3) of position, m^2; flags: sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED."""
+    not calibrated; covariance: (3, 3) of position, m^2; flags: sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED (as in src/finger.hpp)."""
 
     id: int
     position: np.ndarray
@@ -58,7 +53,7 @@ class Touch:
 class Samples:
     """Results for samples (N,). known: whether the reference was available and the voltages were finite; contact: whether something
     touches; id: of the contact, 0 for none; sums: (N, 4) net voltages @ MIX; place: (N, 2) half widths, NaN without contact; saturated:
-    (N,)."""
+    (N,); one_run: all are known to be of one contact, or of none."""
 
     known: np.ndarray
     contact: np.ndarray
@@ -66,10 +61,11 @@ class Samples:
     sums: np.ndarray
     place: np.ndarray
     saturated: np.ndarray
+    one_run: bool = False
 
     def runs(self) -> Iterator[slice]:
         """Slices of samples with one contact, or with none; unknown samples belong to the slice before them."""
-        if np.count_nonzero(self.known) == np.count_nonzero(self.id == self.id[0]) == len(self.id):
+        if self.one_run:
             yield slice(0, len(self.id))
             return
         places = np.flatnonzero(self.known)
@@ -92,7 +88,7 @@ class PsdFinger:
         self.model, self.settings = model, settings
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id = detector or ContactDetector(), 0
-        self._held: HeldLight | None = HeldLight(self._cross_at if model.cross is not None else None, model.cross_volts)
+        self._held: np.ndarray | None = held_before()  # light of the contact, see src/held_light.hpp
         self._last, self._same = np.full(4, np.nan), np.zeros(4)
 
     def set_reference(self) -> None:
@@ -106,7 +102,7 @@ class PsdFinger:
             self._touch.interrupt()
             self._last, self._same = np.full(4, np.nan), np.zeros(4)
             if self._held is not None:
-                self._held.interrupt()
+                self._held = held_interrupt(self._held)
         if seconds > _LOST_S:
             self._touch.begin()
 
@@ -123,35 +119,36 @@ class PsdFinger:
         if not 0 < period_s < np.inf:
             raise BadFrame(f'sample period is {period_s} s; it must be positive and finite')
         self._last, self._same = count_repeats(volts, self._last, self._same, saturation=self.settings.saturation)
-        chunk, parts, begin = max(int(_CHUNK_S / period_s), 1), [], 0
+        chunk = max(int(_CHUNK_S / period_s), 1)
+        parts = [self._chunk(volts[:chunk], period_s)]
+        begin = len(parts[0].id)
         while begin < len(volts):
             parts.append(self._chunk(volts[begin:begin + chunk], period_s))
             begin += len(parts[-1].id)
-        return parts[0] if len(parts) == 1 else Samples(*(np.concatenate([getattr(p, name) for p in parts]) for name in Samples.__slots__))
+        return parts[0] if len(parts) == 1 else _joined(parts)
 
     def _chunk(self, volts: np.ndarray, period_s: float) -> Samples:
         """Results for the first samples, at least one."""
-        reference = self.reference
+        reference, was_touching = self.reference, self._touch.touching
+        sigma = reference.sigma
         sums, place, over, saturated, finite, *span = finger_samples(
-            volts, reference.offset, self.model.table, lit=_LIT * reference.sigma, least=_LEAST * reference.sigma,
-            saturation=self.settings.saturation, level=LEVEL)
+            volts, reference.offset, self.model.table, lit=_LIT * sigma, least=_LEAST * sigma, saturation=self.settings.saturation,
+            level=LEVEL)
         if finite < len(volts):
             return self._with_unknown(volts, period_s)
         if not reference.ready:
             return _unknown(volts[:reference.take(volts, period_s)])
-        was_touching = self._touch.touching
-        contact, state = self._touch.process(Light(sums[:, TOTAL], over, *span), reference.sigma, period_s)
+        contact, state = self._touch.process(Light(sums[:, TOTAL], over, *span), sigma, period_s)
         used, inside = len(contact), int(np.count_nonzero(contact))
-        sums, place, saturated = sums[:used], place[:used], saturated[:used]
         if inside < used:
+            sums, place, saturated = sums[:used], place[:used], saturated[:used]
             self._wait(sums, contact, state, period_s)
             place[~contact] = np.nan
-        ids = self._contact_ids(contact, inside, was_touching)
         if inside and self._held is not None:
-            self._hold(sums, contact, saturated, was_touching, period_s)
-        known = np.empty(used, bool)
-        known[:] = True
-        return Samples(known, contact, ids, sums, place, saturated)
+            sums = self._hold(sums, contact, saturated, was_touching, period_s)
+        one_run = inside == 0 or (inside == used and was_touching)
+        ids = filled(used, np.int64, self._id if inside else 0) if one_run else self._contact_ids(contact, was_touching)
+        return Samples(contact if inside == used else filled(used, bool, True), contact, ids, sums, place, saturated, one_run)
 
     def _with_unknown(self, volts: np.ndarray, period_s: float) -> Samples:
         """Results for samples some of which are not finite: up to the first of them, or those that begin the batch."""
@@ -165,44 +162,28 @@ class PsdFinger:
 
     def _wait(self, sums: np.ndarray, contact: np.ndarray, state: LightState, period_s: float) -> None:
         """The reference follows sums (N, 4) outside contact."""
-        waiting = ~contact & (state.rest | state.near)
+        waiting = ~contact if state.settled is None else ~contact & state.settled
         if waiting.any():
             self.reference.follow(sums[waiting], period_s)
         if state.ambient_step:
             self.reference.shift(MIX @ sums[-max(int(_CHUNK_S / period_s), 3):].mean(0) / 4)
 
-    def _hold(self, sums: np.ndarray, contact: np.ndarray, saturated: np.ndarray, was_touching: bool, period_s: float) -> None:
-        """Correct sums (N, 4) of samples in contact for ambient light that changes during it; the offset follows what is certain."""
-        usable = contact & ~saturated
-        count, every = int(np.count_nonzero(usable)), slice(None)
-        self.reference.hold(len(contact) * period_s)
+    def _hold(self, sums: np.ndarray, contact: np.ndarray, saturated: np.ndarray, was_touching: bool, period_s: float) -> np.ndarray:
+        """Sums (N, 4) corrected in contact for ambient light that changes during it; the offset follows what is certain."""
+        reference = self.reference
+        reference.hold(len(contact) * period_s)
         if not (was_touching and contact[0]):
-            self._begin_contact(sums)
-        if count:
-            mean = np.add.reduce(sums if count == len(sums) else sums[usable], axis=0) / count
-            change = self._held.follow(mean, count, self.reference.noise, period_s)
-            sums[every if count == len(sums) else contact] += change.net
-            if change.shift is not None:
-                self.reference.shift(change.shift)
+            before = reference.offset
+            reference.recall()
+            sums += (before - reference.offset) @ MIX
+            self._held = held_begin(self._held, reference.offset)
+        self._held, sums, shift = held_follow(self._held, sums, contact, saturated, self.model.table, reference.noise,
+                                              cross_volts=self.model.cross_volts, period=period_s)
+        if shift is not None:
+            reference.shift(shift)
+        return sums
 
-    def _begin_contact(self, sums: np.ndarray) -> None:
-        """A contact begins in samples with sums (N, 4), which are corrected for the offset that is recalled."""
-        before = self.reference.offset
-        self.reference.recall()
-        sums += (before - self.reference.offset) @ MIX
-        self._held.begin(self.reference.offset)
-
-    def _cross_at(self, place: np.ndarray) -> np.ndarray:
-        """Expected cross term over the total of a single contact at positions (N, 2)."""
-        return place_values(place, self.model.table)[:, CROSS]
-
-    def _contact_ids(self, contact: np.ndarray, inside: int, was_touching: bool) -> np.ndarray:
-        if was_touching and inside == len(contact):
-            same = np.empty(len(contact), np.int64)
-            same[:] = self._id
-            return same
-        if not inside:
-            return np.zeros(len(contact), np.int64)
+    def _contact_ids(self, contact: np.ndarray, was_touching: bool) -> np.ndarray:
         begins = contact & ~np.r_[was_touching, contact[:-1]]
         number = self._id + np.cumsum(begins)
         self._id = int(number[-1])
@@ -211,38 +192,22 @@ class PsdFinger:
     def touch(self, samples: Samples, run: slice) -> Touch:
         """The contact over a slice of samples, from the mean of those that are not saturated. NaN where an output is saturated throughout,
         or stuck. Raises BadArgument for a slice without contact."""
-        used = inside = samples.contact[run]
-        count, flags, number = int(np.count_nonzero(inside)), 0, int(samples.id[run.start])
-        if not count:
+        model = self.model
+        found = finger_touch(samples.sums[run], samples.contact[run], samples.saturated[run], model.table, self.reference.noise,
+                             model.load_terms, shot=model.shot, cross_volts=model.cross_volts, radius=self.settings.radius,
+                             stuck=max(self._same.tolist()) >= _STUCK)
+        if found is None:
             raise BadArgument(f'samples {run.start} to {run.stop} are not in contact')
-        if np.count_nonzero(samples.saturated[run]):
-            used, flags = inside & ~samples.saturated[run], SATURATED
-            count = int(np.count_nonzero(used))
-        sums, place, normal, spread, row = finger_contact(samples.sums[run], used, self.model.table, noise=self.reference.noise,
-                                                          shot=self.model.shot)
-        number = number or int(samples.id[run].max())
-        if not count or max(self._same.tolist()) >= _STUCK:
-            return Touch(number, _NOWHERE, _NOWHERE, math.nan, math.nan, _NO_SPREAD, flags if not count else flags | AMBIGUOUS)
-        spread += row[DEVIATION] ** 2 * (_EYE - normal[:, None] * normal)
-        if row[INSIDE] < 0.5 or max(map(abs, place.tolist())) >= 1:
-            flags |= OUT_OF_RANGE
-        if self._is_ambiguous(sums, row[CROSS], count):
-            flags |= AMBIGUOUS
-        radius = self.settings.radius
-        force, depth = self.model.loads(row[LOADS], place, float(sums[TOTAL]))
-        return Touch(number, radius * normal, normal, force, depth, radius**2 * spread, flags)
-
-    def _is_ambiguous(self, sums: np.ndarray, expected: float, count: int) -> bool:
-        """Whether the cross term is not that of a single contact; False without calibration."""
-        if math.isnan(expected):
-            return False
-        noise = math.sqrt(self.reference.noise[CROSS_SUM, CROSS_SUM] / count)
-        return abs(sums[CROSS_SUM] - expected * sums[TOTAL]) > _CROSS_LIMIT * math.hypot(noise, self.model.cross_volts)
+        return Touch(int(samples.id[run.start]) or int(samples.id[run].max()), *found)
 
     def normals(self, samples: Samples) -> np.ndarray:
         """Unit normals (N, 3) of single samples; NaN without contact."""
         rows = place_values(samples.place, self.model.table)[:, NORMAL]
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def _joined(parts: list[Samples]) -> Samples:
+    return Samples(*(np.concatenate([getattr(part, name) for part in parts]) for name in Samples.__slots__[:-1]))
 
 
 def _unknown(volts: np.ndarray) -> Samples:

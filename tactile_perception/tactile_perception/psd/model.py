@@ -3,7 +3,6 @@
 """The calibrated model of one finger: map from detector to sphere, light at first contact, force and depth from light."""
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -12,8 +11,9 @@ import numpy as np
 from .geometry import exp_map
 from .maps import SmoothMap, tabulated
 from .equidistant_map import NOMINAL_BETA, EquidistantMap
-from .response import level_basis, load, place_part
+from .response import LOAD_TERMS, level_basis, place_part
 
+# Channels of the table, as in src/place_table.hpp
 NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS = slice(0, 3), 3, 4, 5, 6, slice(7, 9)
 _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 
@@ -76,11 +76,10 @@ class FingerModel:
             nearest = np.minimum(nearest, ((place - known) ** 2).sum(1))
         return (nearest <= self.reach**2).astype(float)
 
-    def loads(self, at_place: np.ndarray, place: np.ndarray, light: float) -> tuple[float, float]:
-        """Force, N, and depth, m, for light, V, at a position (2,) with table channels at_place (2,) (LOADS); NaN where not calibrated."""
-        square = float(place @ place)
-        return tuple(math.nan if fitted is None else load(fitted, part, square, light)
-                     for fitted, part in zip((self.force, self.depth), at_place.tolist()))
+    @cached_property
+    def load_terms(self) -> np.ndarray:
+        """(2, 8) coefficients of force and depth; NaN where not calibrated."""
+        return np.stack([np.full(LOAD_TERMS, np.nan) if fitted is None else fitted for fitted in (self.force, self.depth)])
 
 
 def cross_basis(place: np.ndarray) -> np.ndarray:

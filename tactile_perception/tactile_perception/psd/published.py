@@ -14,7 +14,7 @@ from .model import FingerModel
 
 
 class FixedThreshold:
-    """Contact where the total exceeds threshold, V (section 5). It reports no sample as untouched, so the offset stays."""
+    """Contact where the total exceeds threshold, V (section 5). No other sample is settled, so the offset stays."""
 
     def __init__(self, threshold: float):
         if not threshold > 0:
@@ -33,7 +33,7 @@ class FixedThreshold:
         """See ContactDetector.process."""
         contact = light.total > self._threshold
         self.touching = bool(contact[-1])
-        return contact, LightState(contact, np.zeros(len(contact), bool), False)
+        return contact, LightState(contact, contact, False)
 
 
 class PaperFinger(PsdFinger):

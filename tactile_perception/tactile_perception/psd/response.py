@@ -3,16 +3,13 @@
 """Regression of force and depth on the light, and of the light at which the cover touches the waveguide."""
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..errors import BadCalibration
 
-_LARGEST_LOG = 50.0  # keeps exp finite
 _FEWEST = 12  # contacts. Chosen: 1.5 for each of the 8 coefficients
 _SPREAD = 1.3  # largest load over the smallest one. Chosen: less does not determine the slope
-_TERMS = 8
+LOAD_TERMS = 8  # of features
 _RIDGE = 1e-4  # for each contact; keeps the normal equations definite where all light is alike. Chosen
 _LEVEL_TERMS = {12: 5, 6: 3, 3: 1}  # presses -> coefficients. Chosen: two presses or more for each
 _RISING = 0.35  # of a press's brightest light: a brighter onset was labelled late. Chosen
@@ -33,13 +30,6 @@ def place_part(fitted: np.ndarray, place: np.ndarray) -> np.ndarray:
     return fitted[0] + fitted[3] * square + fitted[4] * square**2 + fitted[5] * x + fitted[6] * y
 
 
-def load(fitted: np.ndarray, at_place: float, square: float, light: float) -> float:
-    """The load, N or m, for light, V; at_place: place_part there; square: squared distance to the detector's centre, half widths
-    squared."""
-    log = math.log(max(light, 1e-6))
-    return math.exp(min(at_place + (fitted[1] + fitted[7] * square + fitted[2] * log) * log, _LARGEST_LOG))
-
-
 def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
     """Coefficients (8,) for known loads (N,), N or m, at positions (N, 2) with light (N,), V, and the median leave-one-out relative error.
 
@@ -49,7 +39,7 @@ def fit_load(place: np.ndarray, light: np.ndarray, known: np.ndarray) -> tuple[n
         raise BadCalibration(f'{len(known)} contacts with known loads from {known.min(initial=np.inf):.3g} to {known.max(initial=0):.3g}; '
                              f'{_FEWEST} are needed, the largest {_SPREAD} times the smallest')
     basis = features(place, light)
-    scale = _RIDGE * len(basis) * np.eye(_TERMS)
+    scale = _RIDGE * len(basis) * np.eye(LOAD_TERMS)
     scale[0, 0] = 0.0
     hat = basis @ np.linalg.solve(basis.T @ basis + scale, basis.T)
     fitted = np.linalg.solve(basis.T @ basis + scale, basis.T @ np.log(known))

@@ -117,36 +117,6 @@ def call_steady_motion(times=np.arange(9.0), places=np.zeros((9, 3))):
     return _core.steady_motion(times, places, sigma=1e-6, bound=2.5)
 
 
-VOLTS = np.random.default_rng(3).uniform(0, 2, (40, 4))
-TABLE = np.random.default_rng(4).uniform(0.5, 1.5, (5, 5, 4))
-USED, FOUR = np.arange(40) % 3 > 0, np.full(4, 0.1)
-
-
-def call_finger_samples(volts=VOLTS, offset=FOUR, table=TABLE):
-    """The arrays for samples of a PSD finger."""
-    return _core.finger_samples(volts, offset, table, lit=0.1, least=0.2, saturation=1.9, level=3)[:4]
-
-
-def call_finger_contact(sums=VOLTS, used=USED, table=TABLE, noise=np.eye(4)):
-    """The contact of some samples."""
-    return _core.finger_contact(sums, used, table, noise=noise, shot=0.0)
-
-
-def call_count_repeats(volts=VOLTS, last=FOUR, same=FOUR):
-    """Repeats of samples."""
-    return _core.count_repeats(volts, last, same, saturation=1.9)
-
-
-def call_place_values(places=PLACES / 60, table=TABLE):
-    """Values of a table, as a tuple."""
-    return (_core.place_values(places, table),)
-
-
-def call_place_covariance(place=FOUR[:2], noise=np.eye(4)):
-    """Covariance of a place, as a tuple."""
-    return (_core.place_covariance(place, 1.5, noise, 0.01),)
-
-
 SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
 PRESSES = np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])
 NOISE = (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0)
@@ -217,11 +187,6 @@ def call_extrapolate_indices(**arrays):
 CALLS = {
     'find_peaks': (call_find_peaks, {'image': IMAGE}),
     'measure_dots': (call_measure_dots, {'image': IMAGE, 'places': PLACES, **DISC_ARRAYS}),
-    'finger_samples': (call_finger_samples, {'volts': VOLTS, 'offset': FOUR, 'table': TABLE}),
-    'finger_contact': (call_finger_contact, {'sums': VOLTS, 'used': USED, 'table': TABLE, 'noise': np.eye(4)}),
-    'count_repeats': (call_count_repeats, {'volts': VOLTS, 'last': FOUR, 'same': FOUR}),
-    'place_values': (call_place_values, {'places': PLACES / 60, 'table': TABLE}),
-    'place_covariance': (call_place_covariance, {'place': FOUR[:2], 'noise': np.eye(4)}),
     'find_disc_peaks': (call_find_disc_peaks, {'image': FLOATS, 'inside': QUADRANT[0], 'support': QUADRANT[1]}),
     'extrapolate_indices': (call_extrapolate_indices, LATTICE),
     'fit_worn_discs': (call_fit_worn_discs, {'image': FLOATS, 'places': PLACES}),

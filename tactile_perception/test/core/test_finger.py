@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tactile_perception._core import count_repeats, finger_contact, finger_samples, place_covariance, place_values
+from tactile_perception._core import count_repeats, finger_samples, finger_touch, place_covariance, place_values
 
 LIMITS = {'lit': 0.1, 'least': 0.2, 'saturation': 4.5, 'level': 3}
 seeds = st.integers(0, 2**32 - 1)
@@ -54,6 +54,10 @@ def test_samples_are_those_of_one_after_the_other(seed, count, nodes, spoil):
         assert (lowest, highest, least_over) == (sums[:, 2].min(), sums[:, 2].max(), over.min())
 
 
+OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
+RADIUS, SHOT, CROSS_VOLTS = 0.016, 1e-4, 0.05
+
+
 def contact_of(mean, values):
     """(place, unit normal) of mean sums."""
     place = np.clip(mean[:2] / mean[2], -1, 1)
@@ -61,35 +65,63 @@ def contact_of(mean, values):
     return place, normal / np.linalg.norm(normal)
 
 
-@given(seed=seeds, count=st.integers(1, 30))
-@settings(max_examples=60, deadline=None)
-def test_a_contact_is_that_of_the_mean_and_its_covariance_that_of_differences(seed, count):
+def covariance_of(place, normal, total, count, values, noise):
+    """Covariance (3, 3) of the position, m^2, by differences: that of the light's noise and the deviation of the map along the surface."""
+    step = 1e-6
+    slopes = np.column_stack([(contact_of(np.r_[(place + d) * total, total], values)[1] - normal) / step
+                              for d in (np.array([step, 0]), np.array([0, step]))])
+    of_place = place_covariance(place, total, noise, SHOT) / count
+    along = np.eye(3) - np.outer(normal, normal)
+    return RADIUS**2 * (slopes @ of_place @ slopes.T + at(values, place)[3] ** 2 * along)
+
+
+def touch(sums, inside, saturated, values, noise, loads, stuck=False):
+    """finger_touch of this finger."""
+    return finger_touch(sums, inside, saturated, values, noise, loads, shot=SHOT, cross_volts=CROSS_VOLTS, radius=RADIUS, stuck=stuck)
+
+
+@given(seed=seeds, count=st.integers(1, 30), calibrated=st.booleans())
+@settings(max_examples=80, deadline=None)
+def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed, count, calibrated):
     rng = np.random.default_rng(seed)
-    values, used = table(rng, 3), rng.random(count) < 0.7
-    used[0] = True
-    sums = rng.uniform(-0.4, 0.4, (count, 4)) + [0, 0, 3, 0]
+    values, inside, saturated = table(rng, 3, 9), rng.random(count) < 0.8, rng.random(count) < 0.2
+    inside[0], saturated[0] = True, False
+    values[..., 3:5] *= [0.01, 0.5]
+    if not calibrated:
+        values[..., 6:] = np.nan
+    sums = rng.uniform(-0.4, 0.4, (count, 4)) + [0, 0, 3, 3 + 0.3 * rng.standard_normal()]
     spread = rng.normal(0, 0.01, (4, 4))
-    noise, shot = spread @ spread.T, 1e-4
-    found, place, normal, covariance, row = finger_contact(sums, used, values, noise=noise, shot=shot)
+    noise, loads = spread @ spread.T, rng.normal(0, 0.3, (2, 8)) if calibrated else np.full((2, 8), np.nan)
+    position, normal, force, depth, covariance, flags = touch(sums, inside, saturated, values, noise, loads)
+    used = inside & ~saturated
     mean = sums[used].mean(0)
     expected_place, expected_normal = contact_of(mean, values)
-    np.testing.assert_allclose(found, mean, atol=1e-12)
-    np.testing.assert_allclose(place, expected_place, atol=1e-12)
+    row, light, square = at(values, expected_place), np.log(mean[2]), expected_place @ expected_place
     np.testing.assert_allclose(normal, expected_normal, atol=1e-12)
-    np.testing.assert_allclose(row, at(values, expected_place), atol=1e-12)
-    step = 1e-6
-    slopes = np.column_stack([(contact_of(np.r_[(place + d) * mean[2], mean[2:]], values)[1] - normal) / step
-                              for d in (np.array([step, 0]), np.array([0, step]))])
-    of_place = place_covariance(place, mean[2], noise, shot) / used.sum()
-    np.testing.assert_allclose(covariance, slopes @ of_place @ slopes.T, atol=1e-4 * np.abs(covariance).max() + 1e-15)
+    np.testing.assert_allclose(position, RADIUS * expected_normal, atol=1e-14)
+    expected = covariance_of(expected_place, expected_normal, mean[2], used.sum(), values, noise)
+    np.testing.assert_allclose(covariance, expected, atol=1e-4 * np.abs(covariance).max())
+    expected_loads = [np.exp(part + c[1] * light + c[2] * light**2 + c[7] * square * light) for part, c in zip(row[7:], loads)]
+    np.testing.assert_allclose([force, depth], expected_loads, rtol=1e-9)
+    two = abs(mean[3] - row[6] * mean[2]) > 6 * np.hypot(np.sqrt(noise[3, 3] / used.sum()), CROSS_VOLTS)
+    assert flags == SATURATED * saturated.any() + AMBIGUOUS * (two and calibrated) + OUT_OF_RANGE * (row[4] < 0.5)
 
 
-def test_a_contact_without_samples_or_light_is_not_known():
-    values = table(np.random.default_rng(0))
-    for sums, used in ((np.ones((3, 4)), [False] * 3), (-np.ones((3, 4)), [True] * 3), (np.full((3, 4), np.nan), [True] * 3),
-                       (np.zeros((0, 4)), [])):
-        _, *found = finger_contact(sums, np.array(used, bool), values, noise=np.eye(4), shot=0.0)
-        assert all(np.isnan(part).all() for part in found)
+def test_a_touch_without_usable_samples_or_light_is_not_known():
+    values, three, none = table(np.random.default_rng(0), 5, 9), np.ones(3, bool), np.zeros(3, bool)
+    known = values, np.eye(4), np.ones((2, 8))
+    for sums, saturated, stuck, expected in ((np.ones((3, 4)), three, False, SATURATED), (-np.ones((3, 4)), none, False, 0),
+                                             (np.full((3, 4), np.nan), none, False, 0), (np.ones((3, 4)), none, True, AMBIGUOUS),
+                                             (np.ones((3, 4)), three, True, SATURATED)):
+        *found, flags = touch(sums, three, saturated, *known, stuck)
+        assert all(np.isnan(part).all() for part in found) and flags == expected
+    assert touch(np.ones((3, 4)), none, none, *known) is None
+    assert touch(np.zeros((0, 4)), none[:0], none[:0], *known) is None
+
+
+def test_light_on_the_detectors_edge_is_out_of_range():
+    values, one, none = table(np.random.default_rng(0), 5, 9), np.ones(1, bool), np.zeros(1, bool)
+    assert touch(np.array([[1.2, 0.0, 1.0, 1.0]]), one, none, values, np.eye(4), np.ones((2, 8)))[-1] & OUT_OF_RANGE
 
 
 @given(seed=seeds, count=st.integers(0, 30), nodes=st.integers(2, 9))
@@ -123,3 +155,8 @@ def test_a_table_that_is_none(wrong):
 def test_limits_are_checked(number):
     with pytest.raises(ValueError, match=f'^{number}: '):
         finger_samples(np.zeros((2, 4)), np.zeros(4), table(np.random.default_rng(0)), **LIMITS | {number: -1})
+
+
+def test_a_touch_needs_a_fingers_table():
+    with pytest.raises(ValueError, match='^table: 9 channels'):
+        touch(np.ones((1, 4)), np.ones(1, bool), np.zeros(1, bool), table(np.random.default_rng(0), 5, 8), np.eye(4), np.ones((2, 8)))

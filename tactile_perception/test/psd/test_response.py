@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactile_perception.errors import BadCalibration
-from tactile_perception.psd.response import fit_load, fit_touch_level, level_basis, load, place_part
+from tactile_perception.psd.response import features, fit_load, fit_touch_level, level_basis, place_part
 
 RNG = np.random.default_rng(2)
 PLACE = RNG.uniform(-0.6, 0.6, (120, 2))
@@ -15,8 +15,9 @@ LIGHT = 2.5 * FORCE**0.7 * (1 - 0.8 * SQUARE) * RNG.normal(1, 0.01, 120)
 
 def test_force_from_light_and_position():
     fitted, error = fit_load(PLACE, LIGHT, FORCE)
-    found = [load(fitted, place_part(fitted, p[None])[0], p @ p, light) for p, light in zip(PLACE, LIGHT)]
-    assert np.median(np.abs(np.array(found) / FORCE - 1)) < 0.03 and error < 0.03
+    found = np.exp(features(PLACE, LIGHT) @ fitted)
+    assert np.median(np.abs(found / FORCE - 1)) < 0.03 and error < 0.03
+    assert place_part(fitted, PLACE) == pytest.approx(features(PLACE, np.ones(120)) @ fitted)
 
 
 @pytest.mark.parametrize('chosen', [slice(0, 5), FORCE < 0.6])

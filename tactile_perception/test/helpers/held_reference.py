@@ -1,12 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Ambient light while an object touches: lamps that are switched or dimmed, and the part of the room's light that the object shades.
-
-While something touches, the offset cannot be measured. Three facts replace the measurement. The room's light falls on the whole cover, so
-its centroid on the detector is the offset's, not the contact's. An object that rests keeps its light; a step between two rests whose
-centroid is the room's is a lamp. Four outputs hold one number more than light and place: the cross term, which is known for a single
-contact; what is missing there is the shaded light.
-"""
+"""What the kernel of held light (src/held_light.cpp) does, in NumPy: slow and obvious."""
 from __future__ import annotations
 
 import math
@@ -16,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .geometry import CROSS, MIX, TOTAL, position
+from tactile_perception.psd.geometry import CROSS, MIX, TOTAL, position
 
 _TOTALS = 4 * TOTAL + TOTAL  # flat index of the total's variance in a covariance of sums
 _BIN_S = 0.01  # s, over which light is averaged. Derived: a period of lamps on 50 Hz mains
