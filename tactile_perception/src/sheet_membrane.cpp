@@ -24,6 +24,10 @@ constexpr int STEPS = 24;                                // Newton steps at most
 constexpr int WHOLE = 9;           // first Newton steps in full length; later ones are halved, which ends cycles of stick and slip. Chosen
 constexpr int HALVINGS = 6;        // of a load step, at most. Chosen
 constexpr double SETTLED = 1e-6;   // m: largest last Newton step. Chosen: far below the noise of a marker
+constexpr double NEAR = 5e-5;      // m: after a smaller Newton step the next ones take the same derivative ...
+constexpr int EARLY = 6;           // ... among the first so many ones (later ones may cycle) ...
+constexpr double SHRINKS = 0.2;    // ... as long as each is at most this part of the one before ...
+constexpr double FINAL = 2e-8;     // m: ... down to this, which tells the force as exactly as a Newton step of SETTLED. Chosen
 constexpr double STRIDE = 1.5e-3;  // m: limit of a Newton step. Chosen
 
 constexpr int POINTS = 4, SPLINES = 9;
@@ -128,9 +132,21 @@ bool touches(const SheetLoad& load, const Grip& grip, const double* offset, Touc
     return true;
 }
 
-// Stiffness of an element by the displacement of its splines, by components: [k][i][l][j]; the last index has a margin.
-constexpr int PADDED = 12;
-using ElementMatrix = float[3][SPLINES][3][PADDED];
+// Products of two functions for each pair (i, j) of an element's splines, at 9 i + j; the margin makes whole vectors.
+constexpr int PAIRS = 84;
+using Products = float[PAIRS];
+// Stiffness of an element by the displacement of its splines, by components k and l of force and displacement.
+using ElementMatrix = Products[3][3];
+
+void multiply(const double* a, const double* b, Products& product) {
+    for (int i = 0; i < SPLINES; ++i)
+        for (int j = 0; j < SPLINES; ++j) product[SPLINES * i + j] = static_cast<float>(a[i] * b[j]);
+}
+
+void add_multiple(double factor, const Products& product, Products& sum) {
+    const auto share = static_cast<float>(factor);
+    for (int m = 0; m < PAIRS; ++m) sum[m] += share * product[m];
+}
 
 class Press {
  public:
@@ -168,9 +184,11 @@ class Press {
  private:
     // Newton's method for equilibrium at depth; false where it does not converge.
     bool settle(double depth) {
-        for (int turn = 0; turn < (load_.slides ? SLIDING_STEPS : STEPS); ++turn) {
-            balance(depth);
-            if (!matrix_.factor()) return false;
+        bool anew = true;
+        double before = INFINITY;
+        for (int turn = 0; turn < (load_.slides ? SLIDING_STEPS : STEPS); turn += anew) {
+            balance(depth, anew);
+            if (anew && !matrix_.factor()) return false;
             matrix_.solve(residual_.data());
             double largest = 0;
             for (const double step : residual_) largest = std::isfinite(step) ? std::max(largest, std::abs(step)) : INFINITY;
@@ -178,68 +196,69 @@ class Press {
             const double length = std::min(turn < WHOLE ? 1.0 : 0.5, STRIDE / std::max(largest, 1e-12));
             for (std::ptrdiff_t i = 0; i < inner_; ++i)
                 for (std::ptrdiff_t j = 0; j < 3 * inner_; ++j) u_[3 * ((i + 1) * side_ + 1) + j] -= length * residual_[3 * i * inner_ + j];
-            if (largest < SETTLED) {
-                balance(depth);  // forces and grips of the last displacement
+            if (largest < (anew ? SETTLED : FINAL)) {
+                balance(depth, false);  // forces and grips of the last displacement
                 grips_ = next_;
                 return true;
             }
+            anew = !(turn < EARLY && largest < NEAR && largest < SHRINKS * before);
+            before = largest;
         }
         return false;
     }
 
-    // Residual force and its derivative by the displacement of the splines that are free.
-    void balance(double depth) {
+    // Residual force and, where wanted, its derivative by the displacement of the splines that are free.
+    void balance(double depth, bool derivative) {
         const double tip[3] = {load_.place[0], load_.place[1], -depth};
-        matrix_.clear();
+        if (derivative) matrix_.clear();
         std::fill(residual_.begin(), residual_.end(), 0.0);
         std::fill(wrench_, wrench_ + 6, 0.0);
         for (std::ptrdiff_t row = 0; row < sheet_.spans; ++row)
-            for (std::ptrdiff_t column = 0; column < sheet_.spans; ++column) add_element(row, column, tip);
+            for (std::ptrdiff_t column = 0; column < sheet_.spans; ++column) add_element(row, column, tip, derivative);
     }
 
-    void add_element(std::ptrdiff_t row, std::ptrdiff_t column, const double* tip) {
+    void add_element(std::ptrdiff_t row, std::ptrdiff_t column, const double* tip, bool derivative) {
         const std::ptrdiff_t e = row * sheet_.spans + column;
         double u[SPLINES][3], force[SPLINES][3] = {};
         for (int i = 0; i < SPLINES; ++i) std::memcpy(u[i], &u_[3 * ((row + i / 3) * side_ + column + i % 3)], sizeof(u[i]));
-        ElementMatrix stiffness = {};
+        ElementMatrix stiffness;
+        if (derivative) std::memset(stiffness, 0, sizeof(stiffness));
         for (int g = 0; g < POINTS; ++g) {
-            add_membrane(e * POINTS + g, u, force, stiffness);
-            add_contact(e * POINTS + g, u, tip, force, stiffness);
+            add_membrane(e * POINTS + g, u, force, derivative ? stiffness : nullptr);
+            add_contact(e * POINTS + g, u, tip, force, derivative ? stiffness : nullptr);
         }
-        scatter(row, column, force, stiffness);
+        scatter(row, column, force, derivative ? stiffness : nullptr);
     }
 
-    void add_membrane(std::ptrdiff_t point, const double (*u)[3], double (*force)[3], ElementMatrix& stiffness) {
-        const double *slope = sheet_.slope + point * 2 * SPLINES, *laplacian = sheet_.laplacian + point * SPLINES;
+    void add_membrane(std::ptrdiff_t point, const double (*u)[3], double (*force)[3], Products (*stiffness)[3]) {
+        const double *by_x = sheet_.slope + point * 2 * SPLINES, *by_y = by_x + SPLINES, *laplacian = sheet_.laplacian + point * SPLINES;
         const double weight = sheet_.weight[point], bending = weight * load_.bending;
         double edges[2][3] = {{1, 0, 0}, {0, 1, 0}}, bend[3] = {}, stress[2][3], tangent[2][3][2][3];
-        float across[2][PADDED] = {}, curve[PADDED] = {};
         for (int i = 0; i < SPLINES; ++i) {
-            across[0][i] = static_cast<float>(slope[i]), across[1][i] = static_cast<float>(slope[SPLINES + i]);
-            curve[i] = static_cast<float>(laplacian[i]);
             for (int k = 0; k < 3; ++k) {
-                edges[0][k] += slope[i] * u[i][k], edges[1][k] += slope[SPLINES + i] * u[i][k];
+                edges[0][k] += by_x[i] * u[i][k], edges[1][k] += by_y[i] * u[i][k];
                 bend[k] += bending * laplacian[i] * u[i][k];
             }
         }
         membrane(edges, load_.squeeze, stress, tangent);
-        for (int i = 0; i < SPLINES; ++i) {
-            const double by_x = weight * slope[i], by_y = weight * slope[SPLINES + i];
-            const float bent = static_cast<float>(bending * laplacian[i]);
-            for (int k = 0; k < 3; ++k) {
-                force[i][k] += by_x * stress[0][k] + by_y * stress[1][k] + bend[k] * laplacian[i];
-                for (int l = 0; l < 3; ++l) {
-                    const auto a = static_cast<float>(by_x * tangent[0][k][0][l] + by_y * tangent[1][k][0][l]);
-                    const auto b = static_cast<float>(by_x * tangent[0][k][1][l] + by_y * tangent[1][k][1][l]);
-                    float* target = stiffness[k][i][l];
-                    for (int j = 0; j < PADDED; ++j) target[j] += a * across[0][j] + b * across[1][j];
-                }
-                for (int j = 0; j < PADDED; ++j) stiffness[k][i][k][j] += bent * curve[j];
+        for (int i = 0; i < SPLINES; ++i)
+            for (int k = 0; k < 3; ++k) force[i][k] += weight * (by_x[i] * stress[0][k] + by_y[i] * stress[1][k]) + bend[k] * laplacian[i];
+        if (!stiffness) return;
+        Products xx = {}, xy = {}, yx = {}, yy = {}, curve = {};
+        multiply(by_x, by_x, xx), multiply(by_x, by_y, xy), multiply(by_y, by_x, yx), multiply(by_y, by_y, yy);
+        multiply(laplacian, laplacian, curve);
+        for (int k = 0; k < 3; ++k) {
+            for (int l = 0; l < 3; ++l) {
+                float share[4];
+                for (int e = 0; e < 4; ++e) share[e] = static_cast<float>(weight * tangent[e / 2][k][e % 2][l]);
+                float* sum = stiffness[k][l];
+                for (int m = 0; m < PAIRS; ++m) sum[m] += (share[0] * xx[m] + share[1] * xy[m]) + (share[2] * yx[m] + share[3] * yy[m]);
             }
+            add_multiple(bending, curve, stiffness[k][k]);
         }
     }
 
-    void add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], ElementMatrix& stiffness) {
+    void add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], Products (*stiffness)[3]) {
         const double *value = sheet_.value + point * SPLINES, *rest = sheet_.rest + 2 * point, weight = sheet_.weight[point];
         double offset[3] = {rest[0] - tip[0], rest[1] - tip[1], -tip[2]};  // from the tip
         for (int i = 0; i < SPLINES; ++i)
@@ -250,25 +269,21 @@ class Press {
         next_[point] = Grip{};
         if (!touches(load_, grips_[point], offset, touch)) return;
         next_[point] = touch.grip;
-        float shares[PADDED] = {};
-        for (int i = 0; i < SPLINES; ++i) shares[i] = static_cast<float>(value[i]);
         const double* push = touch.force;
         const double moment[3] = {arm[1] * push[2] - arm[2] * push[1], arm[2] * push[0] - arm[0] * push[2],
                                   arm[0] * push[1] - arm[1] * push[0]};
         for (int k = 0; k < 3; ++k) wrench_[k] -= weight * push[k], wrench_[3 + k] -= weight * moment[k];
-        for (int i = 0; i < SPLINES; ++i) {
-            for (int k = 0; k < 3; ++k) {
-                force[i][k] += weight * value[i] * push[k];
-                for (int l = 0; l < 3; ++l) {
-                    const auto stiff = static_cast<float>(weight * value[i] * touch.tangent[k][l]);
-                    for (int j = 0; j < PADDED; ++j) stiffness[k][i][l][j] += stiff * shares[j];
-                }
-            }
-        }
+        for (int i = 0; i < SPLINES; ++i)
+            for (int k = 0; k < 3; ++k) force[i][k] += weight * value[i] * push[k];
+        if (!stiffness) return;
+        Products both = {};
+        multiply(value, value, both);
+        for (int k = 0; k < 3; ++k)
+            for (int l = 0; l < 3; ++l) add_multiple(weight * touch.tangent[k][l], both, stiffness[k][l]);
     }
 
     // Adds an element's forces and stiffness to those of the sheet's free splines.
-    void scatter(std::ptrdiff_t row, std::ptrdiff_t column, const double (*force)[3], const ElementMatrix& stiffness) {
+    void scatter(std::ptrdiff_t row, std::ptrdiff_t column, const double (*force)[3], const Products (*stiffness)[3]) {
         std::ptrdiff_t number[SPLINES];
         for (int i = 0; i < SPLINES; ++i) {
             const std::ptrdiff_t a = row + i / 3 - 1, b = column + i % 3 - 1;
@@ -277,9 +292,10 @@ class Press {
         for (int i = 0; i < SPLINES; ++i) {
             for (int k = 0; k < 3 && number[i] >= 0; ++k) {
                 residual_[number[i] + k] += force[i][k];
+                if (!stiffness) continue;
                 float* target = matrix_.row(number[i] + k);
                 for (int j = 0; j < SPLINES; ++j)
-                    for (int l = 0; l < 3 && number[j] >= 0; ++l) target[number[j] + l] += stiffness[k][i][l][j];
+                    for (int l = 0; l < 3 && number[j] >= 0; ++l) target[number[j] + l] += stiffness[k][l][SPLINES * i + j];
             }
         }
     }

@@ -28,7 +28,7 @@ SECTIONS = {'sensor': str, 'serial': str, 'date': str, 'software': str, 'paramet
 _SINCE_2 = {'serial': '', 'software': '', 'parameters': {}, 'outliers': []}  # sections that files of version 1 lack
 AGAIN = 'run `ros2 run tactile_perception calibrate` again'
 _DIGITS = 7  # significant digits of each number written, chosen
-_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time
+_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # measured: libyaml takes a tenth of the time, also to write
 
 
 _log = logging.getLogger(__name__)
@@ -50,7 +50,7 @@ def _software() -> str:
         return ''
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):
     """Writes lists of numbers in flow style, several on a line."""
 
     def numbers_in_lines(self, values: list):

@@ -146,7 +146,7 @@ class _NumbersFit:
 
     def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
         self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
-        self._solved: tuple[np.ndarray, list] = (np.zeros(0), [])
+        self._solved: dict[tuple, list] = {}  # fields of the groups by the logs of radius, prestretch - 1, friction and bending
 
     def numbers(self, values: np.ndarray) -> SheetNumbers:
         """What values mean: logarithms of radius, stretch, friction and bending, then the eyes' shifts."""
@@ -156,10 +156,19 @@ class _NumbersFit:
 
     def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
-        order = [*range(4, len(values)), 0, 1, 2, 3]  # eyes first: for them nothing has to be solved anew
-        moves = self.unit
-        columns = {k: (self.residual(values + moves[k] * np.eye(len(values))[k]) - residual) / moves[k] for k in order}
-        return np.stack([columns[k] for k in range(len(values))], axis=1)
+        moved = values + np.diag(self.unit)
+        self._solve([values, *moved[:4]])  # together: all cores are busy
+        return np.stack([(self.residual(one) - residual) / step for one, step in zip(moved, self.unit)], axis=1)
+
+    def _solve(self, wanted: list[np.ndarray]) -> None:
+        """Simulate the presses at values (V,) each, those not known yet, and forget all others."""
+        keys = [tuple(values[:4]) for values in wanted]
+        known = {key: self._solved[key] for key in keys if key in self._solved}
+        new = [(self.numbers(values), group) for key, values in zip(keys, wanted) if key not in known for group in self._groups]
+        solved = in_parallel(partial(_solve, self._plan), new, 'places simulated for the identification')
+        count = len(self._groups)
+        fresh = [key for key in keys if key not in known]
+        self._solved = known | {key: solved[count * k:count * (k + 1)] for k, key in enumerate(fresh)}
 
     @property
     def unit(self) -> np.ndarray:
@@ -169,11 +178,10 @@ class _NumbersFit:
     def residual(self, values: np.ndarray) -> np.ndarray:
         """Normalised residual (N,) at values (V,). Raises BadCalibration where no simulation converges."""
         numbers = self.numbers(values)
-        if not np.array_equal(self._solved[0], values[:4]):
-            solve = partial(_solve, self._plan, numbers.radius, numbers.material)
-            self._solved = values[:4].copy(), in_parallel(solve, self._groups, 'places simulated for the identification')
+        if tuple(values[:4]) not in self._solved:
+            self._solve([values])
         parts = [self._part(numbers.eyes.shifted(field), depth, pressed, group.position[0, :2])
-                 for group, solved in zip(self._groups, self._solved[1])
+                 for group, solved in zip(self._groups, self._solved[tuple(values[:4])])
                  for field, depth, pressed in zip(group.fields, group.depth, solved)]
         residual = np.concatenate(parts, axis=None)
         if np.isinf(residual).all():
@@ -191,11 +199,12 @@ class _NumbersFit:
         return difference / np.stack([shift, shift, growth], axis=1)
 
 
-def _solve(plan: LibraryPlan, radius: float, material: SheetMaterial, group: Presses) -> np.ndarray:
+def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:
     """(M, side * side, 3) fields of the M presses at one place."""
+    numbers, group = what
     way = plan.load_steps(group.depth)
     mesh = SheetMesh(group.position[0, :2], plan.half, plan.scale, plan.n)
-    solved = press_sheet(mesh, way, radius, material)[0][np.searchsorted(way, group.depth)]
+    solved = press_sheet(mesh, way, numbers.radius, numbers.material)[0][np.searchsorted(way, group.depth)]
     return uniform(solved.reshape(-1, mesh.side, mesh.side, 3)).reshape(len(solved), -1, 3)
 
 
