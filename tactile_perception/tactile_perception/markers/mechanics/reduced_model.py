@@ -150,12 +150,13 @@ def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
 
 
 def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
-    """Extrapolate linearly over depth, (..., level, ...), where a simulation did not converge (NaN)."""
+    """Extrapolate linearly over depth, (..., level, ...), where a simulation did not converge (NaN); what is known at one level only stays
+    as it is there."""
     for level in range(2, solved.shape[3]):
         missing = np.isnan(solved[:, :, :, level].reshape(*solved.shape[:3], -1)[..., 0])
         last, before = solved[:, :, :, level - 1][missing], solved[:, :, :, level - 2][missing]
         step = (depths[level] - depths[level - 1]) / (depths[level - 1] - depths[level - 2])
-        solved[:, :, :, level][missing] = last + step * (last - before)
+        solved[:, :, :, level][missing] = last + step * np.where(np.isnan(before), 0.0, last - before)
 
 
 def _class(solved: np.ndarray, wrench: np.ndarray, odd: tuple[int, int], plan: LibraryPlan) -> ModeClass:

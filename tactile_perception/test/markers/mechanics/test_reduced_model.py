@@ -68,7 +68,7 @@ def test_a_sheet_that_cannot_be_solved_is_refused(monkeypatch):
 def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
     plan = dataclasses.replace(PLAN, n=2, levels=8, order=3)
 
-    def ramp(mesh, way, radius, material):
+    def ramp(mesh, way, radius, material, drag=None):
         field = np.ones((mesh.side**2, 3)) * way[:, None, None]
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
         return field, np.ones((len(way), 6)) * -way[:, None]
@@ -76,6 +76,20 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
     deep = Press(plan.reach * plan.nodes[0], 0.999999 * plan.depth)
     nodes = looked_up(build_library(plan, MATERIAL), deep)[0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-4)
+
+
+def test_drags_solved_at_one_depth_only_are_told_as_there(monkeypatch):
+    plan = dataclasses.replace(PLAN, n=2, levels=8, order=3)
+
+    def ramp(mesh, way, radius, material, drag=None):
+        tip = np.append(drag or (0.0, 0.0), -1.0)
+        field, wrench = (tip + [0, 0, 2]) * np.ones((mesh.side**2, 1)) * way[:, None, None], np.append(tip, tip) * way[:, None]
+        if drag:
+            field[1:], wrench[1:] = np.nan, np.nan
+        return field, wrench
+    monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
+    for part in build_library(plan, MATERIAL).classes:
+        assert np.isfinite(part.coefficients).all()
 
 
 def test_what_is_packed_comes_back():
