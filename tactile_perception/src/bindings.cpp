@@ -23,6 +23,7 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_dots(module);
     tactile::border::bind_contact(module);
     tactile::border::bind_dome(module);
+    tactile::border::bind_region(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_sheet(module);
     tactile::border::bind_taxels(module);

@@ -10,6 +10,7 @@ namespace tactile::border {
 void bind_dots(pybind11::module_& module);
 void bind_contact(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
+void bind_region(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
 void bind_taxels(pybind11::module_& module);

@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from .array import TaxelArray
-from ..common.contour import Outline, contour, group_loops
+from .. import _core
+from ..common.contour import Outline, grouped
 from ..common.region_moments import Moments
 from .score import LEVEL
 
@@ -67,8 +68,9 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
         score = score * kept[labels]
     left, top, width, height = cv2.boundingRect(touched.view(np.uint8))
     bordered = cv2.copyMakeBorder(score, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
-    loops = [loop + (top - 1, left - 1) for loop in contour(bordered[top:top + height + 2, left:left + width + 2], LEVEL)]
-    outlines = group_loops(loops, array.places(np.concatenate(loops)))
+    places, *loops = _core.find_contours(bordered[top:top + height + 2, left:left + width + 2].astype(float), level=LEVEL)
+    places += (top - 1, left - 1)
+    outlines = grouped(places, array.places(places), *loops)
     near = _around_touched(touched) if count == 2 else np.where(touched, labels, _spread(labels))
     regions = [_region(outline, labels, boxes, near, pressure, array) for outline in outlines]
     return Regions([region for region in regions if region.moments.area > 0], labels, touched, near, count > _MOST + 1)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.contour import contour, label_score, region_outlines, signed_area
+from tactile_perception.common.contour import label_score, region_outlines, signed_area
 from tactile_perception.common.dot_surface import DotSurface
 from tactile_perception.errors import BadArgument
 
@@ -10,32 +10,6 @@ from tactile_perception.errors import BadArgument
 def flat(rows=23, columns=23):
     row, column = np.mgrid[:rows, :columns].astype(float)
     return DotSurface(np.stack([column, row, np.zeros_like(row)], axis=2))
-
-
-def test_contour_of_one_node_is_a_diamond():
-    field = np.zeros((3, 3))
-    field[1, 1] = 1
-    loop, = contour(field, 0.5)
-    assert {tuple(point) for point in loop.tolist()} == {(0.5, 1.0), (1.5, 1.0), (1.0, 0.5), (1.0, 1.5)}
-    assert signed_area(loop[:, ::-1]) == pytest.approx(0.5)  # from +x (column) to +y (row)
-
-
-def test_contour_settles_diagonal_cells_by_their_mean():
-    field = np.zeros((4, 4))
-    field[1, 1] = field[2, 2] = 0.9
-    assert len(contour(field, 0.5)) == 2
-    field[1, 2] = field[2, 1] = 0.4
-    assert len(contour(field, 0.5)) == 1
-
-
-def test_contour_closes_whatever_it_is_given():
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        field = np.pad(rng.uniform(0, 1, (12, 15)), 1)
-        loops = contour(field, 0.5)
-        total = sum(signed_area(loop[:, ::-1]) for loop in loops)
-        assert 0 < total < 13 * 16
-        assert all(np.abs(np.diff(np.vstack([loop, loop[:1]]), axis=0)).max() <= 1 for loop in loops)
 
 
 def test_disc_is_found_between_the_dots():

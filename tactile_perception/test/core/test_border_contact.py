@@ -27,6 +27,24 @@ def call_fit_motion(**arrays):
                              hold=3.0, fresh=False)]
 
 
+WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
+SCORE = np.pad(np.ones((3, 4)), ((1, 2), (2, 1)))
+PLACES, START, REGION, POINTS = _core.find_outlines(SCORE, WIDE, level=0.5, ceiling=1.0, refine=2)
+LOOPS = {'places': PLACES, 'start': START, 'region': REGION, 'wide': WIDE}
+SUMS = np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0])
+PATCH = {'points': DOTS[:20], 'border': POINTS, 'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
+
+
+def call_region_moments(**arrays):
+    """Moments of a region, as a tuple."""
+    return _core.region_moments(**LOOPS | arrays, refine=2)
+
+
+def call_contact_point(**arrays):
+    """The contact of a patch of dots."""
+    return _core.contact_point(**PATCH | arrays, area=1e-5, pitch=1.3e-3, sigma=3e-5)
+
+
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
@@ -46,6 +64,16 @@ CALLS = {
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
     'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
     'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
+    'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
+    'find_contours': (lambda field=SCORE: _core.find_contours(field, level=0.5), {'field': SCORE}),
+    'find_outlines': (lambda score=SCORE, wide=WIDE: _core.find_outlines(score, wide, level=0.5, ceiling=1.0, refine=2),
+                      {'score': SCORE, 'wide': WIDE}),
+    'region_moments': (call_region_moments, LOOPS),
+    'region_axes': (lambda sums=SUMS, points=POINTS, start=START: [_core.region_axes(sums, points, start, pitch=1e-3)],
+                    {'sums': SUMS, 'points': POINTS, 'start': START}),
+    'contact_point': (call_contact_point, PATCH),
+    'contact_depth': (lambda points=DOTS, gap=np.linspace(0, 1e-3, 42): [_core.contact_depth(points, gap, pitch=1.3e-3)],
+                      {'points': DOTS, 'gap': np.linspace(0, 1e-3, 42)}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

@@ -13,7 +13,7 @@ from ...common.contour import Outline, region_outlines
 from ...common.dot_grid import to_grid
 from ...common.dot_surface import DotSurface
 from ...common.estimates import ContactRegionEstimate
-from ...common.region_moments import MomentField, Moments, axes, boundary_sd
+from ...common.region_moments import Moments, axes, region_moments
 from ...common.rigid_motion import RigidFit
 from ...common.rotations import quaternion
 from ...errors import BadArgument
@@ -72,10 +72,6 @@ class Region:
     pitch: float
     surface: DotSurface
 
-    def boundary_sd(self, values: list[np.ndarray]) -> np.ndarray:
-        """Standard deviations (C,) of integrals over the region whose integrands on outline and holes are values [(M, C), ...]."""
-        return boundary_sd(self.outline.loops, values, self.pitch)
-
 
 def find_regions(dots: ContactDots) -> list[Region]:
     """The separate regions of one frame, largest first."""
@@ -86,9 +82,9 @@ def find_regions(dots: ContactDots) -> list[Region]:
     outlines = region_outlines(score, surface)
     if not outlines:
         return []
-    moments = MomentField(surface, outlines)
+    moments, pitch = region_moments(surface, outlines)
     members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
-    regions = [Region(outline, moments.of(outline), inside, moments.pitch, surface) for outline, inside in zip(outlines, members)]
+    regions = [Region(*shape, pitch, surface) for shape in zip(outlines, moments, members)]
     # Between two dots just below the threshold the interpolated score may exceed it: a region without dots is no contact.
     return [region for region in regions if region.moments.area > 0 and region.members.any()]
 
