@@ -9,7 +9,7 @@
 #include "membrane_forces.hpp"
 #include "membrane_frame.hpp"
 #include "membrane_solver.hpp"
-#include "object_twist.hpp"
+#include "stick_slip.hpp"
 #include "vectors.hpp"
 
 namespace py = pybind11;
@@ -158,50 +158,60 @@ py::array_t<double> score(const py::object& load, const py::object& places, cons
     return output(found, {grid.size()});
 }
 
-// Motions of dots between two frames.
-struct GivenMotions {
-    Input<double> before, after, normals, origin;
-    DotMotions motions;
-    GivenMotions(const py::tuple& arrays, double across, double along)
-        : before(arrays[0], "before", {ANY, 3}),
-          after(arrays[1], "after", {before.length(), 3}),
-          normals(arrays[2], "normals", {before.length(), 3}),
-          origin(arrays[3], "origin", {3}),
-          motions(before.data(), after.data(), normals.data(), before.length(), origin.data(), within(across, "across", 1e-12, 1),
-                  within(along, "along", 1e-12, 1)) {}
-};
+// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, slid, followed.
+constexpr py::ssize_t OBJECT = 20;
 
-Twist twist_of(const py::object& given) {
-    const Input<double> values(given, "twist", {6});
-    Twist twist;
-    std::copy(values.data(), values.data() + 6, twist.begin());
-    return twist;
-}
-
-py::array_t<double> twist_output(const Twist& twist) {
-    return output(std::vector<double>(twist.begin(), twist.end()), {6});
-}
-
-py::array_t<double> motion_fit(const py::object& before, const py::object& after, const py::object& normals, const py::object& origin,
-                               const py::object& twist, const py::object& drag, const py::object& weights, double across, double along,
-                               double coarse, double fine, double hold, bool fresh) {
-    const GivenMotions of(py::make_tuple(before, after, normals, origin), across, along);
-    const Twist start = twist_of(twist);
-    const Input<double> pull(drag, "drag", {of.before.length(), 3}), sticking(weights, "weights", {of.before.length()});
-    return twist_output(of.motions.fit_robust(fresh ? nullptr : &start, pull.data(), sticking.data(), coarse, fine, hold));
-}
-
-py::tuple motion_residuals(const py::object& before, const py::object& after, const py::object& normals, const py::object& origin,
-                           const py::object& twist) {
-    const GivenMotions of(py::make_tuple(before, after, normals, origin), 1, 1);
-    const Twist by = twist_of(twist);
-    const py::ssize_t count = of.before.length();
-    std::vector<double> across(3 * count), along(count);
-    for (py::ssize_t i = 0; i < count; ++i) {
-        store(across.data(), i, of.motions.residual(i, by));
-        along[i] = of.motions.normal_residual(i, by);
+std::vector<TouchingObject> objects_of(const Input<double>& rows) {
+    std::vector<TouchingObject> objects(rows.length());
+    for (py::ssize_t k = 0; k < rows.length(); ++k) {
+        const double* row = rows.data() + k * OBJECT;
+        TouchingObject& thing = objects[k];
+        thing.friction = row[0], thing.moves = row[1] > 0, thing.gross = row[2] > 0, thing.slipping = row[4];
+        thing.still = row[3] >= 0 ? static_cast<int>(std::min(row[3], 1e6)) : 0;
+        std::copy(row + 5, row + 11, thing.twist.begin());
+        thing.centre = vec3_at(row + 11, 0), thing.slid = vec3_at(row + 14, 0), thing.followed = vec3_at(row + 17, 0);
     }
-    return py::make_tuple(output(across, {count, 3}), output(along, {count}));
+    return objects;
+}
+
+py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
+    std::vector<double> rows(objects.size() * OBJECT);
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        double* row = &rows[k * OBJECT];
+        const TouchingObject& thing = objects[k];
+        row[0] = thing.friction, row[1] = thing.moves, row[2] = thing.gross, row[3] = thing.still, row[4] = thing.slipping;
+        std::copy(thing.twist.begin(), thing.twist.end(), row + 5);
+        store(row + 11, 0, thing.centre), store(row + 14, 0, thing.slid), store(row + 17, 0, thing.followed);
+    }
+    return output(rows, {static_cast<py::ssize_t>(objects.size()), OBJECT});
+}
+
+py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& held, const py::object& objects, const py::object& origin,
+                 int rows, int columns, double tolerance, double noise, double depth_noise, double friction) {
+    if (last.size() != 3) throw py::value_error("last: places, score and seen are needed");
+    if (now.size() != 5) throw py::value_error("now: places, score, seen, normals and force are needed");
+    const Input<double> places(now[0], "places", {ANY, 3});
+    const Grid grid = grid_of(places, "places", rows, columns);
+    const Input<double> before(last[0], "last_places", {grid.size(), 3}), last_score(last[1], "last_score", {grid.size()});
+    const Input<bool> last_seen(last[2], "last_seen", {grid.size()}), seen(now[2], "seen", {grid.size()});
+    const Input<double> score(now[1], "score", {grid.size()}), normals(now[3], "normals", {grid.size(), 3});
+    const Input<double> force(now[4], "force", {grid.size(), 3}), known(objects, "objects", {ANY, OBJECT}), centre(origin, "origin", {3});
+    const Input<std::int64_t> holders(held, "held", {grid.size()});
+    StickSlipMemory memory{within(tolerance, "tolerance", 1e-12, 1),
+                           within(noise, "noise", 1e-12, 1),
+                           within(depth_noise, "depth_noise", 1e-12, 1),
+                           friction,
+                           objects_of(known),
+                           std::vector<std::int64_t>(holders.data(), holders.data() + grid.size())};
+    for (const std::int64_t number : memory.held) within(number, "held", 0, static_cast<double>(known.length()));
+    std::vector<std::uint8_t> found;
+    {
+        py::gil_scoped_release others_run;
+        found = stick_slip(grid, {before.data(), last_score.data(), last_seen.data(), nullptr, nullptr},
+                           {places.data(), score.data(), seen.data(), normals.data(), force.data()}, centre.data(), memory);
+    }
+    return py::make_tuple(output(found, {grid.size()}), output(memory.held, {grid.size()}), rows_of(memory.objects), memory.depth_noise,
+                          memory.friction);
 }
 
 }  // namespace
@@ -250,11 +260,9 @@ void tactile::border::bind_contact(py::module_& module) {
         "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
         "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
     module.def(
-        "fit_motion", &motion_fit, py::arg("before"), py::arg("after"), py::arg("normals"), py::arg("origin"), py::arg("twist"),
-        py::arg("drag"), py::arg("weights"), py::kw_only(), py::arg("across"), py::arg("along"), py::arg("coarse"), py::arg("fine"),
-        py::arg("hold"), py::arg("fresh"),
-        "Twist (6,) of the object that dots touch, from their places before and after (N, 3), m, normals (N, 3) and origin (3,) of the\n"
-        "rays: robust, from twist, which weighs hold dots; fresh: from nothing. See twist_fit.DotMotions.");
-    module.def("motion_residuals", &motion_residuals, py::arg("before"), py::arg("after"), py::arg("normals"), py::arg("origin"),
-               py::arg("twist"), "Motions (N, 3), m, across the rays and (N,), m, along the normals less those of the twist (6,).");
+        "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
+        py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
+        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 20), noise along\n"
+        "the normal and friction. last: places (K, 3), m, scores (K,), seen (K,) bool of the last frame; now: the same, normals and\n"
+        "force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
 }

@@ -34,14 +34,13 @@ void fill_row(Vec3 direction, Vec3 offset, double* row) {
 DotMotions::DotMotions(const double* before, const double* after, const double* normals, std::ptrdiff_t count, const double* origin,
                        double across, double along)
     : count_(count), share_(across / along * (across / along)), along_(along) {
-    Vec3 centre{0, 0, 0};
-    for (std::ptrdiff_t i = 0; i < count; ++i) centre = centre + 1.0 / count * vec3_at(after, i);
+    for (std::ptrdiff_t i = 0; i < count; ++i) centre_ = centre_ + 1.0 / count * vec3_at(after, i);
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         const Vec3 first = vec3_at(before, i), last = vec3_at(after, i), middle = 0.5 * (first + last);
         const Vec3 away = middle - vec3_at(origin, 0);
         ray_.push_back(1 / length(away) * away);
         moved_.push_back(last - first);
-        offset_.push_back(middle - centre);
+        offset_.push_back(middle - centre_);
         normal_.push_back(vec3_at(normals, i));
     }
 }

@@ -30,12 +30,14 @@ class DotMotions {
     // What a dot's motion is beyond the twist's: across its ray, and along its normal.
     Vec3 residual(std::ptrdiff_t dot, const Twist& twist) const;
     double normal_residual(std::ptrdiff_t dot, const Twist& twist) const;
+    Vec3 centre() const { return centre_; }
 
  private:
     Twist fit(const std::vector<double>& carried, const std::vector<double>& touching, const Twist& expected, double hold) const;
 
     std::ptrdiff_t count_;
     double share_, along_;
+    Vec3 centre_{0, 0, 0};
     std::vector<Vec3> ray_, moved_, offset_, normal_;
 };
 

@@ -18,13 +18,17 @@ FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5
 LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full(42, 1e-4), 'triangles': AT_REST, 'residual': 0 * UP}
 
 
-MOTION = {'before': DOTS, 'after': DOTS + 1e-4, 'normals': UP, 'origin': -UP[0], 'twist': np.zeros(6)}
+HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
+LAST = {'last_places': DOTS, 'last_score': 1.0 * HELD, 'last_seen': HELD > -1}
+NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
+STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 20)), 'origin': -0.04 * UP[0]}
 
 
-def call_fit_motion(**arrays):
-    """A motion of all dots."""
-    return [_core.fit_motion(**MOTION | {'drag': UP, 'weights': np.ones(42)} | arrays, across=2e-6, along=2e-5, coarse=4e-5, fine=1e-5,
-                             hold=3.0, fresh=False)]
+def call_stick_slip(**arrays):
+    """States of dots under one object."""
+    given = STICKING | arrays
+    return _core.stick_slip(tuple(given[name] for name in LAST), tuple(given[name] for name in NOW), given['held'], given['objects'],
+                            given['origin'], tolerance=1e-5, noise=2e-6, depth_noise=2e-5, friction=0.3, **GRID)
 
 
 WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
@@ -62,8 +66,7 @@ CALLS = {
         **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
-    'fit_motion': (call_fit_motion, MOTION | {'drag': UP, 'weights': np.ones(42)}),
-    'motion_residuals': (lambda **arrays: _core.motion_residuals(**MOTION | arrays), MOTION),
+    'stick_slip': (call_stick_slip, STICKING),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
     'find_contours': (lambda field=SCORE: _core.find_contours(field, level=0.5), {'field': SCORE}),
     'find_outlines': (lambda score=SCORE, wide=WIDE: _core.find_outlines(score, wide, level=0.5, ceiling=1.0, refine=2),

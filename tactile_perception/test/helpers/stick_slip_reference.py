@@ -1,0 +1,227 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""States of dots in NumPy: what the compiled ones measure themselves against."""
+import copy
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from tactile_perception.common.dot_grid import around
+from tactile_perception.common.statistics import robust_sigma
+from twist_reference import DotMotions, across_rays, lengths, twist_about
+
+NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
+_FEWEST = 5  # dots that determine a motion; chosen: two more than three
+_SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
+# Frames for which dots may be at rest while the object moves on: in gross slip (as of a disc that turns about its axis), and after a
+# frame in which many dots slipped; chosen.
+_REST_AFTER_GROSS, _REST_AFTER_SLIP = 15, 3
+_LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
+_MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
+_CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
+# The region of an object that slides follows it, less where the face is larger than the region: by this share at least, told once it should
+# have slid by this far, m; chosen: two thirds of a pitch, five times the error of a region's centre in one frame.
+_FOLLOWS, _TELLING = 0.15, 0.8e-3
+
+
+@dataclass
+class _Object:
+    """What is known of one object from its last frame.
+
+    twist (6,), a frame, about centre (3,), m, None: unknown; friction: coefficient; slipping: share of its dots that slip; gross: whether
+    it slips grossly; still: frames for which its dots have been at rest; slid, followed (3,): m, how far it should have slid over dots that
+    are about at rest, and how far its region has moved; weight (K,): scores of its dots less 0.5, 0 elsewhere.
+    """
+
+    friction: float
+    twist: np.ndarray | None = None
+    centre: np.ndarray | None = None
+    slipping: float = 0.0
+    gross: bool = False
+    still: int = 0
+    weight: np.ndarray | None = None
+    slid: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    followed: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+
+class StickSlipTracker:
+    """Classifies the dots of a rows x columns grid frame by frame; origin: (3,) m, camera centre.
+
+    tolerance: m, lag of a sticking dot behind the object in a frame; noise: m, standard deviation of a dot's motion across its ray, an
+    initial value: it is measured while nothing touches. friction: coefficient in the last slip, NaN before the first.
+    """
+
+    def __init__(self, rows: int, columns: int, origin: np.ndarray, tolerance: float = 10e-6, noise: float = 2e-6):
+        self.shape, self.origin = (rows, columns), np.asarray(origin, float)
+        self.tolerance, self.noise = tolerance, noise
+        self.depth_noise = 2 * tolerance
+        self.reset()
+
+    def reset(self):
+        """Forget all frames."""
+        self._last: tuple[np.ndarray, np.ndarray] | None = None
+        self._objects: list[_Object] = []
+        self._held = np.zeros(self.shape[0] * self.shape[1], int)
+        self.friction = np.nan
+
+    def update(self, state, score: np.ndarray) -> np.ndarray:
+        """States (K,) uint8 in this frame; score (K,): above 0.5 in contact."""
+        touched = score > .5
+        if not touched.any():
+            self.observe_free(state.xyz, state.seen)
+            return np.zeros(len(score), np.uint8)
+        states, held, objects = np.where(touched, STICKING, NON_CONTACT).astype(np.uint8), np.zeros(len(score), int), []
+        known = state.seen & self._last[1] if self._last else np.zeros(len(score), bool)
+        for member in self._separate(touched):
+            thing, both = self._continued(member), member[known[member] & (self._held[member] > 0)]
+            weight = np.zeros(len(score))
+            weight[member] = score[member] - 0.5  # so that dots come and go gradually
+            moved = np.zeros(3) if thing.weight is None else _mean(state.xyz, weight) - _mean(state.xyz, thing.weight)
+            if len(both) >= _FEWEST:
+                states[both[self._classify(thing, state, touched, both, moved)]] = SLIPPING
+                states[member[self._held[member] == 0]] = SLIPPING if thing.gross else STICKING
+            elif len(member) < _FEWEST:
+                thing = _Object(thing.friction)
+            thing.weight = weight
+            objects.append(thing)
+            held[member] = len(objects)
+        self._last, self._objects, self._held = (state.xyz, state.seen), objects, held
+        return states
+
+    def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
+        """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets the objects and updates the noise from the motions."""
+        if self._last is not None and not self._objects:
+            moved = lengths(across_rays(self._last[0], xyz, self.origin)[0])[seen & self._last[1]]
+            # a low quantile: a touch below the detection limit moves many dots
+            here = np.partition(moved, len(moved) // _CALMEST)[len(moved) // _CALMEST] / 0.668 if len(moved) else np.nan
+            if here > 0:
+                self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
+        self._last, self._objects, self._held = (xyz, seen), [], np.zeros(len(seen), int)
+
+    def _separate(self, touched: np.ndarray) -> list[np.ndarray]:
+        """Numbers (N,) of the dots of each separate object, largest first: dots with up to one free dot between them belong together."""
+        wide = cv2.dilate(touched.reshape(self.shape).astype(np.uint8), np.ones((2, 2), np.uint8))
+        count, label = cv2.connectedComponents(wide)
+        label = np.where(touched, label.ravel(), 0)
+        return sorted((np.flatnonzero(label == number) for number in range(1, count)), key=len, reverse=True)
+
+    def _continued(self, member: np.ndarray) -> _Object:
+        """The object of the last frame that held most of the dots member (N,); a new one if none did."""
+        before = np.bincount(self._held[member], minlength=len(self._objects) + 1)[1:]
+        return copy.copy(self._objects[before.argmax()]) if before.any() else _Object(self.friction)
+
+    def _classify(self, thing, state, touched, both, moved):
+        """(N,) bool: which of the dots both (N,), in contact and seen now and in the last frame, slip."""
+        motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
+        predicted = None if thing.twist is None else twist_about(thing.twist, thing.centre, motions.centre)
+        if predicted is not None and not self._in_touch(motions, predicted):
+            predicted = motions.constrained_to_normals(predicted)
+        ratio, drag = self._friction(state, touched, both, motions, predicted)
+        self._watch_rest(thing, motions, predicted, moved)
+        twist, thing.gross = self._motion(thing, motions, predicted, ratio, drag)
+        slips = lengths(motions.residuals(twist)) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
+        thing.twist, thing.centre, thing.slipping = twist, motions.centre, slips.mean()
+        self._learn(thing, motions, twist, ratio, slips)
+        return slips
+
+    def _motion(self, thing, motions, predicted, ratio, drag):
+        """The object's twist (6,), and whether it slips grossly."""
+        fine = self.tolerance
+        grip = np.clip((thing.friction - ratio) / (.4 * thing.friction), .05, 1)**2 if thing.friction > 0 else np.ones(len(ratio))
+        if thing.still >= self._rest_frames(thing):
+            return np.zeros(6), False
+        if predicted is not None:
+            near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(1.0, .1 * len(ratio)), grip)
+            agree = np.count_nonzero(lengths(motions.residuals(near)) < 1.3 * fine)
+            slides = self._slides_on(thing, motions, predicted, ratio, drag)
+            if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not thing.gross and self._in_touch(motions, near) and not (
+                    slides and self._behind(motions, near, predicted, drag)):
+                return near, False
+            if slides:
+                return predicted, True
+        return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False
+
+    def _behind(self, motions, near, predicted, drag):
+        """Whether the motion that most dots share lags behind the predicted one along the drag: then these dots slip, they do not stick."""
+        lag = (motions.residuals(near) - motions.residuals(predicted)).mean(axis=0)
+        return lag @ drag.sum(axis=0) > 2 * self.tolerance * np.linalg.norm(drag.sum(axis=0))
+
+    def _watch_rest(self, thing, motions, predicted, moved):
+        """Count the frames in which the dots are at rest, and how far the region has moved in them: moved (3,), m, in this one."""
+        thing.still = thing.still + 1 if self._still(motions) else 0
+        if np.sqrt(np.vdot(motions.moved_across, motions.moved_across) / len(motions.moved_across)) > self.tolerance:
+            thing.slid, thing.followed = np.zeros(3), np.zeros(3)
+            return
+        thing.followed = thing.followed + moved
+        if predicted is not None:
+            thing.slid = thing.slid - motions.residuals(predicted).mean(axis=0)
+
+    def _rest_frames(self, thing):
+        """Frames for which dots must be at rest before the object counts as at rest."""
+        far = np.sqrt(thing.slid @ thing.slid)
+        if far > _TELLING and thing.followed @ thing.slid < _FOLLOWS * far**2:
+            return thing.still
+        if thing.gross:
+            return _REST_AFTER_GROSS
+        return _REST_AFTER_SLIP if thing.slipping > _MANY else 1
+
+    def _still(self, motions):
+        """Whether the dots' mean square motion is within three standard deviations of noise."""
+        across = motions.moved_across
+        excess = np.vdot(across, across) / (2 * len(across)) / self.noise**2 - 1
+        return excess < 3 / np.sqrt(len(across)) and self._in_touch(motions, np.zeros(6))
+
+    def _in_touch(self, motions, twist):
+        """Whether the dots follow the object along the normal, as all dots in contact must."""
+        off = motions.normal_residuals(twist)
+        return abs(np.median(off)) < 2 * self.depth_noise and np.median(np.abs(off)) < 3 * self.depth_noise
+
+    def _slides_on(self, thing, motions, predicted, ratio, drag):
+        """Whether the dots lag behind the predicted motion as in gross slip: all along their drag, at the friction of earlier slip."""
+        lag = -motions.residuals(predicted)
+        size = lengths(lag) + 1e-12
+        along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
+        dragged = along.sum() / size.sum() > (.25 if thing.gross else .5)
+        loaded = not thing.friction > 0 or np.median(ratio) > .65 * thing.friction
+        return bool(dragged and loaded and self._in_touch(motions, predicted) and (thing.gross or thing.slipping > _MANY))
+
+    def _learn(self, thing, motions, twist, ratio, slips):
+        """Update the running means of the slipping dots' friction and of the noise along the normal."""
+        spread = robust_sigma(motions.normal_residuals(motions.constrained_to_normals(twist)))
+        self.depth_noise += _SMOOTHING * (max(spread, self.tolerance / 2) - self.depth_noise)
+        seen = np.median(ratio[slips]) if slips.sum() >= _FEWEST else 0.0
+        if seen > _LEAST_FRICTION:
+            thing.friction = seen if not thing.friction > 0 else thing.friction + _SMOOTHING * (seen - thing.friction)
+            self.friction = thing.friction
+
+    def _friction(self, state, touched, both, motions, predicted):
+        """Ratio (N,) of tangential to normal load, and tangential load (N, 3), of the dots both (N,), summed over 3 x 3 dots.
+
+        Where the object slides over the surface, only the load in that direction counts: it may differ from dot to dot.
+        """
+        normal = -np.einsum('ij,ij->i', state.force, state.normal)
+        loads = np.empty((len(normal), 5))
+        loads[:, 0] = normal
+        loads[:, 1:4] = state.force + normal[:, None] * state.normal
+        loads[~touched] = 0
+        direction = self._sliding_direction(motions, predicted, state.normal[both])
+        loads[:, 4] = 0
+        loads[both, 4] = np.einsum('ij,ij->i', loads[both, 1:4], direction)
+        near = around(loads.reshape(*self.shape, 5)).reshape(-1, 5)[both]
+        load = np.where(direction.any(1), near[:, 4], lengths(near[:, 1:4]))
+        return load / np.maximum(near[:, 0], 1e-9), near[:, 1:4]
+
+    def _sliding_direction(self, motions, predicted, normals):
+        """Unit vectors (N, 3) along which the object, by the twist predicted, slides over the dots, across normals (N, 3); 0: unknown."""
+        if predicted is None:
+            return np.zeros_like(normals)
+        lag = -motions.residuals(predicted)
+        lag -= np.einsum('ij,ij->i', lag, normals)[:, None] * normals
+        size = lengths(lag)[:, None]
+        return np.where(size > self.tolerance / 2, lag / np.maximum(size, 1e-12), 0)
+
+
+def _mean(xyz, weight):
+    """(3,) mean of places xyz (K, 3) with weights (K,)."""
+    return weight @ xyz / weight.sum()
