@@ -59,8 +59,8 @@ def test_contours_are_the_references_with_holes_in_the_regions_around_them(seed)
     loops, region = contours(field, 0.5)
     expected = reference.group_loops(reference.contour(field, 0.5), np.zeros((1000, 3)))
     assert region.max() + 1 == len(expected)
-    by_area = sorted(map(turned, loops), key=lambda loop: loop.tolist())
-    alike(by_area, sorted((turned(loop) for one in expected for loop in (one.grid_points, *one.grid_holes)), key=lambda loop: loop.tolist()))
+    expected_loops = [loop for one in expected for loop in (one.grid_points, *one.grid_holes)]
+    alike(*(sorted(map(turned, some), key=lambda loop: loop.tolist()) for some in (loops, expected_loops)))
     assert sorted(np.bincount(region)) == sorted(1 + len(one.grid_holes) for one in expected)
 
 

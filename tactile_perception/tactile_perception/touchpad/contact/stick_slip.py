@@ -50,8 +50,8 @@ class StickSlipTracker:
             return np.zeros(len(score), np.uint8)
         now = state.xyz, score, state.seen
         states, self._held, self._objects, self.depth_noise, self.friction = _core.stick_slip(
-            self._last, (*now, state.normal, state.force), self._held, self._objects, self.origin, rows=self.shape[0], columns=self.shape[1],
-            tolerance=self.tolerance, noise=self.noise, depth_noise=self.depth_noise, friction=self.friction)
+            self._last, (*now, state.normal, state.force), self._held, self._objects, self.origin, rows=self.shape[0],
+            columns=self.shape[1], tolerance=self.tolerance, noise=self.noise, depth_noise=self.depth_noise, friction=self.friction)
         self._last = now
         return states
 
