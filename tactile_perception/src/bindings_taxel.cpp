@@ -4,6 +4,7 @@
 #include "bindings.hpp"
 #include "border.hpp"
 #include "steady_motion.hpp"
+#include "taxel_regions.hpp"
 #include "taxel_registration.hpp"
 #include "taxel_score.hpp"
 #include "taxel_shear.hpp"
@@ -32,6 +33,38 @@ py::array_t<float> score_of_taxels(const py::object& pressure, double smooth, in
         found = taxel_score(given.data(), given.length(0), given.length(1), rule);
     }
     return output(found, {given.length(0), given.length(1)});
+}
+
+py::tuple regions_of_taxels(const py::object& score, const py::object& pressure, double level, double pitch, int most, int around) {
+    const Input<float> scores(score, "score", {ANY, ANY}), pressed(pressure, "pressure", {scores.length(0), scores.length(1)});
+    const py::ssize_t rows = scores.length(0), columns = scores.length(1);
+    within(rows, "score", 1, MOST_TAXELS);
+    within(columns, "score", 1, MOST_TAXELS);
+    const TaxelRule rule{rows,
+                         columns,
+                         within(level, "level", 1e-6, 1e6),
+                         within(pitch, "pitch", 1e-9, LONGEST),
+                         within(most, "most", 1, LONGEST),
+                         within(around, "around", 0, MOST_TAXELS)};
+    TaxelRegions found;
+    {
+        py::gil_scoped_release others_run;
+        found = taxel_regions(scores.data(), pressed.data(), rule);
+    }
+    std::vector<double> table;
+    for (const TaxelRegion& one : found.regions) {
+        for (const std::ptrdiff_t number :
+             {static_cast<std::ptrdiff_t>(one.label), one.count, one.box.top, one.box.left, one.box.bottom, one.box.right})
+            table.push_back(static_cast<double>(number));
+        table.insert(table.end(), {one.force, one.centre[0], one.centre[1], one.peak});
+        table.insert(table.end(), one.sums.begin(), one.sums.end());
+    }
+    const auto vertices = static_cast<py::ssize_t>(found.points.size()) / 3;
+    return py::make_tuple(output(found.labels, {rows, columns}), output(found.near, {rows, columns}), found.broken,
+                          output(table, {static_cast<py::ssize_t>(found.regions.size()), 16}), output(found.loops.places, {vertices, 2}),
+                          output(found.points, {vertices, 3}),
+                          output(found.loops.start, {static_cast<py::ssize_t>(found.loops.start.size())}),
+                          output(found.loops.region, {static_cast<py::ssize_t>(found.loops.region.size())}));
 }
 
 py::tuple edges_of_taxels(const py::object& score, double steep, int rim, int most) {
@@ -117,6 +150,12 @@ py::tuple motion_of_places(const py::object& times, const py::object& places, do
                           output(std::vector<double>(found.velocity.begin(), found.velocity.end()), {3}), found.sigma, found.used);
 }
 
+double noise_of(const py::object& places) {
+    const Input<double> passed(places, "places", {ANY, 3});
+    py::gil_scoped_release others_run;
+    return noise_of_places(passed.data(), passed.length());
+}
+
 }  // namespace
 
 void tactile::border::bind_taxels(py::module_& module) {
@@ -126,6 +165,14 @@ void tactile::border::bind_taxels(py::module_& module) {
         "Contact scores (rows, columns) float32, 0 to 1, above 0.5 in contact, of pressure (rows, columns) float32.\n\n"
         "smooth: taxels, of the Gaussian against noise; reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
         "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's slope.");
+    module.def(
+        "taxel_regions", &regions_of_taxels, py::arg("score"), py::arg("pressure"), py::kw_only(), py::arg("level"), py::arg("pitch"),
+        py::arg("most"), py::arg("around"),
+        "Regions where score (rows, columns) float32 exceeds level, at most so many, with the load of pressure (rows, columns) float32 in\n"
+        "them and in the taxels around: labels (rows, columns) int32, 0 outside; the same, extended to the taxels around; whether there\n"
+        "are more regions; a table (R, 16): label, taxels, top, left, bottom, right, force, its centre (x, y), peak, integrals of 1, x, "
+        "y,\n"
+        "xx, xy, yy; and the outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
     module.def(
         "taxel_edges", &edges_of_taxels, py::arg("score"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
         "Edge taxels of a score (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
@@ -157,4 +204,7 @@ void tactile::border::bind_taxels(py::module_& module) {
         "the longest stretch in which the velocity was constant; the standard deviation of the velocity; the number of places used. "
         "sigma:\n"
         "standard deviation of a place; bound: standard deviations by which velocities of ever longer stretches may differ.");
+    module.def(
+        "noise_of_places", &noise_of, py::arg("places"),
+        "Standard deviation along x and y of places (N, 3) float64 of a steady motion, without the last one; 0 for fewer than four.");
 }

@@ -17,4 +17,8 @@ struct SteadyMotion {
 // The motion along places (count, 3) at rising times (count,), with noise of standard deviation sigma; bound: standard deviations.
 SteadyMotion steady_motion(const double* times, const double* places, std::ptrdiff_t count, double sigma, double bound);
 
+// Standard deviation of the first two coordinates of places (count, 3), by the median length of their second differences, in which steady
+// motion has no part; without the last one, in which a motion may begin.
+double noise_of_places(const double* places, std::ptrdiff_t count);
+
 }  // namespace tactile

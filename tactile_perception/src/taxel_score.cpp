@@ -258,11 +258,21 @@ void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float fre
 
 std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
     Values score(rows * columns);
-    const float* end = pressure + rows * columns;
-    if (std::all_of(pressure, end, [&](float value) { return !(value > rule.share * rule.least); })) return score;
-    const Border border(pressure, rows, columns, rule);
-    for (std::size_t k = 0; k < score.size(); ++k) score[k] = clipped(0.5f * pressure[k] / border.expected[k]);
-    close(score, rows, columns, 0.5f * GAP / rule.share);
+    std::vector<std::uint8_t> pressed(score.size());
+    for (std::size_t k = 0; k < score.size(); ++k) pressed[k] = pressure[k] > rule.share * rule.least;
+    const Box inside = box_around(pressed.data(), rows, columns);
+    if (inside.rows() == 0) return score;
+    // What is farther away has no part in a contact's score.
+    const auto margin = 2 * rule.reach + 2 * static_cast<std::ptrdiff_t>(std::ceil(4 * rule.smooth)) + 2;
+    const Box box = inside.grown(margin, rows, columns);
+    Values near;
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r)
+        near.insert(near.end(), pressure + r * columns + box.left, pressure + r * columns + box.right);
+    const Border border(near.data(), box.rows(), box.columns(), rule);
+    for (std::size_t k = 0; k < near.size(); ++k) near[k] = clipped(0.5f * near[k] / border.expected[k]);
+    close(near, box.rows(), box.columns(), 0.5f * GAP / rule.share);
+    for (std::ptrdiff_t r = 0; r < box.rows(); ++r)
+        std::copy_n(near.begin() + r * box.columns(), box.columns(), score.begin() + (box.top + r) * columns + box.left);
     return score;
 }
 

@@ -16,7 +16,7 @@ struct ScoreRule {
     float ramp;            // taxels: pressure at the border of a curved face over the slope of the level there
 };
 
-// Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact.
+// Scores (rows, columns) of pressure, 0 to 1, LEVEL at the border of a contact; 0 far from all contacts.
 std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule);
 
 }  // namespace tactile

@@ -12,7 +12,7 @@ mp = pytest.importorskip('mpmath', reason='pip install mpmath')
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # noqa: E402
-from tactile_perception.common.contour import Outline, region_outlines  # noqa: E402
+from tactile_perception.common.contour import region_outlines  # noqa: E402
 from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
 from tactile_perception.common.region_moments import axes, region_moments  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
@@ -26,8 +26,6 @@ from tactile_perception.markers.view.marker_field import CameraView  # noqa: E40
 from tactile_perception.psd.geometry import MIX, angles, exp_map, direction, error_angle, log_map, position, position_covariance  # noqa: E402
 from tactile_perception.psd.equidistant_map import EquidistantMap  # noqa: E402
 from tactile_perception.psd.sphere_filter import SphereFilter  # noqa: E402
-from tactile_perception.taxel.array import TaxelArray  # noqa: E402
-from tactile_perception.taxel.regions import flat_moments  # noqa: E402
 from tactile_perception.taxel.wrench import transform_wrench  # noqa: E402
 from tactile_perception.touchpad.optics.absorption import WaterModel  # noqa: E402
 from tactile_perception.touchpad.optics.colour import RingColours  # noqa: E402
@@ -129,34 +127,6 @@ def twist():
         rows[2 * k + 1, 1], rows[2 * k + 1, 2], right[2 * k + 1] = 1, mp.mpf(x), mp.mpf(vy)
     linear, turn, _ = planar_twist(place, velocity)
     return np.array([*linear, turn]), plain(mp.lu_solve(rows, right)).ravel(), 1e-3
-
-
-def _polygon(corners):
-    points = np.column_stack([corners, np.zeros(len(corners))])
-    found = flat_moments(Outline(points, [], corners, []), TaxelArray(44, 44, 1e-3))
-    return np.array([found.area, *found.first[:2], *found.second])
-
-
-def rectangle():
-    """Turned, far from the origin: closed form of area, first and second moments."""
-    turn, a, b, centre = 0.3, 8e-3, 3e-3, np.array([0.03, -0.02])
-    way = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    corners = np.array([[-a, -b], [a, -b], [a, b], [-a, b]]) / 2 @ way.T + centre
-    spread = way @ np.diag([a * a, b * b]) / 12 @ way.T + np.outer(centre, centre)
-    true = a * b * np.array([1, *centre, spread[0, 0], spread[0, 1], spread[1, 1]])
-    return _polygon(corners) / true, np.ones(6), 1
-
-
-def ellipse():
-    """A polygon of N corners on an ellipse has sin(w) / w of its area and (2 + cos(w)) / 3 of that in its variances, w = 2 pi / N."""
-    a, b, count = 7e-3, 4e-3, 400
-    step = 2 * np.pi / count
-    angle = np.arange(count) * step
-    found = _polygon(np.column_stack([a * np.cos(angle), b * np.sin(angle)]))
-    area = np.pi * a * b * np.sin(step) / step
-    second = area / 4 * (2 + np.cos(step)) / 3
-    true = np.array([area, second * a * a, second * b * b])
-    return found[[0, 3, 5]] / true, np.ones(3), 1
 
 
 def ellipse_of_dots():
@@ -360,7 +330,7 @@ def surface_of_parabola():
 # precision inside.
 ALLOWED = {
     rotations: 1e-15, rotation_vectors: 1e-14, quaternions: 1e-14, rigid_turn: 1e-14, rigid_shift: 1e-13, rigid_far_away: 1e-9,
-    rigid_covariance: 1e-12, twist: 1e-12, rectangle: 1e-5, ellipse: 1e-6, ellipse_of_dots: 0.02, sphere_to_plane_and_back: 1e-15,
+    rigid_covariance: 1e-12, twist: 1e-12, ellipse_of_dots: 0.02, sphere_to_plane_and_back: 1e-15,
     polar_angles: 1e-15, error_angles: 2e-7, paper_map: 1e-15, place_covariance: 1e-12, detector_place: 1e-15, gaussian_peak: 1e-12,
     gaussian_least_squares: 1e-12, beer_lambert: 1e-15, light_path: 1e-13, homography: 1e-13, pixel_area: 1e-5, grazing_rays: 1e-8,
     touch_filter: 1e-12, sphere_filter: 1e-6, wrench_elsewhere: 1e-15, surface_of_parabola: 1e-14,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._core import steady_motion
+from .._core import noise_of_places, steady_motion
 from .array import SoftPad, TaxelArray
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .shear import BORDER_LEAD, SurfaceShear
@@ -165,9 +165,10 @@ class ImprintTracker:
         about = (self._key.middle - self._middle) * self._array.pitch
         reach = self._key.reach * self._array.pitch
         to_contact = np.array([[1, 0, -about[1]], [0, 1, about[0]], [0, 0, reach]])  # path of the contact's middle, and of its edges
-        times, totals = np.array(self._past)[:, 0], np.array(self._past)[:, 1:]
-        places = totals @ to_contact.T
-        place, speed, sigma, used = steady_motion(times, places, sigma=self._noise(places), bound=_BOUND)
+        past = np.array(self._past)
+        times, places = past[:, 0], past[:, 1:] @ to_contact.T
+        noise = max(noise_of_places(places), _LEAST_NOISE * self._array.pitch)
+        place, speed, sigma, used = steady_motion(times, places, sigma=noise, bound=_BOUND)
         turn, turn_rate = place[2] / reach, speed[2] / reach
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
@@ -181,13 +182,6 @@ class ImprintTracker:
         if speed <= max((_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma, _CREEP * self._array.pitch):
             return False
         return self._moves or speed * lasting > self._seen.sigma * self._array.pitch * self._followed_part
-
-    def _noise(self, places: np.ndarray) -> float:
-        """m, standard deviation of places (N, 3), by the median length of their second differences (that of a Rayleigh distribution), in
-        which steady motion has no part; without the last one, in which a motion may begin."""
-        bend = places[2:-1] - 2 * places[1:-2] + places[:-3]
-        found = float(np.median(np.hypot(bend[:, 0], bend[:, 1]))) / math.sqrt(6 * 2 * math.log(2)) if len(bend) else 0.0
-        return max(found, _LEAST_NOISE * self._array.pitch)
 
     def _watch_friction(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> None:
         """Take the present traction for that of friction if the object, which moves by velocity (3,), slides; load: sum of pressure."""

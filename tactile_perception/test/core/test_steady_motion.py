@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel steady_motion (src/steady_motion.cpp) against lines by least squares."""
+"""The kernels steady_motion and noise_of_places (src/steady_motion.cpp) against lines by least squares and NumPy."""
 import numpy as np
 import pytest
-from tactile_perception._core import steady_motion
+from tactile_perception._core import noise_of_places, steady_motion
 
 RATE, SIGMA = 100.0, 1e-3
 
@@ -50,3 +50,16 @@ def test_one_place_has_no_velocity_and_none_nothing():
     place, velocity, sigma, used = steady_motion(np.ones(1), np.ones((1, 3)), sigma=SIGMA, bound=2.5)
     assert used == 1 and (place == 1).all() and not velocity.any() and sigma > 1e300
     assert steady_motion(np.zeros(0), np.zeros((0, 3)), sigma=SIGMA, bound=2.5)[3] == 0
+
+
+@pytest.mark.parametrize('count', [4, 5, 9, 30])
+def test_noise_is_that_of_second_differences_without_the_last(count):
+    rng = np.random.default_rng(count)
+    places = 0.1 * np.arange(count)[:, None] + rng.normal(0, SIGMA, (count, 3))
+    bend = np.diff(places, 2, axis=0)[:-1]
+    assert noise_of_places(places) == pytest.approx(np.median(np.hypot(bend[:, 0], bend[:, 1])) / np.sqrt(12 * np.log(2)), rel=1e-9)
+    assert noise_of_places(places[:3]) == 0
+
+
+def test_noise_is_a_standard_deviation():
+    assert noise_of_places(np.random.default_rng(0).normal(0, SIGMA, (10_000, 3))) == pytest.approx(SIGMA, rel=0.03)

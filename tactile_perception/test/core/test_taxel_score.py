@@ -80,7 +80,11 @@ def scored(pressure, least, smooth, reach, share, ramp):
         touches = inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any()
         if not touches and score[inside].min() >= 0.5 * 0.35 / share:
             score[inside] = 1
-    return score
+    row, column = np.nonzero(pressure > share * least)
+    far = 2 * reach + 2 * int(np.ceil(4 * smooth)) + 2
+    near_box = np.zeros(score.shape, bool)
+    near_box[max(row.min() - far, 0):row.max() + far + 1, max(column.min() - far, 0):column.max() + far + 1] = True
+    return np.where(near_box, score, 0)
 
 
 def picture(rng, rows, columns):

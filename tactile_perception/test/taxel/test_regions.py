@@ -55,3 +55,11 @@ def test_one_taxel_and_none():
     image[10, 12] = 1.0
     region = find_regions(image, image, ARRAY).all[0]
     assert region.count == 1 and region.moments.centroid[:2] == pytest.approx([-9.5e-3, -11.5e-3])
+
+
+def test_a_taxel_that_hardly_exceeds_the_border_is_no_region():
+    image = np.zeros((44, 44), np.float32)
+    image[10, 12] = 0.6
+    assert not find_regions(image, image, ARRAY).all
+    image[10, 13] = 0.9
+    assert find_regions(image, image, ARRAY).all[0].count == 2
