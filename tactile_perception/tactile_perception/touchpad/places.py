@@ -22,7 +22,7 @@ from .optics.identification import find_glare, fit_rest, update_constants
 from .sensor import Touchpad
 
 _MOVED = 0.02  # px; chosen: a smaller drift of the reference does not update the membrane
-_AT_ONE_PLACE = 1.0  # px, within which all dots lie where the tracks are wrong: they show no shape. Chosen
+_AT_ONE_PLACE = 1.0  # px from the first dot, within which all lie where the tracks are wrong: they show no shape. Chosen
 
 
 class RestPlaces:
@@ -89,7 +89,7 @@ class DotPlaces:
                 self._glare.set_rest(self._rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
-        if not np.isfinite(ranges).any() or (len(tracks) > 1 and np.ptp(tracks.uv, axis=0).max() < _AT_ONE_PLACE):
+        if not np.isfinite(ranges).any() or (len(tracks) > 1 and np.abs(tracks.uv - tracks.uv[0]).max() < _AT_ONE_PLACE):
             return np.full((len(tracks), 3), np.nan)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]

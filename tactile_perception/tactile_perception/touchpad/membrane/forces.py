@@ -61,14 +61,6 @@ class MembraneForces:
         """Force of the membrane alone on each dot (K, 3), N, and the dots' area vectors (K, 3), m^2, at places xyz (K, 3), m."""
         return _core.membrane_forces(xyz, self.triangles, **self._grid)
 
-    def evaluate(self, xyz: np.ndarray, pressure: float) -> tuple[np.ndarray, np.ndarray]:
-        """Residual force of membrane and fluid on each dot (K, 3), N, which an object balances, and the dots' area vectors (K, 3), m^2.
-
-        xyz: (K, 3) m; pressure: Pa.
-        """
-        elastic, share = self.elastic(xyz)
-        return elastic + pressure * (share - self.rest_residual), share
-
     def slopes(self, xyz: np.ndarray, rays: np.ndarray, pressure: float) -> np.ndarray:
         """(K, 9) 1/m, in stencil order: derivatives of the normal load over pressure, Pa, by movements of the dots at xyz (K, 3) along
         their unit rays (K, 3), normals held."""

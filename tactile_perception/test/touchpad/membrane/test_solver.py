@@ -34,7 +34,8 @@ def test_rest_places_of_another_shape_or_mostly_unknown_are_refused():
 
 def _carried(membrane, state):
     """Force (K, 3), N, of the object on each inner dot, and normal load (K,) over the fluid's pressure."""
-    residual, share = membrane.forces.evaluate(state.xyz, state.fluid_pressure)
+    elastic, share = membrane.forces.elastic(state.xyz)
+    residual = elastic + state.fluid_pressure * (share - membrane.forces.rest_residual)
     load = (residual * share).sum(axis=1) / (state.fluid_pressure * (share * share).sum(axis=1))
     return np.where(membrane.mesh.inner[:, None], -residual, 0.0), np.where(membrane.mesh.inner, load, 0.0)
 
