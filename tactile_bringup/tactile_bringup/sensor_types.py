@@ -47,11 +47,6 @@ class SensorType:
     own_frame: str = 'camera'
     point_field: str = 'normal_force'
 
-    @property
-    def annotated(self) -> bool:
-        """Whether it has an annotated image."""
-        return 'image_annotated' in self.shown
-
 
 _TWO_CAMERAS = {
     'driver': 'dual_camera_node', 'stitched': True, 'raw': {'topic': 'left/image_raw', 'right_topic': 'right/image_raw'},
@@ -74,7 +69,7 @@ SENSOR_TYPES = {
     **{name: _marker_sensor(kind) for name, kind in MARKER_SENSOR_TYPES.items()},
     'psd_finger': SensorType(
         'psd_node', ('psd_contact_node',), 'finger_markers_node', raw={'topic': 'voltages'}, sources=('sim', 'device', 'bag'),
-        shown=('markers',), namespaces=('finger', 'points', 'normals', 'covariances', 'trail'), own_frame='tip',
+        shown=('image_annotated', 'markers'), namespaces=('finger', 'points', 'normals', 'covariances', 'trail'), own_frame='tip',
         uncalibrated='positions are those of a nominal finger, force and depth are unknown; record presses at known positions'),
     'taxel_array': SensorType(
         'taxel_array_node', ('taxel_contact_node',), 'taxel_markers_node', own_frame='taxels',

@@ -137,7 +137,7 @@ def speed(made: dict, scene: Signals, repeats: int = 150) -> dict:
             samples = running[name].process(part, scene.period_s)
             middle = time.thread_time()
             for run in samples.runs():
-                if samples.contact[run].any():
+                if samples.id[run.start]:
                     running[name].touch(samples, run)
             taken.append((middle - begin, time.thread_time() - begin))
     return {f'{name}, {size}': [1e6 * x for x in np.median(taken, axis=0).tolist()] for (name, size), taken in times.items()}

@@ -10,11 +10,13 @@ import yaml
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 
 from ament_index_python.packages import get_package_share_directory  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
 from tactile_msgs.msg import Contacts, PsdVoltages  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 pytestmark = pytest.mark.ros
-TOPICS = {'voltages': PsdVoltages, 'contacts': Contacts, 'ground_truth/contacts': Contacts, 'markers': MarkerArray}
+TOPICS = {'voltages': PsdVoltages, 'contacts': Contacts, 'ground_truth/contacts': Contacts, 'markers': MarkerArray,
+          'image_annotated': Image}
 
 
 def normal_of(contact):
@@ -46,7 +48,7 @@ def test_contacts_under_the_stamps_of_their_samples(ros2, listen):
 def test_rviz_is_set_up_for_what_comes(ros2):
     file = pathlib.Path(get_package_share_directory('tactile_bringup')) / 'rviz' / 'psd_finger.rviz'
     shown = yaml.safe_load(file.read_text())['Visualization Manager']
-    assert [d['Topic']['Value'] for d in shown['Displays'] if 'Topic' in d] == ['/psd_finger/markers']
+    assert [d['Topic']['Value'] for d in shown['Displays'] if 'Topic' in d] == ['/psd_finger/markers', '/psd_finger/image_annotated']
     assert shown['Global Options']['Fixed Frame'] == 'psd_finger'
 
 

@@ -31,11 +31,10 @@ def aggregator_configuration(hand: Hand) -> str:
 
 
 def rviz_configuration(hand: Hand) -> str:
-    """Text of the RViz file: the hand's frame, the markers of each sensor, and the annotated images where there are any."""
+    """Text of the RViz file: the hand's frame, and the markers and the annotated image of each sensor."""
     shapes = [_shape(sensor) for sensor in hand.sensors]
     points = np.vstack([_place(hand, sensor)(shape.outermost()) for sensor, shape in zip(hand.sensors, shapes)])
-    pictures = [page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors
-                if SENSOR_TYPES[sensor.type].annotated]
+    pictures = [page.image(f'{sensor.name}: annotated', f'/{sensor.name}/image_annotated') for sensor in hand.sensors]
     hidden = [f'{sensor.frame}_{SENSOR_TYPES[sensor.type].own_frame}' for sensor in hand.sensors]
     displays = [page.grid('Base', float(np.ptp(points[:, :2], axis=0).max())),
                 page.frames(float(np.median([shape.width for shape in shapes])), hidden),

@@ -58,8 +58,9 @@ def taxel_picture(values: np.ndarray, full: float) -> np.ndarray:
     return np.round(255 * share[:, ::-1]).astype(np.uint8).reshape(*values.shape, 3)
 
 
-def finger_picture(normals: Sequence[np.ndarray]) -> np.ndarray:
-    """Picture (360, 360, 3) BGR of a hemisphere seen along -z, x right, y down, with a dot where each normal (3,) points."""
+def finger_picture(normals: Sequence[np.ndarray], line: str = '') -> np.ndarray:
+    """Picture (360, 360, 3) BGR of a hemisphere seen along -z, x right, y down, with a dot where each normal (3,) points; line: text in the
+    corner."""
     made, middle, radius = np.full((360, 360, 3), BACK, np.uint8), (180, 180), 160
     cv2.circle(made, middle, radius, colours.bgr(colours.STATE_COLOURS[0]), 2, cv2.LINE_AA)
     for angle in (30, 60):
@@ -68,6 +69,7 @@ def finger_picture(normals: Sequence[np.ndarray]) -> np.ndarray:
         if np.isfinite(normal).all():
             place = tuple(round(180 + radius * float(x)) for x in normal[:2])
             cv2.circle(made, place, 10, colours.bgr(colours.STATE_COLOURS[1]), -1, cv2.LINE_AA)
+    _write(made, line, (8, 350), 0.5, colours.bgr(colours.TEXT))
     return made
 
 

@@ -19,11 +19,12 @@ HAND = Hand('palm', (HandSensor('left/thumb', 'touchpad', 'palm', (0.1, 0.0, 0.0
                      HandSensor('tip', 'psd_finger', 'left_thumb', (-0.2, 0.0, 0.0))))
 
 
-def test_every_sensor_has_its_markers_and_each_camera_its_picture_in_the_frame_of_the_hand():
+def test_every_sensor_has_its_markers_and_its_picture_in_the_frame_of_the_hand():
     page = yaml.safe_load(rviz_configuration(HAND))['Visualization Manager']
     shown = {d['Topic']['Value']: d['Class'] for d in page['Displays'] if 'Topic' in d}
     assert shown == {'/left/thumb/markers': 'rviz_default_plugins/MarkerArray', '/tip/markers': 'rviz_default_plugins/MarkerArray',
-                     '/left/thumb/image_annotated': 'rviz_default_plugins/Image'}
+                     '/left/thumb/image_annotated': 'rviz_default_plugins/Image',
+                     '/tip/image_annotated': 'rviz_default_plugins/Image'}
     assert page['Global Options']['Fixed Frame'] == 'palm'
     frames = next(d for d in page['Displays'] if d['Class'].endswith('/TF'))['Frames']
     assert frames == {'All Enabled': True, 'left_thumb_camera': {'Value': False}, 'tip_tip': {'Value': False}}
@@ -56,7 +57,7 @@ def test_the_example_has_a_panel_for_each_picture():
     hand = read_hand(pathlib.Path(__file__).parents[2] / 'hands' / 'example_hand.yaml')
     page = yaml.safe_load(rviz_configuration(hand))
     names = [d['Name'] for d in page['Visualization Manager']['Displays'] if d['Class'].endswith('/Image')]
-    assert names == ['thumb: annotated', 'index: annotated', 'little: annotated', 'palm: annotated']
+    assert names == ['thumb: annotated', 'index: annotated', 'middle: annotated', 'little: annotated', 'palm: annotated']
     state = bytes.fromhex(page['Window Geometry']['QMainWindow State'])
     assert all(name.encode('utf-16-be') in state for name in names)
 

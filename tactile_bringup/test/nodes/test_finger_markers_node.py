@@ -1,15 +1,20 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """finger_markers_node draws for those who look, and nothing for nobody."""
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
+from geometry_msgs.msg import Vector3  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
-from tactile_msgs.msg import Contacts  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+from tactile_msgs.msg import Contact, Contacts  # noqa: E402
+from tactile_perception.nodes.messages.conversions import image_to_array  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 from tactile_bringup.nodes.finger_markers_node import FingerMarkersNode  # noqa: E402
+from tactile_bringup.visualization.tiles import finger_picture  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -30,3 +35,17 @@ def test_markers_for_somebody_and_the_tip_for_all(bench):
     contacts.publish(message)
     assert until(lambda: drawn)
     assert drawn[0].markers[0].ns == 'finger' and drawn[0].markers[0].header.stamp.sec == 7
+
+
+def test_the_annotated_image_shows_contacts_and_force_to_those_who_look(bench):
+    other, until = bench(FingerMarkersNode)
+    contacts, drawn = other.create_publisher(Contacts, 'contacts', 10), []
+    other.create_subscription(Image, 'image_annotated', drawn.append, 10)
+    assert until(lambda: contacts.get_subscription_count() == 1)
+    message = Contacts(contacts=[Contact(normal=Vector3(x=0.5, z=0.87), force=1.2), Contact(normal=Vector3(x=-0.5, z=0.87), force=np.nan)])
+    message.header.frame_id, message.header.stamp.sec = 'psd_finger', 7
+    contacts.publish(message)
+    assert until(lambda: drawn)
+    expected = finger_picture([np.array([0.5, 0.0, 0.87]), np.array([-0.5, 0.0, 0.87])], '1.20 N')
+    assert np.array_equal(image_to_array(drawn[0]), expected)
+    assert (drawn[0].header.frame_id, drawn[0].header.stamp.sec) == ('psd_finger', 7)

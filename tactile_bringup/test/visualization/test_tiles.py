@@ -43,3 +43,6 @@ def test_a_finger_shows_where_it_is_touched():
     made = finger_picture([np.array([0.5, 0.0, 0.87]), np.array([np.nan] * 3)])
     rows, columns = np.nonzero((made == STICKING).all(axis=2))
     assert (rows.mean(), columns.mean()) == (pytest.approx(180, abs=0.5), pytest.approx(260, abs=0.5))
+    told = finger_picture([np.array([0.5, 0.0, 0.87])], '1.20 N')
+    changed = np.nonzero((told != made).any(axis=2))
+    assert len(changed[0]) > 50 and changed[0].min() > 330 and changed[1].max() < 90

@@ -47,10 +47,11 @@ def _points(sensor_type: str, width: float) -> list[dict]:
 
 def _pictures(sensor_type: str) -> list[dict]:
     kind, raw = SENSOR_TYPES[sensor_type], f'/{sensor_type}/image_raw'
+    annotated = page.image('Annotated image', f'/{sensor_type}/image_annotated')
     if 'image_raw' not in kind.shown:
-        return []
+        return [annotated]
     taxels = kind.own_frame == 'taxels'  # their values fill only a part of the grey levels
-    return [page.image('Annotated image', f'/{sensor_type}/image_annotated'), page.image('Raw image', raw, 'Best Effort', normalize=taxels)]
+    return [annotated, page.image('Raw image', raw, 'Best Effort', normalize=taxels)]
 
 
 def rviz_files() -> dict[str, str]:

@@ -60,7 +60,7 @@ def check_block(message: PsdVoltages) -> None:
         raise BadFrame(f'{count} voltages; a sample has four: the driver must publish whole samples')
     if not (_SHORTEST_S <= period_s <= _LONGEST_S or (math.isnan(period_s) and count == 4)):
         raise BadFrame(f'sample_period is {period_s} s; it must be from {_SHORTEST_S:g} to {_LONGEST_S:g} (NaN only for a single sample)')
-    if (np.abs(np.frombuffer(message.voltages, np.float32)) > _HIGHEST_V).any():
+    if np.count_nonzero(np.abs(np.frombuffer(message.voltages, np.float32)) > _HIGHEST_V):
         raise BadFrame(f'a voltage is beyond {_HIGHEST_V:g} V; publish NaN for a sample that is not known')
     if message.header.stamp.sec + count * _LONGEST_S > _LAST_S:
         raise BadFrame(f'stamp {message.header.stamp.sec} s is near the largest stamp; the publisher must stamp with a clock')
