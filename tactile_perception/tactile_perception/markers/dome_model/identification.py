@@ -16,7 +16,6 @@ from .membrane import DomeMaterial, press_dome
 from .mesh import DomeMesh, MeshPlan, evaluate, shift_of
 from ..touches.presses import Presses
 
-COARSE = MeshPlan(even=12, rings=20, width=0.0125, harmonics=4, around=10)  # in a quarter of the time. Chosen
 LOAD_STEPS = 36         # of a press to the deepest. Chosen: friction depends on the path
 DEPTH_POWER = 1.3       # grading of the load steps. Chosen
 PLACES = 4              # simulated at most, evenly over their distances from the axis. Chosen
@@ -140,7 +139,7 @@ def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, eyes: np.nda
                marker: float) -> np.ndarray:
     """Weighted residuals of one place with numbers of those logs; NaN where unknown or not converged."""
     place, numbers = case[0], DomeNumbers.from_logs(case[1])
-    mesh = DomeMesh(shift_of(place.across, numbers.radius, cap), cap, COARSE)
+    mesh = DomeMesh(shift_of(place.across, numbers.radius, cap), cap, MeshPlan())
     steps = load_steps(place.depths)
     pressed = press_dome(mesh, steps, numbers.radius, numbers.material, drags=False).straight[np.searchsorted(steps, place.depths)]
     cos, sin = np.cos(place.turn), np.sin(place.turn)

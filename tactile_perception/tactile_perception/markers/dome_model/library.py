@@ -25,6 +25,7 @@ RADII, FRICTIONS = 4, 3        # simulated tips and frictions. Chosen
 DEPTH_POWER = 1.5              # grading of the depths: denser at first contact. Chosen
 TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
+UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of what is the same all over the dome
 _DISC = np.sqrt(0.5) * np.exp(0.5j * np.pi * np.arange(4))  # quadrature points of a unit disc, exact to cubic terms
 
 
@@ -72,11 +73,13 @@ class DomeLibrary:
 
     even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of friction along the
     meridian, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd) and odd_modes: of friction
-    across it. The displacement is the mean over a marker.
+    across it. The displacement is the mean over a marker. pushes: the forces of the tips over the shear modulus and thickness, as
+    displacements that are the same all over the dome.
     """
 
-    def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray]):
-        self.plan, self.mesh = plan, mesh
+    def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray],
+                 pushes: DomeLibrary | None = None):
+        self.plan, self.mesh, self.pushes = plan, mesh, pushes
         cap = plan.cap
         numbers = [cap.curvature_radius, cap.centre_z, disc_scale(cap), plan.largest_shift, plan.depth, DEPTH_POWER, plan.radius,
                    RADIUS_SPREAD]
@@ -88,20 +91,35 @@ class DomeLibrary:
         """(K, 3) displacement, m, of markers at points (K, 3), m, under presses (n, 7): see _core.press_dome."""
         return _core.press_dome(**self.arrays, points=points, eyes=eyes, presses=np.asarray(presses, float))
 
+    def push(self, press: np.ndarray) -> np.ndarray:
+        """(3,) m, force of the tip on the dome over the shear modulus and thickness, of a press (7,); NaN where it is not known."""
+        top = np.array([[0.0, 0.0, self.plan.height]])
+        return np.full(3, np.nan) if self.pushes is None else self.pushes.moved(top, np.zeros((1, 3)), press[None])[0]
+
 
 def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshPlan()) -> DomeLibrary:
     """Simulate the presses of plan on a dome of that material. Raises BadCalibration where too many do not converge."""
     cases = [(shift, radius, friction) for shift, radius, friction in
              product(plan.shifts[:plan.order], np.linspace(-1, 1, RADII), np.linspace(-1, 1, FRICTIONS))]
     pressed = in_parallel(partial(_pressed, plan, material, mesh), cases, 'presses simulated for the library')
-    shape = plan.order, RADII, FRICTIONS, plan.levels, mesh.rings + 1, 3, mesh.harmonics + 1
-    straight, along, across = (np.reshape([getattr(one, name) for one in pressed], shape) for name in ('straight', 'along', 'across'))
-    if np.isnan(straight[..., 0, 0, 0]).mean() > UNSOLVED:
+    shape = plan.order, RADII, FRICTIONS, plan.levels
+    fields = [np.reshape([getattr(one, name) for one in pressed], (*shape, mesh.rings + 1, 3, mesh.harmonics + 1))
+              for name in ('straight', 'along', 'across')]
+    if np.isnan(fields[0][..., 0, 0, 0]).mean() > UNSOLVED:
         raise BadCalibration(f'simulated presses to {plan.depth * 1e3:.1f} mm with {material} do not converge; check dome and depths')
+    pushes = [np.repeat(np.reshape([getattr(one, name) for one in pressed], (*shape, 1, 3, 1)), 2, axis=4)
+              for name in ('push', 'push_along', 'push_across')]
+    return _assembled(plan, mesh, fields, _assembled(plan, UNIFORM, pushes))
+
+
+def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
+    """The library of straight presses, friction along and friction across, (order, RADII, FRICTIONS, levels, rings + 1, 3, harmonics + 1)
+    each."""
+    straight, along, across = fields
     middle = FRICTIONS // 2
     kinds = [_filled(part, plan) for part in (*np.moveaxis(straight, 2, 0), along[:, :, middle], across[:, :, middle])]
     return DomeLibrary(plan, mesh, _reduced([_mirrored(part, odd=False, turned=k == FRICTIONS) for k, part in enumerate(kinds[:-1])], plan),
-                       _reduced([_mirrored(kinds[-1], odd=True, turned=False)], plan))
+                       _reduced([_mirrored(kinds[-1], odd=True, turned=False)], plan), pushes)
 
 
 def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: tuple[float, float, float]) -> PressedDome:
@@ -112,7 +130,8 @@ def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: 
     found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=friction == 0)
     even, odd = averages(mesh, plan.marker, odd=False), averages(mesh, plan.marker, odd=True)
     level = slice(plan.substeps - 1, None, plan.substeps)
-    return PressedDome(found.straight[level] @ even.T, found.along[level] @ even.T, found.across[level] @ odd.T, found.push[level])
+    return PressedDome(found.straight[level] @ even.T, found.along[level] @ even.T, found.across[level] @ odd.T, found.push[level],
+                       found.push_along[level], found.push_across[level])
 
 
 def averages(mesh: DomeMesh, marker: float, odd: bool) -> np.ndarray:
@@ -194,7 +213,8 @@ def library_numbers(library: DomeLibrary) -> dict:
     """The library as plain numbers: see library_from_numbers."""
     parts = {name: [pack(part) for part in np.moveaxis(getattr(library, f'{name}_table'), -1, 0)] for name in ('even', 'odd')}
     modes = {f'{name}_modes': pack(getattr(library, f'{name}_modes')) for name in ('even', 'odd')}
-    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes}
+    pushes = {} if library.pushes is None else {'pushes': library_numbers(library.pushes)}
+    return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes, **pushes}
 
 
 def library_from_numbers(numbers: Mapping) -> DomeLibrary:
@@ -208,6 +228,6 @@ def library_from_numbers(numbers: Mapping) -> DomeLibrary:
             table = np.stack([unpack(packed, shape) for packed in numbers[name]], axis=-1)
             modes = unpack(numbers[f'{name}_modes'], (table.shape[-1], mesh.rings + 1, 3, mesh.harmonics + 1))
             found.append((np.ascontiguousarray(table), modes))
-        return DomeLibrary(plan, mesh, *found)
+        return DomeLibrary(plan, mesh, *found, library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None)
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None

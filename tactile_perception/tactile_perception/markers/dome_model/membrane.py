@@ -55,12 +55,15 @@ class _Touch:
 @dataclass(frozen=True)
 class PressedDome:
     """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a friction of one times
-    the pressure along the meridian and across it; push (D, 3): force of the tip, over G. NaN from the first depth without convergence."""
+    the pressure along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G, that belong to them.
+    NaN from the first depth without convergence."""
 
     straight: np.ndarray
     along: np.ndarray
     across: np.ndarray
     push: np.ndarray
+    push_along: np.ndarray
+    push_across: np.ndarray
 
 
 def press_dome(mesh: DomeMesh, depths: np.ndarray, radius: float, material: DomeMaterial, drags: bool = True) -> PressedDome:
@@ -88,7 +91,7 @@ class _Press:
 
     def path(self, depths: np.ndarray, drags: bool) -> PressedDome:
         """See press_dome."""
-        found = PressedDome(*(np.full((len(depths), self._mesh.plan.size), np.nan) for _ in range(3)), np.full((len(depths), 3), np.nan))
+        found = PressedDome(*(np.full((len(depths), size), np.nan) for size in (*[self._mesh.plan.size] * 3, 3, 3, 3)))
         last, before, at = self._u, 0.0, 0.0
         for k, depth in enumerate(depths):
             start = self._u
@@ -99,7 +102,8 @@ class _Press:
             last, before, at = start, at, depth
             found.straight[k], found.push[k] = self._u, self._push()
             if drags:
-                found.along[k], found.across[k] = self._dragged(0), self._dragged(1)
+                found.along[k], found.push_along[k] = self._dragged(0)
+                found.across[k], found.push_across[k] = self._dragged(1)
         return found
 
     def _reach(self, at: float, depth: float, start: np.ndarray, halvings: int) -> bool:
@@ -185,8 +189,9 @@ class _Press:
         band[wide, ~free] = 1.0
         return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
 
-    def _dragged(self, axis: int) -> np.ndarray:
-        """(size,) displacement by friction of one times the pressure along x or y, on a tip that slides: contact holds its normal alone.
+    def _dragged(self, axis: int) -> tuple[np.ndarray, np.ndarray]:
+        """(size,) displacement by friction of one times the pressure along x or y, on a tip that slides: contact holds its normal alone;
+        and the change (3,) of the force of the tip.
 
         Mirror symmetry keeps the gas out of the odd one; in the even one, the volume that a drag displaces is of second order.
         """
@@ -197,9 +202,13 @@ class _Press:
         area = (self._mesh.weight * self._mesh.scale**2)[..., None]
         normal_only = touch.normal[..., :, None] * touch.normal[..., None, :] * np.sum(
             touch.tangent * touch.normal[..., :, None] * touch.normal[..., None, :], axis=(-2, -1))[..., None, None] * area[..., None]
-        right = self._gathered(value, way * touch.pressure[..., None] * area)
+        rub = way * touch.pressure[..., None] * area
         stress, swell, _ = self._tangents
-        return self._solved((stress, swell, normal_only), right[:, None], value, slopes, self._mesh.free(odd))[:, 0]
+        right = self._gathered(value, rub)[:, None]
+        moved = self._solved((stress, swell, normal_only), right, value, slopes, self._mesh.free(odd))[:, 0]
+        by = np.matmul(value, moved[self._mesh.of][..., None]).reshape(rub.shape)
+        held = np.matmul(normal_only, by[..., None])[..., 0]
+        return moved, 2 * np.sum(rub - held, axis=(0, 1)) * ([0.0, 1.0, 0.0] if odd else [1.0, 0.0, 1.0])
 
     def _push(self) -> np.ndarray:
         """(3,) force of the tip on the skin, both halves."""

@@ -144,7 +144,15 @@ class DomeModelMethod:
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
         inside = place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
         height = first_touch_height(inside, radius, self.sensor)[0] - depth
-        return TouchEstimate(np.append(inside, height), depth, covariance, float(np.sqrt(covariance[2, 2])), radius, int(flags))
+        position = np.append(inside, height)
+        wrench = self._wrench(press, position, radius) if len(found.presses) == 1 else np.full(6, np.nan)
+        return TouchEstimate(position, depth, covariance, float(np.sqrt(covariance[2, 2])), radius, int(flags), wrench=wrench)
+
+    def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
+        """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""
+        force = self.solver.library.push(press)
+        normal = self.sensor.normal(position[:2] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
+        return np.concatenate([force, np.cross(position + [0.0, 0.0, radius] - radius * normal, force)])
 
     def _sunk(self, found: DomeFound, number: int, radius: float) -> float:
         """m, by which the other presses lower the skin where one touches it: its depth is measured from the untouched dome."""

@@ -27,6 +27,18 @@ def test_presses_between_the_simulated_ones_are_interpolated():
     assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
 
 
+def test_the_force_of_the_tip_is_that_of_the_simulated_presses():
+    step, across, turn = PLAN.load_steps[9], 0.037, 0.6
+    mesh = DomeMesh(shift_of(across, PLAN.radius, PLAN.cap), PLAN.cap, MESH)
+    direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius, MATERIAL)
+    turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    place, library = (across * np.cos(turn), across * np.sin(turn)), small_library()
+    for drag in ((0.0, 0.0), (0.3, 0.0), (0.0, 0.3)):
+        expected = (direct.push[-1] + drag[0] * direct.push_along[-1] + drag[1] * direct.push_across[-1]) @ turned
+        found = library.push(press(*place, step, drag=np.array(drag) @ turned[:2, :2]))
+        assert expected[2] < 0 and np.linalg.norm(found - expected) < 0.03 * np.linalg.norm(expected)
+
+
 def test_the_library_has_the_domes_symmetry():
     one, turned = moved(press(0.03, 0.02, 0.02, drag=(0.1, 0.2))), moved(press(0.02, 0.03, 0.02, drag=(0.2, 0.1)))
     swapped = POINTS[KNOWN][:, [1, 0, 2]]
@@ -53,6 +65,9 @@ def test_numbers_of_the_calibration_file_give_it_back():
     again = library_from_numbers(numbers)
     presses = np.array([press(0.03, -0.01, 0.015, 0.2, 0.1, (0.1, 0.0))])
     assert np.allclose(again.moved(POINTS, EYES, presses), small_library().moved(POINTS, EYES, presses), atol=2e-6)
+    assert np.allclose(again.push(presses[0]), small_library().push(presses[0]), rtol=1e-3)
+    without = library_from_numbers({key: numbers[key] for key in numbers if key != 'pushes'})
+    assert np.isnan(without.push(presses[0])).all()
     for wrong in ({key: numbers[key] for key in numbers if key != 'even'}, {**numbers, 'odd': [3]}, {**numbers, 'plan': {}}):
         with pytest.raises(BadCalibration, match='run calibrate again'):
             library_from_numbers(wrong)

@@ -66,6 +66,19 @@ def test_the_tangent_is_the_derivative_of_the_stress():
     assert np.allclose(membrane._membrane_tangent(a, b, np.cross(a, b), squeeze)[0, 0], numeric, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.full
+def test_rings_of_half_the_width_move_the_markers_by_less_than_they_show():
+    points = np.array([[x, y, CAP.centre_z + np.sqrt(CAP.curvature_radius**2 - x * x - y * y)]
+                       for x in np.linspace(-0.1, 0.1, 9) for y in np.linspace(-0.05, 0.05, 5)])
+    moved = []
+    for plan in (MeshPlan(), MeshPlan(even=24, rings=56, width=0.00625)):
+        mesh = DomeMesh(shift_of(0.03, 0.03, CAP), CAP, plan)
+        found = press_dome(mesh, 0.036 * (np.arange(1, 37) / 36)**1.3, 0.03, DomeMaterial(0.0, 73.0, 0.35), drags=False)
+        moved.append(evaluate(found.straight[-1], mesh, points))
+    assert np.linalg.norm(moved[1], axis=1).max() > 0.03
+    assert np.linalg.norm(moved[0] - moved[1], axis=1).max() < 0.25e-3
+
+
 def test_numbers_out_of_range_are_refused():
     for wrong in ({'squeeze': 1.0}, {'gas': -1.0}, {'friction': np.nan}):
         with pytest.raises(BadArgument, match='need 0 <= squeeze < 1'):

@@ -33,9 +33,21 @@ def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
         assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
 
 
+def test_the_force_of_one_press_acts_where_the_tip_is(method):
+    one = press(0.03, 0.02, 0.02)
+    touch, = method.estimate(library_field(one))
+    force, moment = touch.wrench[:3], touch.wrench[3:]
+    assert np.allclose(force, small_library().push(one), atol=0.02 * abs(force[2])) and force[2] < 0
+    axis = np.cross(force, moment) / (force @ force)  # of the points on the line of action, the nearest to the origin
+    way = force / np.linalg.norm(force)
+    tip = touch.position + [0.0, 0.0, touch.radius]
+    assert np.linalg.norm(np.cross(tip - axis, way)) < touch.radius and abs(force @ moment) < 1e-9
+
+
 def test_two_presses_are_told_as_two_and_followed(method):
     for depth in (0.012, 0.016, 0.02):
         touches = method.estimate(library_field(press(0.045, 0.02, depth), press(-0.04, -0.01, depth)))
+        assert np.isnan([touch.wrench for touch in touches]).all()
         assert sorted(np.sign(touch.position[0]) for touch in touches) == [-1, 1]
         assert all(abs(touch.depth - depth) < 3e-3 for touch in touches)
 
