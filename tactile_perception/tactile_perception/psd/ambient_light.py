@@ -108,11 +108,11 @@ class ProximityDetector:
             end += place
             near[place:end], watched[place:end] = False, True
             if verdict == _AMBIENT:
-                return self._finished(total[:end], near[:end], ~watched[:end], True)
+                return self._finished(total[:end], near[:end], (near | ~watched)[:end], True)
             if verdict == _OBJECT:
                 near[end - 1:] = hysteresis(on[end - 1:], off[end - 1:], True)
             place = end
-        return self._finished(total, near, ~watched, False)
+        return self._finished(total, near, near | ~watched, False)
 
     def _watch(self, total: np.ndarray, off: np.ndarray, sigma: float, period_s: float) -> tuple[int, str]:
         """(samples used, verdict) for totals from the onset, or from where the last batch ended."""
