@@ -14,13 +14,12 @@ using tactile::border::Input;
 using tactile::border::output;
 using tactile::border::within;
 
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
     tactile::border::bind_dots(module);
+    tactile::border::bind_links(module);
     tactile::border::bind_contact(module);
     tactile::border::bind_dome(module);
     tactile::border::bind_region(module);

@@ -8,6 +8,7 @@
 namespace tactile::border {
 
 void bind_dots(pybind11::module_& module);
+void bind_links(pybind11::module_& module);
 void bind_contact(pybind11::module_& module);
 void bind_dome(pybind11::module_& module);
 void bind_region(pybind11::module_& module);

@@ -1,9 +1,6 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels that find and number dots; see bindings.cpp, whose length they would exceed.
-#include <algorithm>
-#include <limits>
-
 #include "bindings.hpp"
 #include "border.hpp"
 #include "disc_correlation.hpp"
@@ -13,13 +10,14 @@
 #include "grid_outliers.hpp"
 #include "lattice.hpp"
 #include "peaks.hpp"
-#include "reference_drift.hpp"
 #include "worn_disc.hpp"
 
 namespace py = pybind11;
 using namespace tactile;
 using tactile::border::ANY;
+using tactile::border::check_places;
 using tactile::border::Input;
+using tactile::border::LARGEST_PLACE;
 using tactile::border::output;
 using tactile::border::within;
 
@@ -51,13 +49,11 @@ py::array_t<double> peaks(const py::object& image, int step, int smooth, int box
     return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
 }
 
-constexpr double LARGEST_PLACE = 1e12;  // px. Chosen: beyond any image, and squares stay far from overflow
-
 py::object lattice(const py::object& places, double angle_hint) {
     const Input<double> given(places, "places", {ANY, 2});
     const py::ssize_t count = given.length();
     within(angle_hint, "angle_hint", -1e3, 1e3);
-    for (py::ssize_t k = 0; k < 2 * count; ++k) within(given.data()[k], "places", -LARGEST_PLACE, LARGEST_PLACE);
+    check_places(given, "places");
     Lattice found;
     {
         py::gil_scoped_release others_run;
@@ -138,7 +134,7 @@ py::array_t<double> worn_discs(const py::object& image, const py::object& places
     const Input<float> pixels(image, "image", {ANY, ANY});
     const Input<double> given(places, "places", {ANY, 2});
     within(radius, "radius", 0.5, LARGEST_RING / 4), within(ring, "ring", 1, 4);
-    for (py::ssize_t k = 0; k < 2 * given.length(); ++k) within(given.data()[k], "places", -LARGEST_PLACE, LARGEST_PLACE);
+    check_places(given, "places");
     std::vector<double> found;
     {
         py::gil_scoped_release others_run;
@@ -172,10 +168,6 @@ py::tuple extrapolated(const py::object& places, const py::object& rc, const py:
 }
 
 constexpr double LONGEST_GRID = 2000, FARTHEST_INDEX = 1e6;  // rows, columns. Chosen: bound the memory
-
-void check_places(const Input<double>& places, const char* name) {
-    for (py::ssize_t k = 0; k < 2 * places.length(); ++k) within(places.data()[k], name, -LARGEST_PLACE, LARGEST_PLACE);
-}
 
 void check_ids(const Input<std::int64_t>& id, const char* name, std::int64_t least, std::int64_t rows, std::int64_t columns) {
     within(rows, "rows", 1, LONGEST_GRID), within(columns, "columns", 1, LONGEST_GRID);
@@ -228,56 +220,6 @@ py::array_t<std::int64_t> without_outliers(const py::object& id, const py::objec
         reject_outliers(kept.data(), given.data(), given.length(), rows, columns);
     }
     return output(kept, {given.length()});
-}
-
-// Indices of ids among known ids, which must rise.
-std::vector<std::ptrdiff_t> found_ids(const Input<std::int64_t>& id, const Input<std::int64_t>& known) {
-    if (!std::is_sorted(known.data(), known.data() + known.length())) throw py::value_error("known_id: numbers that rise are needed");
-    return find_ids(id.data(), id.length(), known.data(), known.length());
-}
-
-py::array_t<double> placed(const py::object& id, const py::object& known_id, const py::object& known_places) {
-    const Input<std::int64_t> wanted(id, "id", {ANY}), known(known_id, "known_id", {ANY});
-    const Input<double> given(known_places, "known_places", {known.length(), 2});
-    const std::vector<std::ptrdiff_t> at = found_ids(wanted, known);
-    std::vector<double> places(2 * wanted.length(), std::numeric_limits<double>::quiet_NaN());
-    for (py::ssize_t i = 0; i < wanted.length(); ++i) {
-        if (at[i] >= 0) std::copy_n(given.data() + 2 * at[i], 2, places.data() + 2 * i);
-    }
-    return output(places, {wanted.length(), 2});
-}
-
-py::tuple followed(const py::object& id, const py::object& places, const py::object& known_id, const py::object& known_places,
-                   const py::object& counts, std::int64_t frames, double slow) {
-    const Input<std::int64_t> wanted(id, "id", {ANY}), known(known_id, "known_id", {ANY}), number(counts, "counts", {known.length()});
-    const Input<double> given(places, "places", {wanted.length(), 2}), rest(known_places, "known_places", {known.length(), 2});
-    within(frames, "frames", 1, 1e9), within(slow, "slow", 0, 1);
-    for (py::ssize_t k = 0; k < number.length(); ++k) within(number.data()[k], "counts", 0, 1e15);
-    const std::vector<std::ptrdiff_t> at = found_ids(wanted, known);
-    std::vector<double> moved(rest.data(), rest.data() + 2 * rest.length());
-    std::vector<std::int64_t> frames_seen(number.data(), number.data() + number.length());
-    follow_drift(moved.data(), frames_seen.data(), at.data(), given.data(), wanted.length(), frames, slow);
-    return py::make_tuple(output(moved, {known.length(), 2}), output(frames_seen, {known.length()}));
-}
-
-py::tuple deviation(const py::object& places, const py::object& motions, const py::object& sigma) {
-    const Input<double> given(places, "places", {ANY, 2}), moves(motions, "motions", {given.length(), 2});
-    const Input<double> noise(sigma, "sigma", {given.length()});
-    Deviation found;
-    {
-        py::gil_scoped_release others_run;
-        found = deviation_from_drift(given.data(), moves.data(), noise.data(), given.length());
-    }
-    return py::make_tuple(found.moved, found.size);
-}
-
-bool stayed(const py::object& id, const py::object& places, const py::object& sigma, const py::object& before_id,
-            const py::object& before) {
-    const Input<std::int64_t> now(id, "id", {ANY}), then(before_id, "before_id", {ANY});
-    const Input<double> given(places, "places", {now.length(), 2}), noise(sigma, "sigma", {now.length()});
-    const Input<double> earlier(before, "before", {then.length(), 2});
-    py::gil_scoped_release others_run;
-    return have_stayed({now.data(), given.data(), now.length()}, noise.data(), {then.data(), earlier.data(), then.length()});
 }
 
 }  // namespace
@@ -333,21 +275,4 @@ void tactile::border::bind_dots(py::module_& module) {
         "reject_outliers", &without_outliers, py::arg("id"), py::arg("places"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         "Indices (N,) int64 on a grid, row * columns + column or -1, of dots at finite places (N, 2) float64, px, with -1 for dots at and\n"
         "next to steps unlike those around them, and for dots off their node.");
-    module.def(
-        "reference_places", &placed, py::arg("id"), py::arg("known_id"), py::arg("known_places"),
-        "Places (N, 2) float64 of ids (N,) int64 among known ids (K,) int64, which rise, at known places (K, 2) float64; NaN for others.");
-    module.def(
-        "follow_drift", &followed, py::arg("id"), py::arg("places"), py::arg("known_id"), py::arg("known_places"), py::arg("counts"),
-        py::kw_only(), py::arg("frames"), py::arg("slow"),
-        "Known places (K, 2) float64, moved towards places (N, 2) float64, px, of the dots id (N,) int64: to their mean over the first\n"
-        "frames, afterwards by the share `slow`; and counts (K,) int64, the number of frames of each, increased. known_id: (K,) int64, "
-        "rises.");
-    module.def("deviation_from_drift", &deviation, py::arg("places"), py::arg("motions"), py::arg("sigma"),
-               "Whether more dots than outliers deviate from the common affine motion, or all moved farther than drift; and the largest\n"
-               "deviation without outliers, px. places, motions: (N, 2) float64, px, motions NaN where unknown; sigma: (N,) float64, px "
-               "per axis.");
-    module.def(
-        "have_stayed", &stayed, py::arg("id"), py::arg("places"), py::arg("sigma"), py::arg("before_id"), py::arg("before"),
-        "Whether nearly all dots id (N,) int64 at places (N, 2) float64, px, with standard deviations sigma (N,) float64, px, are where\n"
-        "the dots before_id (M,) int64 were, at before (M, 2) float64, px.");
 }

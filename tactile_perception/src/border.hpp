@@ -68,6 +68,13 @@ T within(T value, const char* name, double least, double most) {
     return value;
 }
 
+constexpr double LARGEST_PLACE = 1e12;  // px. Chosen: beyond any image, and squares stay far from overflow
+
+// Checks the coordinates of places (N, 2).
+inline void check_places(const Input<double>& places, const char* name) {
+    for (py::ssize_t k = 0; k < 2 * places.length(); ++k) within(places.data()[k], name, -LARGEST_PLACE, LARGEST_PLACE);
+}
+
 // A new array of the given shape, filled with the values.
 template <class T>
 py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> shape) {

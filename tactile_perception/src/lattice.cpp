@@ -27,8 +27,19 @@ constexpr std::ptrdiff_t MOST_CELLS = 16;     // per dot. Derived: a grid needs 
 constexpr std::ptrdiff_t SAMPLE = 40;         // dots from whose nearest neighbours the pitch is estimated. Chosen
 constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells against that of three by three cells. Chosen
 
+// Product of finite numbers: the operator's also handles infinite ones, at twice the time.
+Complex times(Complex a, Complex b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+// The unit number with half of a number's argument.
+Complex root(Complex a) {
+    const double size = std::sqrt(std::norm(a)), share = size > 0 ? a.real() / size : 1.0;
+    return {std::sqrt(std::max(0.5 + 0.5 * share, 0.0)), std::copysign(std::sqrt(std::max(0.5 - 0.5 * share, 0.0)), a.imag())};
+}
+
 struct Pair {
-    std::int32_t from, to;
+    std::int32_t from = 0, to = 0;
     Complex step;  // px; after turn_upright real along a row or column
 };
 
@@ -94,17 +105,34 @@ class CellMeans {
     std::vector<double> weights_;
 };
 
+// Least squared distance of places from (u, v). Several minima stand side by side, which an instruction compares at once.
+double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
+    constexpr std::size_t LANES = 4;
+    double least[LANES];
+    std::fill(least, least + LANES, std::numeric_limits<double>::infinity());
+    std::size_t j = 0;
+    for (; j + LANES <= across.size(); j += LANES) {
+        for (std::size_t lane = 0; lane < LANES; ++lane) {
+            const double x = across[j + lane] - u, y = down[j + lane] - v, square = x * x + y * y;
+            least[lane] = square < least[lane] ? square : least[lane];
+        }
+    }
+    for (; j < across.size(); ++j) {
+        const double x = across[j] - u, y = down[j] - v;
+        least[0] = std::min(least[0], x * x + y * y);
+    }
+    return *std::min_element(least, least + LANES);
+}
+
 // Median distance to the nearest other dot, px, over a sample of the dots.
 double typical_distance(const double* places, std::ptrdiff_t count) {
-    std::vector<double> squares;
+    std::vector<double> across(count), down(count), squares;
+    for (std::ptrdiff_t j = 0; j < count; ++j) across[j] = places[2 * j], down[j] = places[2 * j + 1];
     for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
-        double least = std::numeric_limits<double>::infinity();
-        for (std::ptrdiff_t j = 0; j < count; ++j) {
-            const double across = places[2 * i] - places[2 * j], down = places[2 * i + 1] - places[2 * j + 1];
-            const double square = across * across + down * down;
-            least = square < least && j != i ? square : least;
-        }
-        squares.push_back(least);
+        const double u = across[i], v = down[i];
+        across[i] = std::numeric_limits<double>::infinity();  // not its own neighbour
+        squares.push_back(least_square(across, down, u, v));
+        across[i] = u;
     }
     const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
     std::nth_element(squares.begin(), middle, squares.end());
@@ -175,44 +203,50 @@ class Search {
     // Estimates the angle of the whole grid, within 45 degrees of the hint, and for each dot the rotation that aligns the local row with u;
     // false if the directions are not coherent.
     bool find_directions(CellMeans& cells, double hint, double& angle) {
-        std::vector<Complex> fourfold(pairs_.size(), {0.0, 0.0});  // fourth powers of the directions: rows and columns add up
+        std::vector<std::int32_t> local(pairs_.size());  // pairs along rows and columns; listed without a branch that would be mispredicted
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            local[count] = static_cast<std::int32_t>(k);
+            count += std::norm(pairs_[k].step) < LOCAL * LOCAL * pitch_ * pitch_;
+        }
+        std::vector<Complex> fourfold(count);  // fourth powers of the directions: rows and columns add up
         Complex total = 0;
         double weight = 0;
-        for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            const double square = std::norm(pairs_[k].step);
-            if (!(square < LOCAL * LOCAL * pitch_ * pitch_)) continue;
-            const double near = std::exp(-square / (pitch_ * pitch_));
-            const Complex twice = pairs_[k].step * pairs_[k].step;
-            fourfold[k] = twice * twice * (near / std::max(square * square, 1e-24));
+        for (std::size_t k = 0; k < count; ++k) {
+            const Complex step = pairs_[local[k]].step, twice = times(step, step);
+            const double square = std::norm(step), near = std::exp(-square / (pitch_ * pitch_));
+            fourfold[k] = times(twice, twice) * (near / std::max(square * square, 1e-24));
             total += fourfold[k];
             weight += near;
         }
         if (std::abs(total) < COHERENCE * weight) return false;
         angle = hint + std::arg(total * std::polar(1.0, -4 * hint)) / 4;
         const Complex back = std::polar(1.0, -4 * angle);
-        for (std::size_t k = 0; k < pairs_.size(); ++k) {
-            if (fourfold[k] == 0.0) continue;
-            cells.add(pairs_[k].from, fourfold[k] * back);
-            cells.add(pairs_[k].to, fourfold[k] * back);
+        for (std::size_t k = 0; k < count; ++k) {
+            const Complex turn = times(fourfold[k], back);
+            cells.add(pairs_[local[k]].from, turn);
+            cells.add(pairs_[local[k]].to, turn);
         }
         turns_ = cells.means();
-        for (Complex& turn : turns_) turn = std::polar(1.0, -(angle + std::arg(turn) / 4));
+        const Complex upright = std::polar(1.0, -angle);
+        for (Complex& turn : turns_) turn = times(upright, std::conj(root(root(turn))));
         return true;
     }
 
     // Splits pairs into rows, left dot first, and columns, upper dot first; rotates steps by the local row direction, and steps of columns
     // by another -90 degrees.
     void turn_upright() {
-        for (Pair pair : pairs_) {
-            pair.step *= turns_[pair.from];
-            const bool column = std::abs(pair.step.real()) <= std::abs(pair.step.imag());
-            if (column) pair.step = {pair.step.imag(), -pair.step.real()};
-            if (!(pair.step.real() > 0)) {
-                std::swap(pair.from, pair.to);
-                pair.step = -pair.step;
-            }
-            axes_[column].push_back(pair);
+        std::ptrdiff_t counts[2] = {0, 0};
+        for (std::vector<Pair>& axis : axes_) axis.resize(pairs_.size());
+        for (const Pair& pair : pairs_) {  // without branches, which would be mispredicted
+            const Complex step = times(pair.step, turns_[pair.from]);
+            const int column = std::abs(step.real()) <= std::abs(step.imag());
+            const double along = column ? step.imag() : step.real(), across = column ? -step.real() : step.imag();
+            const bool ahead = along > 0;
+            axes_[column][counts[column]++] = {ahead ? pair.from : pair.to, ahead ? pair.to : pair.from,
+                                               ahead ? Complex(along, across) : Complex(-along, -across)};
         }
+        for (int axis = 0; axis < 2; ++axis) axes_[axis].resize(counts[axis]);
     }
 
     // Computes the local mean step to the next dot around each dot; false with fewer than two steps.

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 namespace tactile {
 namespace {
@@ -69,6 +71,37 @@ std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* plac
             }
         });
         cells.put(i);
+    }
+    return found;
+}
+
+// In the order of u, places farther to the left or right than the farthest of the nearest so far need no look.
+std::vector<Neighbour> nearest_others(const double* places, std::ptrdiff_t count, std::ptrdiff_t wanted) {
+    const double never = std::numeric_limits<double>::infinity();
+    std::vector<Neighbour> found(count * wanted, Neighbour{-1, never});
+    std::vector<std::ptrdiff_t> order(count);
+    std::iota(order.begin(), order.end(), std::ptrdiff_t{0});
+    std::sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return places[2 * a] < places[2 * b]; });
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        const double u = places[2 * order[k]], v = places[2 * order[k] + 1];
+        Neighbour* nearest = found.data() + order[k] * wanted;
+        const auto compare = [&](std::ptrdiff_t other) {  // false where all beyond are farther
+            const double across = places[2 * order[other]] - u;
+            if (!(std::abs(across) < nearest[wanted - 1].distance)) return false;
+            const double distance = std::hypot(across, places[2 * order[other] + 1] - v);
+            std::ptrdiff_t at = wanted;
+            while (at > 0 && distance < nearest[at - 1].distance) --at;
+            if (at < wanted) {
+                std::copy_backward(nearest + at, nearest + wanted - 1, nearest + wanted);
+                nearest[at] = {order[other], distance};
+            }
+            return true;
+        };
+        bool left = true, right = true;
+        for (std::ptrdiff_t step = 1; left || right; ++step) {
+            left = left && k - step >= 0 && compare(k - step);
+            right = right && k + step < count && compare(k + step);
+        }
     }
     return found;
 }

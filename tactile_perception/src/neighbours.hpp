@@ -14,4 +14,12 @@ constexpr std::size_t MOST_NEIGHBOURS = 32;  // of a position. Derived: distinct
 // Pairs of places (count, 2), px, that are within reach, px, of each other along both axes; at most MOST_NEIGHBOURS * count.
 std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* places, std::ptrdiff_t count, double reach);
 
+struct Neighbour {
+    std::ptrdiff_t index;  // -1 for none
+    double distance;       // px, infinite for none
+};
+
+// The `wanted` nearest other places of each of places (count, 2), px: (count, wanted), the nearest first.
+std::vector<Neighbour> nearest_others(const double* places, std::ptrdiff_t count, std::ptrdiff_t wanted);
+
 }  // namespace tactile

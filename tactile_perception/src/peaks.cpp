@@ -109,19 +109,23 @@ class Relief {
         for (std::ptrdiff_t c = 1; c < rows_.columns; ++c) across[c] = sum += across[c];
     }
 
+    // The Gaussian down and then across: the middle and its neighbours in one pass over the row, farther ones in one pass each.
     void smooth(std::ptrdiff_t r, float* out) {
         const auto half = static_cast<std::ptrdiff_t>(weights_.size()) - 1;
         const float* middle = rows_.row(r);
-        const float first = weights_[0];
+        const float first = weights_[0], second = half > 0 ? weights_[1] : 0.0f;
         float* smooth = smooth_.data();
-        for (std::ptrdiff_t c = 0; c < rows_.stride; ++c) smooth[c] = first * middle[c];
-        for (std::ptrdiff_t k = 1; k <= half; ++k) {
+        {
+            const float *up = rows_.row(r - 1), *down = rows_.row(r + 1);
+            for (std::ptrdiff_t c = 0; c < rows_.stride; ++c) smooth[c] = first * middle[c] + second * (up[c] + down[c]);
+        }
+        for (std::ptrdiff_t k = 2; k <= half; ++k) {
             const float *up = rows_.row(r - k), *down = rows_.row(r + k), weight = weights_[k];
             for (std::ptrdiff_t c = 0; c < rows_.stride; ++c) smooth[c] += weight * (up[c] + down[c]);
         }
-        const float* across = smooth + rows_.margin;
-        for (std::ptrdiff_t c = 0; c < rows_.columns; ++c) out[c] = first * across[c];
-        for (std::ptrdiff_t k = 1; k <= half; ++k) {
+        const float *across = smooth + rows_.margin, *left = across - (half > 0), *right = across + (half > 0);
+        for (std::ptrdiff_t c = 0; c < rows_.columns; ++c) out[c] = first * across[c] + second * (left[c] + right[c]);
+        for (std::ptrdiff_t k = 2; k <= half; ++k) {
             const float weight = weights_[k];
             for (std::ptrdiff_t c = 0; c < rows_.columns; ++c) out[c] += weight * (across[c - k] + across[c + k]);
         }
@@ -148,13 +152,14 @@ class PeakRow {
 
     // Appends column and row of each peak in row r to found. Of equal neighbours, the first is the peak.
     void find(const float* up, const float* row, const float* down, std::ptrdiff_t r, std::vector<double>& found) {
-        for (std::ptrdiff_t c = 1; c < columns_ - 1; ++c) {
-            const float before = std::max(std::max(up[c - 1], up[c]), std::max(up[c + 1], row[c - 1]));
-            const float after = std::max(std::max(down[c - 1], down[c]), std::max(down[c + 1], row[c + 1]));
-            needed_[c] = std::max(std::max(before, after), lowest_);
-        }
         for (std::ptrdiff_t block = 1; block < columns_ - 1; block += BLOCK) {
             const std::ptrdiff_t end = std::min(block + BLOCK, columns_ - 1);
+            if (!any_reaches(row, block, end)) continue;
+            for (std::ptrdiff_t c = block; c < end; ++c) {
+                const float before = std::max(std::max(up[c - 1], up[c]), std::max(up[c + 1], row[c - 1]));
+                const float after = std::max(std::max(down[c - 1], down[c]), std::max(down[c + 1], row[c + 1]));
+                needed_[c] = std::max(std::max(before, after), lowest_);
+            }
             int any = 0;
             for (std::ptrdiff_t c = block; c < end; ++c) any |= row[c] >= needed_[c];
             for (std::ptrdiff_t c = block; any && c < end; ++c) {
@@ -166,6 +171,13 @@ class PeakRow {
     }
 
  private:
+    // Whether any pixel of a block is as high as the lowest peak.
+    bool any_reaches(const float* row, std::ptrdiff_t begin, std::ptrdiff_t end) const {
+        int any = 0;
+        for (std::ptrdiff_t c = begin; c < end; ++c) any |= row[c] >= lowest_;
+        return any != 0;
+    }
+
     static constexpr std::ptrdiff_t BLOCK = 16;  // pixels tested together, since most blocks have no peak. Chosen
     const std::ptrdiff_t columns_;
     const float lowest_;

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The border of the compiled module, of the kernels that index dots and compare them with their reference; see test_border.py."""
+"""The border of the compiled module, of the kernels that index and link dots and compare them with their reference; see test_border.py."""
 import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
@@ -32,6 +32,9 @@ CALLS = {
     'follow_drift': (call_follow_drift, {'id': ID, 'places': UV, 'counts': ID} | KNOWN),
     'deviation_from_drift': (lambda places=UV, motions=UV / 99, sigma=SIGMA: _core.deviation_from_drift(places, motions, sigma),
                              {'places': UV, 'motions': UV / 99, 'sigma': SIGMA}),
+    'assign_least': (lambda cost=UV[:2] / 9: [_core.assign_least(cost)], {'cost': UV[:2] / 9}),
+    'link_places': (lambda places=UV, dots=UV + 3: [_core.link_places(places, dots, gate=9.0)], {'places': UV, 'dots': UV + 3}),
+    'nearest_others': (lambda places=UV: _core.nearest_others(places, count=4), {'places': UV}),
     'have_stayed': (lambda **arrays: [_core.have_stayed(**SEEN | arrays)], SEEN),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]

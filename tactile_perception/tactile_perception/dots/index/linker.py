@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
+from tactile_perception._core import link_places, nearest_others
 from tactile_perception.errors import BadArgument
 
 NEW, TRACKED, LOST = 0, 1, 2
@@ -38,6 +38,7 @@ class Linker:
 
     def update(self, uv: np.ndarray, stamp_s: float) -> np.ndarray:
         """Track id (N,) int64 of each dot at uv (N, 2) px, -1 while NEW and for invalid positions; stamp_s, s, must increase."""
+        uv = np.asarray(uv, float)
         good = np.abs(uv).max(axis=1, initial=0.0) < FARTHEST
         if good.all():
             return self._update(uv, stamp_s)
@@ -110,25 +111,14 @@ class Linker:
 def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarray, np.ndarray]:
     """One-to-one links between places (M, 2) and dots (N, 2), px, closer than gate, with the least sum of squares.
 
-    Returns indices (K,) of places and of dots. An unlinked place costs the gate squared. Unambiguous pairs are linked directly.
+    Returns indices (K,) of places and of dots. An unlinked place costs the gate squared (kernel link_places: src/assignment.cpp).
     """
-    none = np.zeros(0, np.int64)
-    if not len(places) or not len(dots) or not gate > 0:
-        return none, none
-    near = scipy.spatial.cKDTree(places).sparse_distance_matrix(scipy.spatial.cKDTree(dots), gate, output_type='coo_matrix')
-    row, column = near.row.astype(np.int64), near.col.astype(np.int64)
-    plain = (np.bincount(row, minlength=len(places))[row] == 1) & (np.bincount(column, minlength=len(dots))[column] == 1)
-    hard_row, r = np.unique(row[~plain], return_inverse=True)
-    hard_column, c = np.unique(column[~plain], return_inverse=True)
-    cost = np.full((len(hard_row), len(hard_column)), gate**2)
-    cost[r, c] = near.data[~plain] ** 2
-    a, b = scipy.optimize.linear_sum_assignment(cost)
-    linked = cost[a, b] < gate**2
-    return np.r_[row[plain], hard_row[a[linked]]], np.r_[column[plain], hard_column[b[linked]]]
+    if not gate > 0:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    place, dot = link_places(np.asarray(places, float), np.asarray(dots, float), gate=gate).T
+    return place, dot
 
 
 def _spacing(uv: np.ndarray) -> float:
     """Median distance, px, to the nearest other dot; 0 for fewer than two."""
-    if len(uv) < 2:
-        return 0.0
-    return float(np.median(scipy.spatial.cKDTree(uv).query(uv, 2)[0][:, 1]))
+    return float(np.median(nearest_others(uv, count=1)[1])) if len(uv) > 1 else 0.0

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
+from tactile_perception._core import assign_least
 
 BENDS = 3.0  # largest second difference at completed nodes over the largest within NEAR rows and columns. Chosen
 NEAR = 3  # rows and columns
@@ -24,7 +24,7 @@ def complete_grid(id: np.ndarray, uv: np.ndarray, shape: tuple[int, int]) -> np.
     bends = _bends(shape)
     places[missing] = _least_bent(places, bends, missing)
     first = places[missing]
-    dot = scipy.optimize.linear_sum_assignment(((first[:, None] - uv[loose])**2).sum(axis=2))[1]
+    dot = assign_least(((first[:, None] - uv[loose])**2).sum(axis=2))
     dot = _exchange(places, bends, missing, uv[loose], dot)
     places[missing] = uv[loose[dot]]
     if _is_folded(places.reshape(*shape, 2)) or _bends_more(places, bends, missing, shape[1]):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
+from tactile_perception._core import nearest_others
 
 FEWEST = 30  # dots. Chosen
 NEIGHBOURS = 4
@@ -44,13 +44,13 @@ class CalibratedRest:
             return RestJudgement()
         rest = self.uv[id[both]]
         off = uv[both] - rest
-        distance, near = scipy.spatial.cKDTree(rest).query(rest, NEIGHBOURS + 1)
+        near, distance = nearest_others(rest, count=NEIGHBOURS)
         left = _affine_residual(rest, off)
-        together, square = np.mean(left * np.mean(left[near[:, 1:]], axis=1)), np.mean(left**2)
+        together, square = np.mean(left * np.mean(left[near], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= SHARED_PART * square or shared <= SHARED_SIZE:
             return RestJudgement()
-        known = np.percentile(np.hypot(*off.T), STILLEST) <= STILL * np.median(distance[:, 1])
+        known = np.percentile(np.hypot(*off.T), STILLEST) <= STILL * np.median(distance[:, 0])
         seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
         if known:
             return RestJudgement(True, True, f'{seen}: the sensor was touched when the reference was taken. The calibrated positions are '
