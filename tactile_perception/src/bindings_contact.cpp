@@ -9,6 +9,7 @@
 #include "membrane_forces.hpp"
 #include "membrane_frame.hpp"
 #include "membrane_solver.hpp"
+#include "settled_holes.hpp"
 #include "stick_slip.hpp"
 #include "vectors.hpp"
 
@@ -143,6 +144,21 @@ py::tuple leaning(const py::object& places, const py::object& rays, const py::ob
     return py::make_tuple(found.curvature, found.gradient);
 }
 
+py::array_t<double> settled(const py::object& places, const py::object& load, const py::object& seen, const py::object& triangles,
+                            const py::object& residual, const py::object& origin, int rows, int columns, double pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> carried(load, "load", {grid.size()}), centre(origin, "origin", {3});
+    const Input<bool> known(seen, "seen", {grid.size()});
+    const GivenMembrane of(triangles, residual, grid);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = settle_holes(of.membrane, given.data(), carried.data(), known.data(), centre.data(), pressure);
+    }
+    return output(found, {grid.size(), 3});
+}
+
 // The touchpad's contact.
 py::array_t<double> score(const py::object& load, const py::object& places, const py::object& normals, int rows, int columns,
                           double pitch) {
@@ -265,4 +281,9 @@ void tactile::border::bind_contact(py::module_& module) {
         "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 20), noise along\n"
         "the normal and friction. last: places (K, 3), m, scores (K,), seen (K,) bool of the last frame; now: the same, normals and\n"
         "force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
+    module.def(
+        "settle_holes", &settled, py::arg("places"), py::arg("load"), py::arg("seen"), py::arg("triangles"), py::arg("residual"),
+        py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),
+        "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
+        "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
 }

@@ -134,11 +134,12 @@ Balance find_balance(const Membrane& membrane, const double* places, double pres
     return found;
 }
 
-std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure,
-                                const Balance& balance) {
+std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure, const Balance& balance,
+                                const std::uint8_t* wanted) {
     const Grid grid = membrane.grid;
     std::vector<double> slopes(9 * grid.size());
     each_triangle(grid, [&](std::ptrdiff_t t, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
+        if (wanted && !wanted[a] && !wanted[b] && !wanted[c]) return;
         const std::ptrdiff_t corner[3] = {a, b, c};
         add_slopes(grid, membrane.triangles + 4 * t, Triangle(places, a, b, c), corner, rays, balance.normal.data(), pressure,
                    slopes.data());

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace tactile {
@@ -39,8 +40,9 @@ struct Balance {
 Balance find_balance(const Membrane& membrane, const double* places, double pressure);
 
 // Derivatives (K, 9), 1/m, of the loads at places (K, 3) by movements of each dot (slot 4) and its neighbours, row by row, along their unit
-// rays (K, 3), normals held; balance: at these places. 0 on the outermost dots.
-std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure,
-                                const Balance& balance);
+// rays (K, 3), normals held; balance: at these places. 0 on the outermost dots. wanted (K): of these dots alone, the others' rows are not
+// complete; null: of all.
+std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure, const Balance& balance,
+                                const std::uint8_t* wanted = nullptr);
 
 }  // namespace tactile

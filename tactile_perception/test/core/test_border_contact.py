@@ -19,6 +19,8 @@ LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full
 
 
 HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
+HOLES = {'places': DOTS, 'load': np.linspace(0, 2, 42), 'seen': np.arange(42) % 5 > 0, 'triangles': AT_REST, 'residual': 0 * UP,
+         'origin': -0.04 * UP[0]}
 LAST = {'last_places': DOTS, 'last_score': 1.0 * HELD, 'last_seen': HELD > -1}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
 STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 20)), 'origin': -0.04 * UP[0]}
@@ -66,6 +68,7 @@ CALLS = {
         **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
+    'settle_holes': (lambda **arrays: [_core.settle_holes(**HOLES | arrays, pressure=2000.0, **GRID)], HOLES),
     'stick_slip': (call_stick_slip, STICKING),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
     'find_contours': (lambda field=SCORE: _core.find_contours(field, level=0.5), {'field': SCORE}),

@@ -11,17 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import _core
 from ...errors import BadArgument
 from ..membrane.forces import MembraneMaterial
 from ..membrane.solver import Membrane
 
 # Loads below are over the fluid's pressure; a dot in contact has more than 0.5.
 _UNLOADED = 0.3  # load below which every dot counts as free; chosen
-# Unseen dots are placed by the balance where they or neighbours carry more than this load; standard deviation of the interpolated position
-# and largest step, m; chosen.
-_FILL_LOAD, _FILL_SIGMA, _FILL_STEP = 0.25, 1e-3, 4e-4
-# Load expected of a free and of a touched dot, and their standard deviations; chosen: 1 under a face, 2 to 3 under a ball or an edge.
-_EXPECTED, _SPREAD = (0.0, 1.3), (0.4, 0.8)
+_FILL_LOAD = 0.25  # unseen dots are placed by the balance where they or neighbours carry more than this; chosen
 
 
 @dataclass(frozen=True)
@@ -86,20 +83,6 @@ class LoadEstimator:
 
     def _settled(self, found: DotLoads) -> np.ndarray:
         """(K, 3) m: places with unseen dots moved along their rays by one Gauss-Newton step towards the balance around them."""
-        mesh, holes = self.membrane.mesh, np.flatnonzero(~found.seen)
-        rays = found.xyz - self._origin
-        rays /= np.sqrt(np.square(rays).sum(axis=1))[:, None]
-        slopes = self.membrane.forces.slopes(found.xyz, rays, self._material.rest_pressure)
-        around = np.unique(mesh.stencil[holes])
-        around = around[mesh.inner[around]]
-        row, slot = np.nonzero(~found.seen[mesh.stencil[around]])
-        hole = np.searchsorted(holes, mesh.stencil[around[row], slot])
-        matrix = np.zeros((len(around), len(holes)))
-        matrix[row, hole] = slopes[around[row], slot]
-        held = (found.load[around] > .5).astype(int)
-        weight = np.take(_SPREAD, held)**-2.0
-        normal = matrix.T @ (weight[:, None] * matrix) + np.eye(len(holes)) / _FILL_SIGMA**2
-        change = -np.linalg.solve(normal, matrix.T @ (weight * (found.load[around] - np.take(_EXPECTED, held))))
-        xyz = found.xyz.copy()
-        xyz[holes] += np.clip(change, -_FILL_STEP, _FILL_STEP)[:, None] * rays[holes]
-        return xyz
+        forces, (rows, columns) = self.membrane.forces, self.shape
+        return _core.settle_holes(found.xyz, found.load, found.seen, forces.triangles, forces.rest_residual, self._origin, rows=rows,
+                                  columns=columns, pressure=self._material.rest_pressure)
