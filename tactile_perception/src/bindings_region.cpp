@@ -18,6 +18,7 @@ using tactile::border::within;
 
 namespace {
 
+constexpr double LARGEST_SIZE = 1e200;   // m, m^2. Chosen: any units
 constexpr int FINEST = 16;               // steps a node
 constexpr py::ssize_t MOST = 64 * 1024;  // nodes of a grid
 
@@ -117,7 +118,7 @@ py::tuple moments(const py::object& places, const py::object& start, const py::o
 py::array_t<double> axes(const py::object& sums, const py::object& points, const py::object& start, double pitch) {
     const Input<double> total(sums, "sums", {6}), border(points, "points", {ANY, 3});
     const Input<std::int64_t> first(start, "start", {ANY});
-    within(pitch, "pitch", 0, 1e9);
+    within(pitch, "pitch", 0, LARGEST_SIZE);
     within(first.length(), "start", 1, 1e9);
     check_starts(first, border.length());
     return output(region_axes(total.data(), border.data(), first.data(), first.length() - 1, pitch), {3});
@@ -137,11 +138,11 @@ py::tuple point(const py::object& points, const py::object& border, const py::ob
     const Nodes nodes = wide_surface(surface);
     const RegionShape shape{vector_of(centroid, "centroid"),
                             vector_of(normal, "normal"),
-                            within(area, "area", 0, 1e9),
+                            within(area, "area", 0, LARGEST_SIZE),
                             sides.data(),
                             first.data(),
                             first.length() - 1,
-                            within(pitch, "pitch", 0, 1e9)};
+                            within(pitch, "pitch", 0, LARGEST_SIZE)};
     ContactPlace found;
     {
         py::gil_scoped_release others_run;
@@ -154,7 +155,7 @@ py::tuple point(const py::object& points, const py::object& border, const py::ob
 
 double depth(const py::object& points, const py::object& gap, double pitch) {
     const Input<double> dots(points, "points", {ANY, 3}), height(gap, "gap", {dots.length()});
-    return contact_depth(dots.data(), height.data(), dots.length(), within(pitch, "pitch", 1e-12, 1e9));
+    return contact_depth(dots.data(), height.data(), dots.length(), within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ def contact_point(dots: ContactDots, region: Region) -> tuple[np.ndarray, np.nda
     lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
     dots for a fit the covariance covers both cases.
     """
-    moments = region.moments
-    return _core.contact_point(dots.xyz[region.members], *joined(region.outline.loops), region.surface.wide, moments.centroid,
-                               moments.normal, area=moments.area, pitch=region.pitch, sigma=dots.sigma)
+    points, moments = np.asarray(dots.xyz[region.members], float), region.moments
+    return _core.contact_point(points, *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal,
+                               area=moments.area, pitch=region.pitch, sigma=dots.sigma)
 
 
 def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
@@ -28,5 +28,5 @@ def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
 
     The largest height of the rest shape above the deformed surface at the region's dots, by a quadratic fitted around the deepest one.
     """
-    points = dots.xyz[region.members]
+    points = np.asarray(dots.xyz[region.members], float)
     return _core.contact_depth(points, cap.heights(points[:, :2]) - points[:, 2], pitch=region.pitch)
