@@ -11,11 +11,14 @@ import numpy as np
 
 from ...common.contour import label_score
 from ...common.dot_grid import around, to_grid
+from ...errors import BadFrame
 from .contact_score import contact_score
 from .loads import DotLoads, LoadEstimator
 from ..membrane.forces import MembraneMaterial
 from .published import PaperRegion
 from .stick_slip import StickSlipTracker
+
+_THINNEST = 1e-3  # width over length of the dots' places, below which they lie on a line; chosen
 
 
 class AllDots(NamedTuple):
@@ -57,7 +60,9 @@ class MembraneMethod:
         self._estimator.set_rest(rest_xyz)
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
-        """Classify dots ids (N,) at xyz (N, 3), m."""
+        """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane."""
+        if len(ids) > 2 and _on_a_line(xyz):
+            raise BadFrame('the 3D positions of all dots lie on a line; check the camera, or take a new reference')
         loads = self._estimator.loads(*self._estimator.displacements(ids, xyz))
         if loads.none:
             return self._untouched(loads.xyz, loads.seen, ids)
@@ -78,6 +83,12 @@ class MembraneMethod:
         if not (score > 0.5).any():
             return np.zeros(len(score))
         return np.minimum(around((loads.load > 0.5).astype(float).reshape(self._shape)), 1).ravel()
+
+
+def _on_a_line(xyz: np.ndarray) -> bool:
+    away = xyz - xyz.mean(axis=0)
+    width, length = np.linalg.eigvalsh(away.T @ away)[1:]
+    return bool(width <= _THINNEST**2 * length)
 
 
 class PaperMethod:

@@ -3,6 +3,7 @@
 """The methods behind one call: a name makes each, and each judges the dots it is given and no others."""
 import numpy as np
 import pytest
+from tactile_perception.errors import BadFrame
 from tactile_perception.touchpad.contact.methods import CONTACT_METHODS, make_method
 from tactile_perception.touchpad.membrane.forces import MembraneMaterial
 
@@ -51,6 +52,13 @@ def test_the_papers_method_finds_a_plate_that_moves_and_knows_no_forces(pad, met
     inside = np.hypot(*pad.rest[:, :2].T) < 4e-3
     assert (found.state[inside] > 0).mean() > 0.9
     assert (found.state[np.hypot(*pad.rest[:, :2].T) > 9e-3] > 0).mean() < 0.05
+
+
+@pytest.mark.parametrize('method', ['membrane'], indirect=True)
+def test_dots_on_a_line_are_refused(pad, method):
+    line = pad.rest[:1] + np.linspace(0, 1, 529)[:, None] * (pad.rest[-1:] - pad.rest[:1])
+    with pytest.raises(BadFrame, match='on a line'):
+        method.classify(pad.ids, line, 0.0)
 
 
 @pytest.mark.parametrize('name', ['tp_rect_release'])
