@@ -55,7 +55,8 @@ def test_a_disc_is_the_mean_over_its_points():
 def test_a_press_that_is_shown_is_found_again(press):
     start = Press(press.place + [2e-3, -1e-3], 0.8 * press.depth)
     state, covariance, misfit, wrench = fit(show(library(), [press], GRID, EYE)[0], [start])
-    assert state[:3] == pytest.approx(press.vector[:3], abs=1e-6) and state[4:] == pytest.approx(press.drag, abs=3e-3)
+    # a step below 0.3 standard deviations, of micrometres here, is the last
+    assert state[:3] == pytest.approx(press.vector[:3], abs=2e-6) and state[4:] == pytest.approx(press.drag, abs=3e-3)
     assert misfit < 1e-2 and wrench[0] == pytest.approx(looked_up(library(), press)[1], abs=2e-3)
     assert np.linalg.eigvalsh(covariance).min() > 0
 
