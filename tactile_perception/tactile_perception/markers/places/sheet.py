@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from ...common.dots import DotTracks
 from ...errors import BadArgument
@@ -50,7 +49,7 @@ class SheetSurface:
         slope, *shifts = (self._fill(values, seen) for values in (slope, *np.where(seen[:, None], shifts, 0.0)))
         left = self._bending + self._strain * (slope @ slope.T)
         right = np.stack([np.einsum('kc,kc->k', slope, self._strain @ one) for one in shifts], axis=1)
-        return cho_solve(cho_factor(left), right).T.reshape(shift.shape[:-1])
+        return np.linalg.solve(left, right).T.reshape(shift.shape[:-1])
 
     def loads(self, depth: np.ndarray) -> np.ndarray:
         """Loads (..., K), in units of the tension, m, that hold depths (..., K), m, of the sheet: 0 where nothing touches."""

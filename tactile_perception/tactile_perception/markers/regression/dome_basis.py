@@ -11,7 +11,7 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
-from scipy.interpolate import BSpline
+import scipy
 
 from ...common.spherical_cap import Cap
 
@@ -193,5 +193,5 @@ def _spline_table() -> tuple[np.ndarray, float]:
     """Cubic B-splines on KNOTS (zero beyond the last), tabulated at even steps of angle; that step, rad."""
     knots = np.concatenate([[KNOTS[0]] * 3, KNOTS, [KNOTS[-1]] * 3])
     angle = np.linspace(0, KNOTS[-1], 551)
-    table = BSpline.design_matrix(np.minimum(angle, KNOTS[-1] * (1 - 1e-12)), knots, 3).toarray()[:, :-1]
+    table = scipy.interpolate.BSpline.design_matrix(np.minimum(angle, KNOTS[-1] * (1 - 1e-12)), knots, 3).toarray()[:, :-1]
     return table, float(angle[1])

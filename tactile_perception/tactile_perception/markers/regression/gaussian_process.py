@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
+import scipy
 
 MIRRORS = np.array([(1, 1), (-1, 1), (1, -1), (-1, -1)], float)
 MOST_FOR_EVIDENCE = 120  # points used for the hyperparameters. Chosen: the time grows with the cube
@@ -28,8 +28,8 @@ class MirrorGP:
         self.inputs, self.values, self.noise, self.parity = inputs, values, noise, parity
         self.signs, self.scale = parity_signs(parity), max(float(np.sqrt(np.mean(values**2))), 1e-12)
         self.hyper = np.array(hyper, float) if hyper is not None else self._find()
-        self._factor = cholesky(self._covariance(self.hyper, slice(None)), lower=True)
-        self._dual = cho_solve((self._factor, True), self.values / self.scale)
+        self._factor = scipy.linalg.cholesky(self._covariance(self.hyper, slice(None)), lower=True)
+        self._dual = scipy.linalg.cho_solve((self._factor, True), self.values / self.scale)
         self._copies = (inputs * self._flips()[:, None]).reshape(-1, inputs.shape[1])
 
     def __call__(self, at: np.ndarray) -> float:
@@ -38,14 +38,14 @@ class MirrorGP:
 
     def sigma(self, at: np.ndarray) -> float:
         """Standard deviation of the value at (D,), noise included."""
-        white = solve_triangular(self._factor, self._row(at), lower=True)
+        white = scipy.linalg.solve_triangular(self._factor, self._row(at), lower=True)
         height, noise = np.exp(2 * self.hyper[-2:])
         top = height * (self.signs @ _matern((at * self._flips() - at) / np.exp(self.hyper[:-2])))
         return float(self.scale * np.sqrt(max(top - white @ white, 0.0) + noise))
 
     def left_out(self, groups: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Errors (N,) and standard deviations (N,) of the prediction of each value from the other groups (leave-group-out)."""
-        inverse = cho_solve((self._factor, True), np.eye(len(self.values)))
+        inverse = scipy.linalg.cho_solve((self._factor, True), np.eye(len(self.values)))
         errors, sigmas = np.zeros(len(groups)), np.zeros(len(groups))
         for group in np.unique(groups):
             held = groups == group
@@ -91,8 +91,8 @@ class MirrorGP:
                 return 1e10
             white = np.linalg.solve(lower, target)
             return 0.5 * white @ white + np.log(np.diag(lower)).sum() + 0.5 * np.sum(((hyper - middle) / width)**2)
-        from scipy.optimize import minimize  # calibration alone needs it
-        return minimize(cost, middle, method='L-BFGS-B', bounds=[(-1.5, 3.0)] * inner + [(-4.0, 3.0), (np.log(5e-3), 1.0)]).x
+        bounds = [(-1.5, 3.0)] * inner + [(-4.0, 3.0), (np.log(5e-3), 1.0)]
+        return scipy.optimize.minimize(cost, middle, method='L-BFGS-B', bounds=bounds).x
 
 
 def _matern(gaps: np.ndarray) -> np.ndarray:

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
+from ... import _core
 from ...errors import BadArgument, BadFrame
 from .touch import TouchEstimate
 
@@ -81,8 +81,10 @@ class TouchTracker:
         if not estimates or not self._tracks:
             return {}
         cost = np.array([[track.distance(estimate) for track in self._tracks] for estimate in estimates])
-        rows, columns = linear_sum_assignment(np.minimum(cost, 1e3 * _GATE))
-        return {int(r): self._tracks[c] for r, c in zip(rows, columns) if cost[r, c] <= _GATE}
+        bounded = np.minimum(cost, 1e3 * _GATE)
+        pairs = enumerate(_core.assign_least(bounded)) if len(estimates) <= len(self._tracks) else \
+            ((estimate, track) for track, estimate in enumerate(_core.assign_least(bounded.T)))
+        return {int(estimate): self._tracks[track] for estimate, track in pairs if cost[estimate, track] <= _GATE}
 
 
 class _Track:

@@ -8,7 +8,7 @@ evidence (marginal likelihood).
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import scipy
 
 MOST = 120                     # values used for the hyperparameters. Chosen: the time grows with the cube
 LENGTH, LENGTHS = 1.0, (-0.5, 3.5)  # log length scales over the states' standard deviation: prior mean; bounds. Chosen
@@ -27,8 +27,8 @@ class VaryingFactors:
         self._spread = np.maximum(states.std(axis=0), 1e-9)
         self._features, self._values = features / np.maximum(np.sqrt(np.mean(features**2, axis=0)), 1e-12), values / self._rms
         self._hyper = self._find()
-        self._factor = cho_factor(self._covariance(self._hyper, slice(None)), lower=True)
-        self._weights = cho_solve(self._factor, self._values)
+        self._factor = scipy.linalg.cho_factor(self._covariance(self._hyper, slice(None)), lower=True)
+        self._weights = scipy.linalg.cho_solve(self._factor, self._values)
         count = states.shape[1]
         self.lengths = self._spread * np.exp(self._hyper[:count])
         shares = np.exp(2 * self._hyper[count:-1]) / np.maximum(np.mean(features**2, axis=0), 1e-24)
@@ -36,7 +36,7 @@ class VaryingFactors:
 
     def left_out(self, groups: np.ndarray) -> np.ndarray:
         """(N,) prediction of each value from the other groups (leave-group-out)."""
-        inverse = cho_solve(self._factor, np.eye(len(self._values)))
+        inverse = scipy.linalg.cho_solve(self._factor, np.eye(len(self._values)))
         predicted = np.zeros(len(groups))
         for group in np.unique(groups):
             held = groups == group
@@ -64,5 +64,4 @@ class VaryingFactors:
             held = 0.5 * np.sum((hyper[:count] - LENGTH)**2) + 0.1 * np.sum(hyper[count:-1]**2)
             return 0.5 * white @ white + np.log(np.diag(lower)).sum() + held
         start = np.concatenate([np.full(count, LENGTH), np.zeros(factors), [-3.0]])
-        from scipy.optimize import minimize  # calibration alone needs it
-        return minimize(cost, start, method='L-BFGS-B', bounds=[LENGTHS] * count + [SIZES] * factors + [NOISES]).x
+        return scipy.optimize.minimize(cost, start, method='L-BFGS-B', bounds=[LENGTHS] * count + [SIZES] * factors + [NOISES]).x
