@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
@@ -35,7 +35,7 @@ def find_sphere_radius(misfit: Callable[[float], float]) -> float:
     if best in (0, len(coarse) - 1) or values[best] >= 1.0:
         raise BadCalibration(f'touchpad calibration: no sphere of {SMALLEST * 1e3:.0f} to {LARGEST * 1e3:.0f} mm radius fits the presses; '
                              'give its radius with --sphere-radius, and check that ground_truth/contacts holds the tips of sphere presses')
-    found = minimize_scalar(at, bounds=(coarse[best - 1], coarse[best + 1]), method='bounded', options={'xatol': TOLERANCE})
+    found = scipy.optimize.minimize_scalar(at, bounds=(coarse[best - 1], coarse[best + 1]), method='bounded', options={'xatol': TOLERANCE})
     return float(np.exp(found.x))
 
 
