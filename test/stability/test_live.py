@@ -145,6 +145,7 @@ def test_bad_frames_to_running_nodes(pad, tmp_path):
         assert status.level == b'\x02' and 'camera_info' in status.message
         assert len([text for text in rig.said if 'refused' in text]) == 1, 'said once, not for each frame'
         assert len(rig.regions) == known, 'nothing is published for a frame that cannot be used'
+        rig.comes(lambda: False, 1.2)  # a second without a refusal, after which the next one is said again
         region, contacts = rig.good(pad.pressed)
         assert len(contacts.contacts) == 1 and abs(contacts.contacts[0].depth - pad.truth.contacts[0].depth) < 0.4e-3
         rig.until(lambda: rig.last['dot_tracker_node'][0].level != b'\x02')
