@@ -3,19 +3,6 @@
 // Python bindings of the kernels. Each function checks its arguments (border.hpp), releases the GIL, and returns new arrays.
 #include "bindings.hpp"
 
-#include <array>
-
-#include "border.hpp"
-
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
-namespace {}  // namespace
-
 PYBIND11_MODULE(_core, module) {
     module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
     tactile::border::bind_dots(module);

@@ -13,13 +13,7 @@
 #include "stick_slip.hpp"
 #include "vectors.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 // The touchpad's membrane.
@@ -232,7 +226,7 @@ py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& 
 
 }  // namespace
 
-void tactile::border::bind_contact(py::module_& module) {
+void bind_contact(py::module_& module) {
     module.def(
         "fill_holes", &filled, py::arg("values"), py::arg("known"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         "values (K, n) float64 of dots on a grid with those where known (K,) bool is false replaced by the mean of their neighbours\n"
@@ -287,3 +281,5 @@ void tactile::border::bind_contact(py::module_& module) {
         "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
         "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
 }
+
+}  // namespace tactile::border

@@ -5,13 +5,7 @@
 #include "border.hpp"
 #include "dome_fit.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 // An inflated dome (dome.hpp): the arrays of its library, and its markers.
@@ -116,7 +110,7 @@ py::tuple fitted_dome(const py::object& numbers, const py::object& edges, const 
 
 }  // namespace
 
-void tactile::border::bind_dome(py::module_& module) {
+void bind_dome(py::module_& module) {
     module.def("press_dome", &pressed_dome, py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"),
                py::arg("odd_table"), py::arg("even_modes"), py::arg("odd_modes"), py::arg("points"), py::arg("eyes"), py::arg("presses"),
                "Displacement (K, 3) float64, m, of a dome's markers at points (K, 3), m, under presses (n, 7) that add up.\n\n"
@@ -130,3 +124,5 @@ void tactile::border::bind_dome(py::module_& module) {
         "eyes (K, 3), m; their covariance (7 n, 7 n), the residuals (K, 2), m, and the sum of the weighted squared residuals.\n\n"
         "weight: (K,), 0 for a marker that is not seen; starts: (n, 7); prior: (5, 7): mean, weight, least, most and longest step.");
 }
+
+}  // namespace tactile::border

@@ -12,15 +12,7 @@
 #include "peaks.hpp"
 #include "worn_disc.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::check_places;
-using tactile::border::Input;
-using tactile::border::LARGEST_PLACE;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 constexpr int LARGEST_SIDE = 255;  // px, of the filters of find_peaks. Chosen: sums over the square stay within 32-bit integers
@@ -224,7 +216,7 @@ py::array_t<std::int64_t> without_outliers(const py::object& id, const py::objec
 
 }  // namespace
 
-void tactile::border::bind_dots(py::module_& module) {
+void bind_dots(py::module_& module) {
     module.def(
         "find_peaks", &peaks, py::arg("image"), py::kw_only(), py::arg("step"), py::arg("smooth"), py::arg("box"), py::arg("sign"),
         py::arg("lowest"),
@@ -276,3 +268,5 @@ void tactile::border::bind_dots(py::module_& module) {
         "Indices (N,) int64 on a grid, row * columns + column or -1, of dots at finite places (N, 2) float64, px, with -1 for dots at and\n"
         "next to steps unlike those around them, and for dots off their node.");
 }
+
+}  // namespace tactile::border

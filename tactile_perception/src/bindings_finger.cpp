@@ -8,13 +8,7 @@
 #include "finger.hpp"
 #include "held_light.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 constexpr double LARGEST_VOLTAGE = 1e12;  // V. Chosen: beyond any signal, and squares stay far from overflow
@@ -161,7 +155,7 @@ py::array_t<double> covariance_of_place(const py::object& place, double total, c
 
 }  // namespace
 
-void tactile::border::bind_finger(py::module_& module) {
+void bind_finger(py::module_& module) {
     module.def(
         "finger_samples", &samples, py::arg("volts"), py::arg("offset"), py::arg("table"), py::kw_only(), py::arg("lit"), py::arg("least"),
         py::arg("saturation"), py::arg("level"),
@@ -197,3 +191,5 @@ void tactile::border::bind_finger(py::module_& module) {
     module.def("place_covariance", &covariance_of_place, py::arg("place"), py::arg("total"), py::arg("noise"), py::arg("shot"),
                "Covariance (2, 2), half widths squared, of a place (2,) measured with that total, V: eq 1 to first order.");
 }
+
+}  // namespace tactile::border

@@ -10,15 +10,7 @@
 #include "neighbours.hpp"
 #include "reference_drift.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::check_places;
-using tactile::border::Input;
-using tactile::border::LARGEST_PLACE;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 // Indices of ids among known ids, which must rise.
@@ -115,7 +107,7 @@ py::tuple nearest(const py::object& places, int count) {
 
 }  // namespace
 
-void tactile::border::bind_links(py::module_& module) {
+void bind_links(py::module_& module) {
     module.def(
         "reference_places", &placed, py::arg("id"), py::arg("known_id"), py::arg("known_places"),
         "Places (N, 2) float64 of ids (N,) int64 among known ids (K,) int64, which rise, at known places (K, 2) float64; NaN for others.");
@@ -144,3 +136,5 @@ void tactile::border::bind_links(py::module_& module) {
         "Indices (N, count) int64 and distances (N, count) float64, px, of the nearest other places of each of places (N, 2) float64, px,\n"
         "the nearest first; -1 and infinite where there are fewer.");
 }
+
+}  // namespace tactile::border

@@ -9,13 +9,7 @@
 #include "outlines.hpp"
 #include "region_moments.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 constexpr double LARGEST_SIZE = 1e200;   // m, m^2. Chosen: any units
@@ -160,7 +154,7 @@ double depth(const py::object& points, const py::object& gap, double pitch) {
 
 }  // namespace
 
-void tactile::border::bind_region(py::module_& module) {
+void bind_region(py::module_& module) {
     module.def(
         "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
         "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
@@ -191,3 +185,5 @@ void tactile::border::bind_region(py::module_& module) {
     module.def("contact_depth", &depth, py::arg("points"), py::arg("gap"), py::kw_only(), py::arg("pitch"),
                "Largest height, m, of the surface at rest over points (N, 3), m, whose heights are gap (N,), by a quadratic around it.");
 }
+
+}  // namespace tactile::border

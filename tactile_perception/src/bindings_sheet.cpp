@@ -9,13 +9,7 @@
 #include "sheet_fit.hpp"
 #include "sheet_membrane.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 py::tuple pressed_sheet(const py::object& value, const py::object& slope, const py::object& laplacian, const py::object& weight,
@@ -170,7 +164,7 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
 
 }  // namespace
 
-void tactile::border::bind_sheet(py::module_& module) {
+void bind_sheet(py::module_& module) {
     module.def(
         "press_sheet", &pressed_sheet, py::arg("value"), py::arg("slope"), py::arg("laplacian"), py::arg("weight"), py::arg("rest"),
         py::arg("depths"), py::kw_only(), py::arg("place"), py::arg("radius"), py::arg("prestretch"), py::arg("bending"),
@@ -190,3 +184,5 @@ void tactile::border::bind_sheet(py::module_& module) {
                py::arg("half"), py::arg("scale"), py::arg("marker_radius"),
                "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see markers/mechanics/projection.py.");
 }
+
+}  // namespace tactile::border

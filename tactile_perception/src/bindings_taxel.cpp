@@ -9,13 +9,7 @@
 #include "taxel_score.hpp"
 #include "taxel_shear.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6;  // of a side; taxels, of a width. Chosen: far beyond any array
@@ -158,7 +152,7 @@ double noise_of(const py::object& places) {
 
 }  // namespace
 
-void tactile::border::bind_taxels(py::module_& module) {
+void bind_taxels(py::module_& module) {
     module.def(
         "taxel_score", &score_of_taxels, py::arg("pressure"), py::kw_only(), py::arg("smooth"), py::arg("reach"), py::arg("least"),
         py::arg("share"), py::arg("ramp"),
@@ -208,3 +202,5 @@ void tactile::border::bind_taxels(py::module_& module) {
         "noise_of_places", &noise_of, py::arg("places"),
         "Standard deviation along x and y of places (N, 3) float64 of a steady motion, without the last one; 0 for fewer than four.");
 }
+
+}  // namespace tactile::border

@@ -9,13 +9,7 @@
 #include "ring_colour.hpp"
 #include "water_ranges.hpp"
 
-namespace py = pybind11;
-using namespace tactile;
-using tactile::border::ANY;
-using tactile::border::Input;
-using tactile::border::output;
-using tactile::border::within;
-
+namespace tactile::border {
 namespace {
 
 constexpr double LARGEST_RADIUS = 4096;  // px. Chosen: no ring is that large
@@ -121,7 +115,7 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
 
 }  // namespace
 
-void tactile::border::bind_water(py::module_& module) {
+void bind_water(py::module_& module) {
     module.def(
         "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"),
         "Background around dots at uv (N, 2) float64, px, in an image (H, W, 3) uint8, blue, green, red, on rings of radius px: ratios\n"
@@ -151,3 +145,5 @@ void tactile::border::bind_water(py::module_& module) {
         "path: as for path_lengths; rays: (N, 3), unit; id: (N,) int64, of the dots on the grid of rows x columns; rest_ranges (N,), m,\n"
         "rest_normals (N, 3), unit: at rest; ring_share: radius of the ring around a dot whose mean a length is, over the dots' pitch.");
 }
+
+}  // namespace tactile::border

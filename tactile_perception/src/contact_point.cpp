@@ -78,14 +78,19 @@ struct Bend {
     bool found = false;
 };
 
-// Of z = f(x, y) through local coordinates by N coefficients: six of a quadratic, or four of an isotropic one.
+// What N coefficients of z = f(x, y) are multiplied by: six of a quadratic, or four of an isotropic one.
+template <int N>
+void quadratic_terms(double x, double y, double* terms) {
+    terms[0] = 1, terms[1] = x, terms[2] = y, terms[3] = N == 6 ? x * x / 2 : (x * x + y * y) / 2;
+    if constexpr (N == 6) terms[4] = x * y, terms[5] = y * y / 2;
+}
+
+// Of the surface through local coordinates, by N coefficients.
 template <int N>
 Bend principal_bend(const std::vector<Vec3>& local, double sigma) {
     const auto count = static_cast<std::ptrdiff_t>(local.size());
     const auto row = [&](std::ptrdiff_t i, double* terms) {
-        const double x = local[i].x, y = local[i].y;
-        terms[0] = 1, terms[1] = x, terms[2] = y, terms[3] = N == 6 ? x * x / 2 : (x * x + y * y) / 2;
-        if constexpr (N == 6) terms[4] = x * y, terms[5] = y * y / 2;
+        quadratic_terms<N>(local[i].x, local[i].y, terms);
         return local[i].z;
     };
     const ScaledFit<N> fit(count, row);
@@ -238,10 +243,7 @@ double contact_depth(const double* points, const double* gap, std::ptrdiff_t cou
         if (std::isfinite(gap[i]) && x * x + y * y < REACH * REACH) near.push_back({x, y, gap[i]});
     }
     if (near.size() < QUADRATIC) return gap[deepest];
-    const auto row = [&](std::size_t i, double* terms) {
-        const double x = near[i][0], y = near[i][1];
-        terms[0] = 1, terms[1] = x, terms[2] = y, terms[3] = x * x / 2, terms[4] = x * y, terms[5] = y * y / 2;
-    };
+    const auto row = [&](std::size_t i, double* terms) { quadratic_terms<6>(near[i][0], near[i][1], terms); };
     SmallSystem<6> system(10 * RIDGE);
     double terms[6], c[6], best = -INFINITY, apart = INFINITY;
     for (std::size_t i = 0; i < near.size(); ++i) row(i, terms), system.add(terms, near[i][2], 1);

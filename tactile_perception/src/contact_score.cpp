@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "grid.hpp"
+#include "median.hpp"
 #include "small_systems.hpp"
 #include "vectors.hpp"
 
@@ -19,7 +20,6 @@ constexpr double EDGE_HEIGHT = 0.1;        // pitches, height above the face of 
 constexpr std::size_t SMALLEST_PATCH = 8;  // dots; chosen: two more than a paraboloid has coefficients
 constexpr int ROUNDS = 4;                  // of reweighting; chosen
 constexpr double FINEST = 1e-5;            // m, smallest scale of the residuals; chosen, about the noise of a position
-constexpr double SIGMA_PER_MAD = 1.4826;   // standard deviation of normal errors over their median absolute deviation
 constexpr double RIDGE = 1e-6;             // of the normal equations; chosen
 constexpr int TERMS = 6;                   // 1, x, y, x^2, x y, y^2
 

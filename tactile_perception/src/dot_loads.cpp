@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "grid.hpp"
+#include "median.hpp"
 #include "vectors.hpp"
 
 namespace tactile {
@@ -23,9 +24,7 @@ constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure;
 
 // Robust mean of the pressures wanted, at which each inner dot would be free: from their median, by reweighting.
 double fluid_pressure(const std::vector<double>& wanted, double least) {
-    std::vector<double> sorted = wanted;
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-    double pressure = std::max(least, sorted[sorted.size() / 2]);
+    double pressure = std::max(least, smallest(wanted, static_cast<std::ptrdiff_t>(wanted.size() / 2)));
     for (const double misfit : PRESSURE_ROUNDS) {
         double total = 0, sum = 0;
         for (const double value : wanted) {

@@ -8,6 +8,8 @@
 
 namespace tactile {
 
+constexpr double SIGMA_PER_MAD = 1.4826;  // standard deviation of normal errors over their median absolute deviation
+
 // Median of values, the mean of both middle ones of an even number; values must not be empty or NaN.
 inline double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

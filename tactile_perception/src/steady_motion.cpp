@@ -8,7 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "median.hpp"
 
 namespace tactile {
 
@@ -50,17 +53,13 @@ SteadyMotion steady_motion(const double* times, const double* places, std::ptrdi
 
 double noise_of_places(const double* places, std::ptrdiff_t count) {
     if (count < 4) return 0;
-    std::vector<double> squares;
+    std::vector<double> bends;
     for (const double* here = places; here < places + 3 * (count - 3); here += 3) {
         const double x = here[6] - 2 * here[3] + here[0], y = here[7] - 2 * here[4] + here[1], square = x * x + y * y;
-        squares.push_back(square >= 0 ? square : std::numeric_limits<double>::infinity());
+        bends.push_back(square >= 0 ? std::sqrt(square) : std::numeric_limits<double>::infinity());
     }
-    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-    std::nth_element(squares.begin(), middle, squares.end());
-    double median = std::sqrt(*middle);
-    if (squares.size() % 2 == 0) median = (median + std::sqrt(*std::max_element(squares.begin(), middle))) / 2;
     // A second difference has six times the variance of a place; the median of a Rayleigh distribution is sqrt(2 ln 2).
-    return median / std::sqrt(6 * 2 * std::log(2.0));
+    return median(std::move(bends)) / std::sqrt(6 * 2 * std::log(2.0));
 }
 
 }  // namespace tactile

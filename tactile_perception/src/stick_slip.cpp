@@ -9,20 +9,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "grid.hpp"
+#include "median.hpp"
 
 namespace tactile {
 namespace {
 
 enum State : std::uint8_t { FREE, STICKING, SLIPPING };
-constexpr double HALF = 0.5;              // score of the border of a contact
-constexpr std::size_t FEWEST = 5;         // dots that determine a motion; chosen: two more than three
-constexpr double SMOOTHING = 0.2;         // weight of a new value in the running means of noise and friction; chosen
-constexpr double LEAST_FRICTION = 0.05;   // friction coefficient; smaller estimates are not used; chosen
-constexpr double MANY = 0.3;              // share of slipping dots from which gross slip may follow; chosen
-constexpr double LOOSE = 1e-3;            // weight of a twist, in dots, that is kept where nothing else tells; chosen
-constexpr double SIGMA_PER_MAD = 1.4826;  // standard deviation of normal errors over their median absolute deviation
+constexpr double HALF = 0.5;             // score of the border of a contact
+constexpr std::size_t FEWEST = 5;        // dots that determine a motion; chosen: two more than three
+constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
+constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
+constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
+constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
 // Frames for which dots may be at rest while the object moves on: in gross slip (as of a disc that turns about its axis), and after a
 // frame in which many dots slipped; chosen.
 constexpr int REST_AFTER_GROSS = 15, REST_AFTER_SLIP = 3;
@@ -33,11 +34,9 @@ constexpr double FOLLOWS = 0.15, TELLING = 0.8e-3;
 using Dots = std::vector<std::ptrdiff_t>;
 
 // NaN counts as infinite.
-double median(std::vector<double> values) {
+double median_of(std::vector<double> values) {
     for (double& value : values) value = std::isnan(value) ? INFINITY : value;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 == 1 ? *middle : 0.5 * (*middle + *std::max_element(values.begin(), middle));
+    return median(std::move(values));
 }
 
 // Dots of each separate object, the largest first: dots with up to one free dot between them belong together.
@@ -121,7 +120,7 @@ class ObjectFrame {
     bool in_touch(const Twist& twist) const {
         std::vector<double> off(count_), size(count_);
         for (std::ptrdiff_t i = 0; i < count_; ++i) off[i] = motions_.normal_residual(i, twist), size[i] = std::abs(off[i]);
-        return std::abs(median(off)) < 2 * memory_.depth_noise && median(size) < 3 * memory_.depth_noise;
+        return std::abs(median_of(off)) < 2 * memory_.depth_noise && median_of(size) < 3 * memory_.depth_noise;
     }
 
     // Direction in which the object, by the expected twist, slides over a dot, across its normal; 0: unknown.
@@ -233,7 +232,8 @@ class ObjectFrame {
             size += length(lag) + 1e-12;
             along += dot(lag, drag) / std::max(length(drag), 1e-12);
         }
-        const bool dragged = along / size > (gross ? 0.25 : 0.5), loaded = !(thing.friction > 0) || median(ratio_) > 0.65 * thing.friction;
+        const bool dragged = along / size > (gross ? 0.25 : 0.5),
+                   loaded = !(thing.friction > 0) || median_of(ratio_) > 0.65 * thing.friction;
         return dragged && loaded && in_touch(expected_) && (gross || thing.slipping > MANY);
     }
 
@@ -245,9 +245,9 @@ class ObjectFrame {
             off[i] = std::abs(motions_.normal_residual(i, along));
             if (slips[i]) slipping.push_back(ratio_[i]);
         }
-        const double spread = std::max(SIGMA_PER_MAD * median(off), memory_.tolerance / 2);
+        const double spread = std::max(SIGMA_PER_MAD * median_of(off), memory_.tolerance / 2);
         memory_.depth_noise += SMOOTHING * (spread - memory_.depth_noise);
-        const double seen = slipping.size() >= FEWEST ? median(slipping) : 0.0;
+        const double seen = slipping.size() >= FEWEST ? median_of(slipping) : 0.0;
         if (!(seen > LEAST_FRICTION)) return;
         thing.friction = thing.friction > 0 ? thing.friction + SMOOTHING * (seen - thing.friction) : seen;
         memory_.friction = thing.friction;

@@ -6,17 +6,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "median.hpp"
 
 namespace tactile {
 namespace {
 
 constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a few edges beside the contact must not count. Chosen
 constexpr int ITERATIONS = 4;
-constexpr double CONVERGED = 0.04;        // taxels: a step below it leaves an error of about a tenth of it
-constexpr double TUKEY = 4.685;           // of the biweight: 95 percent efficiency for Gaussian noise
-constexpr double SIGMA_PER_MAD = 1.4826;  // standard deviation over median absolute deviation of Gaussian noise
-constexpr double LEAST_SPREAD = 0.015;    // least standard deviation of the score's residuals. Chosen
-constexpr double FARTHEST = 1e6;          // taxels, of a guess, beyond which the fit has failed
+constexpr double CONVERGED = 0.04;      // taxels: a step below it leaves an error of about a tenth of it
+constexpr double TUKEY = 4.685;         // of the biweight: 95 percent efficiency for Gaussian noise
+constexpr double LEAST_SPREAD = 0.015;  // least standard deviation of the score's residuals. Chosen
+constexpr double FARTHEST = 1e6;        // taxels, of a guess, beyond which the fit has failed
 
 // Cubic B-spline at the four taxels around a place, part past the second.
 std::array<double, 4> spline(double part) {
@@ -60,13 +62,6 @@ void solve(double (&normal)[4][4], double (&step)[4], int count) {
     }
 }
 
-double upper_median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 }  // namespace
 
 Edges edges_of(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
@@ -97,9 +92,7 @@ Edges edges_of(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, 
     std::vector<double> far;
     for (const Edge& edge : all)
         far.push_back(std::hypot(static_cast<double>(edge.row) - found.middle[0], static_cast<double>(edge.column) - found.middle[1]));
-    const auto quantile = far.begin() + std::lround(QUANTILE * static_cast<double>(all.size() - 1));
-    std::nth_element(far.begin(), quantile, far.end());
-    found.reach = std::max(*quantile, 1e-6);
+    found.reach = std::max(smallest(std::move(far), std::lround(QUANTILE * static_cast<double>(all.size() - 1))), 1e-6);
     const std::ptrdiff_t step = (found.count + most - 1) / most;
     for (const Edge& edge : all) {
         const double y = static_cast<double>(edge.row) - found.middle[0], x = static_cast<double>(edge.column) - found.middle[1];
@@ -131,7 +124,7 @@ Registered registered(const float* score, std::ptrdiff_t rows, std::ptrdiff_t co
             left[k] = value[k] - sampled(score, rows, columns, row, column) - slopes[4 * k + 3] * found.fit[3];
             size[k] = std::abs(left[k]);
         }
-        found.spread = std::max(SIGMA_PER_MAD * upper_median(size), LEAST_SPREAD);
+        found.spread = std::max(SIGMA_PER_MAD * (count > 0 ? smallest(size, count / 2) : 0), LEAST_SPREAD);
         double normal[4][4] = {}, step[4] = {};
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const double off = left[k] / (TUKEY * found.spread);

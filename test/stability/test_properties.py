@@ -16,9 +16,9 @@ from hypothesis.extra import numpy as arrays  # noqa: E402
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_dots import COLUMNS, ROWS, SIZE, bulge, grid, random_pattern  # noqa: E402
 from hard_geometry import CAMERA  # noqa: E402
+from outline_reference import signed_area  # noqa: E402
 from tactile_perception._core import place_values  # noqa: E402
 from tactile_perception import _core  # noqa: E402
-from tactile_perception.common.contour import signed_area  # noqa: E402
 from tactile_perception.common.dot_grid import fill_unseen  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid, fit_rigid_robust  # noqa: E402
 from tactile_perception.common.rotations import rotation_matrix, rotation_vector  # noqa: E402

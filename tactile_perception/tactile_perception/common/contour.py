@@ -70,9 +70,3 @@ def grouped(places: np.ndarray, points: np.ndarray, start: np.ndarray, region: n
             outlines[number].holes.append(points[part])
             outlines[number].grid_holes.append(places[part])
     return outlines
-
-
-def signed_area(loop: np.ndarray) -> float:
-    """Area within loop (M, 2), positive where it turns from the first axis to the second."""
-    x, y = loop[:, 0] - loop[0, 0], loop[:, 1] - loop[0, 1]
-    return 0.5 * float(x[:-1] @ y[1:] - x[1:] @ y[:-1])

@@ -74,16 +74,6 @@ class TaxelArray:
         """(rows,) m."""
         return (np.arange(self.rows) - 0.5 * (self.rows - 1)) * self.pitch
 
-    @cached_property
-    def lever_x(self) -> np.ndarray:
-        """(columns, 2) float32, 1 and x, m: products of an image with these are its load and its moment."""
-        return np.stack([np.ones(self.columns), self.x], axis=1).astype(np.float32)
-
-    @cached_property
-    def lever_y(self) -> np.ndarray:
-        """(rows, 2) float32, as lever_x along the rows."""
-        return np.stack([np.ones(self.rows), self.y], axis=1).astype(np.float32)
-
     def places(self, grid: np.ndarray) -> np.ndarray:
         """Points (M, 3) m on the untouched surface at grid (M, 2), (row, column), whole numbers at the taxels' centres."""
         middle = 0.5 * np.array([self.rows - 1, self.columns - 1])

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.contour import label_score, region_outlines, signed_area
+from outline_reference import signed_area
+from tactile_perception.common.contour import label_score, region_outlines
 from tactile_perception.common.dot_surface import DotSurface
 from tactile_perception.errors import BadArgument
 

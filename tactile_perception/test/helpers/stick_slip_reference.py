@@ -9,9 +9,10 @@ import numpy as np
 
 from tactile_perception.common.dot_grid import around
 from tactile_perception.common.statistics import robust_sigma
+from tactile_perception.touchpad.contact import stick_slip as compiled
+from tactile_perception.touchpad.contact.stick_slip import NON_CONTACT, SLIPPING, STICKING
 from twist_reference import DotMotions, across_rays, lengths, twist_about
 
-NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _FEWEST = 5  # dots that determine a motion; chosen: two more than three
 _SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
 # Frames for which dots may be at rest while the object moves on: in gross slip (as of a disc that turns about its axis), and after a
@@ -45,18 +46,8 @@ class _Object:
     followed: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
-class StickSlipTracker:
-    """Classifies the dots of a rows x columns grid frame by frame; origin: (3,) m, camera centre.
-
-    tolerance: m, lag of a sticking dot behind the object in a frame; noise: m, standard deviation of a dot's motion across its ray, an
-    initial value: it is measured while nothing touches. friction: coefficient in the last slip, NaN before the first.
-    """
-
-    def __init__(self, rows: int, columns: int, origin: np.ndarray, tolerance: float = 10e-6, noise: float = 2e-6):
-        self.shape, self.origin = (rows, columns), np.asarray(origin, float)
-        self.tolerance, self.noise = tolerance, noise
-        self.depth_noise = 2 * tolerance
-        self.reset()
+class StickSlipTracker(compiled.StickSlipTracker):
+    """Its states, computed dot by dot in NumPy."""
 
     def reset(self):
         """Forget all frames."""

@@ -11,6 +11,7 @@ from tactile_perception.dots.reference.release import Release
 from tactile_perception.dots.reference.untouched_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
 
+
 class Reference:
     """Untouched positions of indexed dots, px.
 
