@@ -61,36 +61,43 @@ class Renderer:
         self._reflections = self._fixed_spots()
         shape = (camera.height, camera.width, 3)
         self._noise_bank = np.random.default_rng([seed, 1]).standard_normal(2 * np.prod(shape), dtype=np.float32)
-        self._picture, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        self._light, self._work = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        self._drawn = None, None
 
     def draw(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray, number: int | None) -> np.ndarray:
         """The image (height, width, 3) uint8 BGR of a skin; shape: from Skin.coarse, m.
 
         uv (K, 2), px, and spread (K, 2, 2), px/m: dots as returned by DotPattern.seen; radius: (K,) m; number: of the frame, selects its
-        noise; None for an image without noise.
+        noise; None for an image without noise. The arrays of the last call are known by identity: an untouched skin is drawn once.
         """
+        if self._drawn[0] is not shape or self._drawn[1] is not uv:
+            self._draw_light(shape, uv, spread, radius)
+            self._drawn = shape, uv
+        if not self.imaging.drift:
+            return self._expose(self._light, number)
+        gain = 1 + self.imaging.drift * np.sin(2 * np.pi * (number or 0) / self.imaging.drift_period)
+        return self._expose(self._light * np.float32(gain), number)
+
+    def _draw_light(self, shape: np.ndarray, uv: np.ndarray, spread: np.ndarray, radius: np.ndarray) -> None:
+        """Render the light without noise and drift."""
         light, spots = self._cell_light(shape)
         cover = self._cover(uv, spread, radius)
-        cv2.resize(light, (self.camera.width, self.camera.height), dst=self._picture, interpolation=cv2.INTER_LINEAR)
-        cv2.multiply(self._picture, cv2.merge(self._passed(cover), self._work), dst=self._picture)
-        self._add_spots(self._picture, *spots)
+        cv2.resize(light, (self.camera.width, self.camera.height), dst=self._light, interpolation=cv2.INTER_LINEAR)
+        cv2.multiply(self._light, cv2.merge(self._passed(cover), self._work), dst=self._light)
+        self._add_spots(self._light, *spots)
         if self._reflections is not None:
-            self._picture += self._reflections
-        if self.imaging.drift:
-            self._picture *= np.float32(1 + self.imaging.drift * np.sin(2 * np.pi * (number or 0) / self.imaging.drift_period))
-        return self._expose(number)
+            self._light += self._reflections
 
-    def _expose(self, number: int | None) -> np.ndarray:
-        """Add shot and read noise to the rendered light, then saturate and quantise it to 8 bits."""
-        picture, work = self._picture, self._work
+    def _expose(self, light: np.ndarray, number: int | None) -> np.ndarray:
+        """Add shot and read noise to the light, then saturate and quantise it to 8 bits."""
         if number is not None:
-            start = int(np.random.default_rng([self._seed, 2, number]).integers(0, picture.size))
-            np.multiply(picture, np.float32(self.imaging.shot_noise), out=work)
+            work, start = self._work, int(np.random.default_rng([self._seed, 2, number]).integers(0, light.size))
+            np.multiply(light, np.float32(self.imaging.shot_noise), out=work)
             work += np.float32(self.imaging.read_noise**2)
             cv2.sqrt(work, work)
-            cv2.multiply(work, self._noise_bank[start:start + picture.size].reshape(picture.shape), dst=work)
-            cv2.add(picture, work, dst=picture)
-        return cv2.convertScaleAbs(picture, alpha=1.0, beta=self.imaging.housing)
+            cv2.multiply(work, self._noise_bank[start:start + light.size].reshape(light.shape), dst=work)
+            light = cv2.add(light, work, dst=work)
+        return cv2.convertScaleAbs(light, alpha=1.0, beta=self.imaging.housing)
 
     def _set_up_cells(self):
         """For the resting skin: the grid coordinates seen by each wide cell, and their gradient over the image."""
@@ -133,20 +140,18 @@ class Renderer:
         largest = np.sqrt((size + np.sqrt(np.maximum(size**2 - 4 * np.linalg.det(spread)**2, 0))) / 2)
         # A pixel k steps from the pixel at the dot's centre is at least k - 1/2 px from the centre.
         reach = np.round(largest * radius + _STEP_WIDTH * self._spread).astype(int)
-        margin = int(reach.max())
-        wide = camera.width + 2 * margin
-        corner = np.clip(np.round(uv), 0, [camera.width - 1, camera.height - 1]).astype(int)
-        starts = (corner[:, 1] + margin) * wide + corner[:, 0] + margin
-        places, covers = [], []
-        for half in np.unique(reach):
-            some = reach == half
+        corner = np.round(uv).astype(int)
+        total = np.zeros((camera.height, camera.width), np.float32)
+        visible = ((corner + reach[:, None] >= 0) & (corner - reach[:, None] < total.shape[::-1])).all(axis=1)
+        for half in np.unique(reach[visible]):
+            some = np.flatnonzero(visible & (reach == half))
             steps = np.arange(-half, half + 1)
             off = corner[some] - uv[some]
             patches = self._dot_patches(off, spread[some], radius[some], steps.astype(np.float32))
-            covers.append(self._printed(patches, np.flatnonzero(some), off, spread[some], radius[some], steps).ravel())
-            places.append((starts[some, None] + (steps[:, None] * wide + steps).ravel()).ravel())
-        total = np.bincount(np.concatenate(places), np.concatenate(covers), wide * (camera.height + 2 * margin)).reshape(-1, wide)
-        total = total[margin:-margin, margin:-margin].astype(np.float32)
+            for (u, v), patch in zip(corner[some].tolist(), self._printed(patches, some, off, spread[some], radius[some], steps)):
+                left, top = max(u - half, 0), max(v - half, 0)
+                box = total[top:v + half + 1, left:u + half + 1]
+                box += patch[top - v + half:, left - u + half:][:box.shape[0], :box.shape[1]]
         return np.minimum(total, 1, out=total)
 
     def _dot_patches(self, off: np.ndarray, spread: np.ndarray, radius: np.ndarray, steps: np.ndarray) -> np.ndarray:

@@ -69,6 +69,13 @@ class Scene:
             self._known.append(self._next())
         return self._known[number]
 
+    def observe_ahead(self, number: int) -> bool:
+        """Compute one frame that is not known yet; False if those up to number and one round are known."""
+        ahead = len(self._known) <= min(number, self.frames - 1)
+        if ahead:
+            self._known.append(self._next())
+        return ahead
+
     def _next(self) -> Observation:
         """Compute the next frame."""
         end = len(self._known) / self.rate

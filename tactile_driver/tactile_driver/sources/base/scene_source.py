@@ -56,6 +56,7 @@ class SceneSource:
         self._number += self._count * min(self._pace.skipped - skipped, self.longest_leap)
         made = self._make(self._number)
         self._number += self._count
+        self._compute_ahead(due)
         wait_until(due)
         return self._handed_over(made, due)
 
@@ -76,6 +77,9 @@ class SceneSource:
     def _make(self, number: int):
         """Compute steps number to number + count of the scene."""
         raise NotImplementedError
+
+    def _compute_ahead(self, due_ns: int) -> None:
+        """Use the time until due_ns of the monotonic clock for later steps; nothing where each step takes the same time."""
 
     def _handed_over(self, made, due_ns: int):
         """The result of _make as the source's data, due at due_ns of the monotonic clock."""

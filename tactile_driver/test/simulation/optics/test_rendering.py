@@ -74,6 +74,29 @@ def test_noise_is_as_asked_and_new_in_each_frame(membrane):
     np.testing.assert_array_equal(drawn(membrane, number=3)[0], frames[3].astype(np.uint8))
 
 
+def test_a_skin_that_is_drawn_again_is_the_same_under_other_noise(membrane):
+    camera = touchpad_camera(320)
+    pattern = touchpad_dots(membrane, np.random.default_rng(0))
+    shape, (_, uv, spread) = membrane.coarse(membrane.rest), pattern.seen(membrane.rest, camera)
+    again, moved = (Renderer(membrane, camera, MATT, replace(Imaging(), drift=0.1), 0) for _ in range(2))
+    for number in (1, 2, None):
+        fresh = Renderer(membrane, camera, MATT, replace(Imaging(), drift=0.1), 0).draw(shape, uv, spread, pattern.radius, number)
+        np.testing.assert_array_equal(again.draw(shape, uv, spread, pattern.radius, number), fresh)
+        moved.draw(shape, uv + 5.0, spread, pattern.radius, number)
+        np.testing.assert_array_equal(moved.draw(shape, uv, spread, pattern.radius, number), fresh)
+
+
+def test_dots_beyond_the_border_are_cut_there(membrane):
+    camera = touchpad_camera(320)
+    renderer = Renderer(membrane, camera, MATT, Imaging(), 0)
+    uv = np.array([[0.0, 120.0], [319.0, 239.0], [160.0, 120.0], [-300.0, 50.0], [160.0, 900.0]])
+    cover = renderer._cover(uv, np.tile(4000.0 * np.eye(2), (5, 1, 1)), np.full(5, 1e-3))
+    whole, right_half, upper_left = cover[100:141, 140:181].sum(), cover[100:141, 160:181].sum(), cover[100:121, 140:161].sum()
+    assert whole == pytest.approx(16 * np.pi, rel=0.1)
+    assert cover[:, :40].sum() == pytest.approx(right_half, rel=1e-5) and cover[200:, 280:].sum() == pytest.approx(upper_left, rel=1e-5)
+    assert cover.sum() == pytest.approx(whole + right_half + upper_left, rel=1e-5)
+
+
 def test_reflections_of_the_window_stay_in_place_and_are_white(membrane):
     imaging = replace(Imaging(), reflections=((300.0, 200.0, 3.0, 60.0),))
     for width, scale in ((640, 1.0), (320, 0.5)):

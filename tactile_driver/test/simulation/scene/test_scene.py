@@ -42,6 +42,15 @@ def test_untouched_frames_are_alike_and_empty(scene):
         np.testing.assert_array_equal(truth.dot_uv, scene.render(0).truth.dot_uv)
 
 
+def test_frames_computed_ahead_are_those_of_the_scene():
+    ahead, plain = (open_scene('impact', 30.0, 0, 320, 240) for _ in range(2))
+    assert sum(ahead.observe_ahead(9) for _ in range(20)) == 10 and not ahead.observe_ahead(9)
+    while ahead.observe_ahead(10 * ahead.frames):
+        pass
+    deepest = int(np.argmax([-plain.observe(k).truth.wrench[2] for k in range(plain.frames)]))
+    np.testing.assert_array_equal(ahead.observe(deepest).shape, plain.observe(deepest).shape)
+
+
 def test_impact_is_over_within_a_fifth_of_a_second(scene):
     depths = [max([touch.depth for touch in scene.observe(k).truth.contacts], default=0.0) for k in range(scene.frames)]
     touched = np.flatnonzero(depths)

@@ -14,12 +14,16 @@ class FakeScene:
     """A scene that notes the times it is rendered at."""
 
     def __init__(self, slow=0.0):
-        self.times, self.slow = [], slow
+        self.times, self.slow, self.ahead = [], slow, 0
 
     def render(self, t):
         self.times.append(t)
         time.sleep(self.slow)
         return simulated_frame(t)
+
+    def observe_ahead(self, number):
+        self.ahead += self.ahead < number
+        return self.ahead < number
 
 
 def simulated_frame(t):
@@ -48,6 +52,20 @@ def test_frames_come_at_the_rate_with_even_stamps(scene):
     assert np.allclose(np.diff([f.stamp_ns for f in frames]), 20e6, atol=2e5)
     assert scene.times == pytest.approx([k / 50 for k in range(11)])
     assert source.skipped == 0
+
+
+def test_the_time_before_a_frame_is_used_for_three_seconds_of_the_scene(scene):
+    source = opened(10.0)
+    for steps in (0, 32, 33):  # the first frame is due at once
+        source.read()
+        assert scene.ahead == steps
+
+
+def test_nothing_is_computed_ahead_where_no_time_is_left(scene):
+    source = opened(100.0)
+    source.read()
+    source.read()
+    assert scene.ahead == 0
 
 
 def test_a_frame_is_handed_over_when_it_shows_not_when_it_is_rendered(scene):
