@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from taxel import STATES, macro_f1  # noqa: E402
 
 DEVICES = {'A': (PadSpecimen(), InkSpecimen()), 'B': DEVICE_B}
-SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'rock', 'two_fingers', 'l')
+SCENES = ('drag', 'turn', 'smooth', 'cycle', 'jerks', 'grip', 'roll', 'slide', 'rock', 'two_fingers', 'l')
 RATE = 100.0
 _WAIT = 40  # frames after a change in which it is looked for
 

@@ -28,3 +28,13 @@ def test_a_load_that_goes_back_and_forth_is_quiet_on_both_devices():
         assert response.hysteresis == pytest.approx(ink.slack, rel=0.5)
         true, found = taxel_latency.play('cycle', specimen, ink, 1, response, ('mechanics',))
         assert (found['mechanics'][true >= 0] > 0).mean() < 0.1
+
+
+@pytest.mark.full
+def test_rolling_is_quiet_and_sliding_of_a_sphere_is_not():
+    specimen, ink = taxel_latency.DEVICES['A']
+    response = taxel_latency.calibrate(specimen, ink, 2)
+    true, found = taxel_latency.play('roll', specimen, ink, 2, response, ('mechanics',))
+    assert (found['mechanics'][true >= 0] > 0).mean() < 0.02
+    true, found = taxel_latency.play('slide', specimen, ink, 2, response, ('mechanics',))
+    assert (found['mechanics'][true > 0] > 0).mean() > 0.95 and (found['mechanics'][true == 2] == 2).mean() > 0.9

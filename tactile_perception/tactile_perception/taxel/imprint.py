@@ -122,8 +122,8 @@ class ImprintTracker:
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
         smooth, velocity, moves, steady = self._followed(np.array([*at_origin, step[2]]), stamp_s)
-        if seen is not None:
-            self._watch_friction(seen, touched, velocity if moves else None, same_load, load)
+        if seen is not None and self._rolls(seen, touched, velocity if moves else None, same_load, load):
+            smooth, moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth[:2], smooth[2])
         self._lags.append((slip, smooth))
         slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
@@ -183,15 +183,20 @@ class ImprintTracker:
             return False
         return self._moves or speed * lasting > self._seen.sigma * self._array.pitch * self._followed_part
 
-    def _watch_friction(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> None:
-        """Take the present traction for that of friction if the object, which moves by velocity (3,), slides; load: sum of pressure."""
+    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> bool:
+        """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
+        friction; load: sum of pressure."""
         pulled = float(np.hypot(*self.shear.force)) / max(load * self._array.taxel_area, 1e-12)
         if velocity is None or not same_load:
             self._pulled_at_rest = pulled
             self._watch.rest(seen.pressure, same_load)
-        elif self._watch.slides(seen.pressure, touched, seen.sigma, velocity[:2]) and self._pulled_at_rest < _LOOSE * self._pad.friction:
-            if _SMOOTHEST < pulled < _SMOOTH * self._pad.friction:
-                self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
+            if pulled < _LOOSE * self._pad.friction:
+                self._watch.release()
+            return False
+        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2])
+        if found.slides and self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction:
+            self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
+        return found.rolls and isinstance(self._key, Keyframe)
 
     def _lagging(self, steady: int) -> np.ndarray:
         """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""

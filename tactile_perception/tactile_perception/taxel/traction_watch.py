@@ -1,12 +1,15 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Sudden slip of an object that is smoother than expected, from the pressure that its traction causes.
+"""Sudden slip of an object that is smoother than expected, and rolling, from the pressure that traction causes.
 
 While an object sticks, its traction grows with its motion, and so does the pressure before it at the expense of that behind it, over some
 two thicknesses of the pad. Once all of it slides, the picture moves on and that difference grows no more. So a picture is told as one
 before the motion, shifted, turned, grown, of another load, and with some traction; that it falls while the object moves on tells the slip.
+The picture of an object that rolls moves on without any traction. Only curved faces roll, and only theirs show an even traction well.
 """
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -22,6 +25,30 @@ _FARTHEST = 0.5  # taxels from that picture, from which a new one is taken: slop
 # Traction over pressure that is missing where an object slides: at least, and in standard deviations of the noise. Chosen.
 _MISSING, _SIGMAS = 0.05, 5.0
 _WENT = 0.03  # thicknesses, up to which a motion was none but noise. Chosen
+# Variance of the places of pressure along the motion over that of the touched area, up to which a face is curved. Derived: 2/3 for a
+# sphere, 3/5 for a cylinder, 1 for a flat face; blurred by the pad 0.67 to 0.75 and 0.91 to 1.0 (measured by simulation).
+_CURVED = 0.85
+_SEEN = 0.1  # traction over pressure that must be seen at least, to tell rolling. Chosen: a sixth of the usual friction
+_ROLLED = 0.15  # taxels of motion without traction, from which a curved object rolls. Chosen: traction is seen at a third of that
+
+
+def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
+    """Whether the face is curved along a direction (2,), from pressure (rows, columns) where touched (rows, columns) bool."""
+    row, column = np.nonzero(touched)
+    along = direction[0] * column + direction[1] * row
+    weight = np.maximum(pressure[row, column], 0)
+    load = float(weight.sum())
+    if not load > 0:
+        return False
+    return float(weight @ (along - weight @ along / load)**2) < _CURVED * float(along.var()) * load
+
+
+@dataclass(frozen=True)
+class TractionState:
+    """slides: whether the traction of a moving object has ceased to grow; rolls: whether it moves without traction."""
+
+    slides: bool
+    rolls: bool
 
 
 class TractionWatch:
@@ -32,7 +59,11 @@ class TractionWatch:
         self.reset()
 
     def reset(self) -> None:
-        """Forget; the next picture is the one before a motion."""
+        """Forget; the next picture is the one before a motion, of which no traction is known."""
+        self._forget()
+        self._pulls = self._rolls = False
+
+    def _forget(self) -> None:
         self._before: np.ndarray | None = None
         self._frames = 0
         self._fit: np.ndarray | None = None
@@ -41,19 +72,23 @@ class TractionWatch:
     def rest(self, pressure: np.ndarray, same_load: bool) -> None:
         """Take pressure (rows, columns) as of an object that does not move; same_load: since the last frame."""
         if self._before is None or not same_load or self._went > _WENT:
-            self.reset()
+            self._forget()
             self._before = pressure.copy()
         self._fit = None
         self._frames = min(self._frames + 1, _MEAN)
         self._before += (pressure - self._before) / np.float32(self._frames)
 
-    def slides(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray) -> bool:
-        """Whether the traction of an object that moves in a direction (2,) has ceased to grow.
+    def release(self) -> None:
+        """The object rests without traction: that of the next motion is told anew."""
+        self._pulls = False
+
+    def follow(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray) -> TractionState:
+        """What the traction of an object does that moves in a direction (2,).
 
         pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure.
         """
         if min(pressure.shape) < _SMALLEST:
-            return False
+            return TractionState(False, False)
         if self._before is None:
             self.rest(pressure, True)
         if self._fit is None:
@@ -62,7 +97,7 @@ class TractionWatch:
         shift, traction = found[:2], found[2:]
         size = float(np.hypot(*direction))
         if size == 0 or not np.isfinite(found).all():
-            return False
+            return TractionState(False, self._rolls)
         along = direction / size
         if self._along is None and np.hypot(*shift) > _WENT * self._thickness:
             self._along = along
@@ -73,10 +108,20 @@ class TractionWatch:
         self._went = max(self._went, way)
         least = max(_MISSING, _SIGMAS * self._noise * sigma)
         slides = self._straight and way > self._from and self._most > least and self._most - now > least
+        rolls = self._roll(now, least, float(np.hypot(*shift)), is_curved(pressure, touched, along))
         if np.hypot(*shift) > _FARTHEST:
-            self.reset()
+            self._forget()
             self.rest(pressure, True)
-        return slides
+        return TractionState(slides, rolls)
+
+    def _roll(self, traction: float, least: float, shift: float, curved: bool) -> bool:
+        """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels."""
+        if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
+            self._pulls, self._rolls = True, False
+        if self._pulls or self._rolls or not (curved and self._straight and least <= _SEEN):
+            return self._rolls
+        self._rolls = shift > _ROLLED
+        return True
 
     def _begin(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, turn, growth, load, and the pressure of an even traction."""

@@ -5,30 +5,47 @@ import pytest
 from scipy import ndimage
 from taxel_pictures import ARRAY, bar, picture
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.traction_watch import TractionWatch
+from tactile_perception.taxel.traction_watch import TractionWatch, is_curved
 
 PAD = SoftPad()
 LEVEL, NOISE = 4e4, 200.0
 
 
-def seen(rng, x, traction):
-    """Pressure of a bar at x (mm), with the pressure that an even traction along x, over pressure, causes: more before it, less behind."""
-    image = picture(bar(x, 0.0, 0.0), LEVEL)
-    slope = np.gradient(image.astype(float), axis=1)
+def sphere(x0=0.0, y0=0.0, radius=7.0):
+    """Pressure under a sphere, as a part of the largest; mm."""
+    return lambda x, y: np.maximum(1 - ((x - x0)**2 + (y - y0)**2) / radius**2, 0)
+
+
+def seen(rng, x, traction, face=bar):
+    """Pressure of a face at x (mm), with the pressure that traction along x causes: more before it, less behind.
+
+    traction: over pressure, the same everywhere under a bar; under a sphere the same stress everywhere, up to friction times pressure.
+    """
+    image = picture(face(x, 0.0), LEVEL)
+    pull = traction * image if face is bar else np.minimum(0.5 * traction * LEVEL, 0.6 * image)
+    slope = np.gradient(pull.astype(float), axis=1)
     caused = -2.0 * (0.47 * ndimage.gaussian_filter(slope, 1.24) + 0.53 * ndimage.gaussian_filter(slope, 3.7))
-    return (image + traction * caused + rng.normal(0, NOISE, image.shape)).astype(np.float32)
+    return (image + caused + rng.normal(0, NOISE, image.shape)).astype(np.float32)
 
 
-def watched(tractions, rested=12, direction=(1.0, 0.0)):
-    """Frame in which a bar is told to slide that moves by 0.04 mm a frame with tractions; None where in none."""
+def followed(tractions, rested=12, direction=(1.0, 0.0), face=bar):
+    """TractionState of each frame of a face that moves by 0.04 mm a frame with tractions."""
     rng, watch = np.random.default_rng(0), TractionWatch(ARRAY, PAD)
     for _ in range(rested):
-        watch.rest(seen(rng, 0.0, 0.0), True)
-    touched = picture(bar(), LEVEL) > 0.5 * LEVEL
-    for k, traction in enumerate(tractions):
-        if watch.slides(seen(rng, 0.04 * (k + 1), traction), touched, NOISE, np.array(direction)):
-            return k
-    return None
+        watch.rest(seen(rng, 0.0, 0.0, face), True)
+    touched = picture(face(), LEVEL) > 0.2 * LEVEL
+    return [watch.follow(seen(rng, 0.04 * (k + 1), traction, face), touched, NOISE, np.array(direction))
+            for k, traction in enumerate(tractions)]
+
+
+def watched(*args, **more):
+    """Frame in which a bar is told to slide; None where in none."""
+    return next((k for k, state in enumerate(followed(*args, **more)) if state.slides), None)
+
+
+def rolling(*args, **more):
+    """Whether a sphere is told to roll, by frame."""
+    return [state.rolls for state in followed(*args, face=sphere, **more)]
 
 
 def test_traction_that_falls_while_the_object_moves_on_is_slip():
@@ -44,5 +61,28 @@ def test_nothing_is_told_without_a_picture_before_or_a_direction(more):
     assert watched([0.04, 0.09, 0.13, 0.13, 0.06, 0.05, 0.05], **more) is None
 
 
+def test_a_sphere_that_moves_without_traction_rolls_and_one_that_pulls_does_not():
+    assert all(rolling(np.zeros(20)))
+    assert not any(rolling(np.linspace(0.02, 0.4, 20))[4:])
+
+
+def test_a_sphere_that_slides_after_it_rolled_is_told_by_its_traction():
+    found = rolling([0.0] * 14 + [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.35])
+    assert all(found[:14]) and not any(found[-3:])
+
+
+def test_a_sphere_that_never_rested_and_a_bar_are_not_told_to_roll():
+    assert not any(rolling(np.zeros(10), rested=2))
+    assert not any(state.rolls for state in followed(np.zeros(10)))
+
+
+def test_a_cylinder_is_curved_across_its_axis_only():
+    image = picture(lambda x, y: np.maximum(1 - x**2 / 36, 0) * (np.abs(y) < 8))
+    touched = image > 0.2 * image.max()
+    assert is_curved(image, touched, np.array([1.0, 0.0])) and not is_curved(image, touched, np.array([0.0, 1.0]))
+    assert not is_curved(0 * image, touched, np.array([1.0, 0.0]))
+
+
 def test_a_line_of_taxels_tells_nothing():
-    assert not TractionWatch(ARRAY, PAD).slides(np.ones((1, 40), np.float32), np.ones((1, 40), bool), NOISE, np.ones(2))
+    found = TractionWatch(ARRAY, PAD).follow(np.ones((1, 40), np.float32), np.ones((1, 40), bool), NOISE, np.ones(2))
+    assert not found.slides and not found.rolls

@@ -94,6 +94,7 @@ TAXEL_SCENES: dict[str, TaxelScript] = {
     'cycle': _moved('bar', _BACK_AND_FORTH),
     'jerks': _moved('disc', _JERKS),
     'roll': _tilted('roller', ((0.3, 0, 0), (1.3, 0.12, 0), (2.3, -0.12, 0), (2.8, 0, 0)), 5e-4),
+    'slide': _moved('sphere', ((0.0, 0.0), (0.8, 2.5e-3)), down=7e-4),
     'rock': _tilted('edge', ((0.3, 0, 0), (1.3, 0.01, 0.004), (2.3, 0.02, -0.01), (3.3, 0.0, 0.0)), 3e-4),
     'plate': TaxelScript('edge', tuple(Key(t, -0.05, 0.0, 0.0, d) for t, d in (
         (0, -1e-4), (0.5, -1e-4), *((0.8 + 0.6 * k, 1e-4 * (k // 2 + 1)) for k in range(8)),
