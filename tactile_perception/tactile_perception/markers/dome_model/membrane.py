@@ -80,7 +80,6 @@ class _Press:
         self._value, self._slopes = mesh.basis(odd=False)
         self._free, self._u = mesh.free(odd=False), np.zeros(mesh.plan.size)
         self._stiff = STIFF * (1 - material.squeeze)
-        self._held, self._anchor = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape)
         cap = mesh.cap
         self._pressure, self._volume, self._bias = 2 * (1 - material.squeeze) / cap.curvature_radius, 0.0, 0.0
         pull, push, self._volume, _ = self._membrane()
@@ -88,6 +87,7 @@ class _Press:
         at = np.array([0.0, 0.0, cap.centre_z])
         angle = 2 * np.arctan(mesh.shift * disc_scale(cap))
         self._first = at + np.array([np.sin(angle), 0.0, np.cos(angle)]) * (cap.curvature_radius + radius)
+        self._settled = np.zeros(mesh.weight.shape, bool), np.zeros(mesh.rest.shape), self._first, self._places() - self._first
 
     def path(self, depths: np.ndarray, drags: bool) -> PressedDome:
         """See press_dome."""
@@ -118,6 +118,7 @@ class _Press:
     def _settle(self, depth: float) -> bool:
         """Newton's method for equilibrium at depth; False where it does not converge."""
         centre = self._first - [0.0, 0.0, depth]
+        self._held, self._anchor = self._met(centre)
         for turn in range(STEPS):
             residual, push, touch, tangents, softer = self._balance(centre)
             step = self._solved(tangents, np.stack([-residual, push], axis=1), self._value, self._slopes, self._free)
@@ -128,10 +129,21 @@ class _Press:
             largest = np.abs(step).max()
             self._u = self._u + step * min(1.0 if turn < WHOLE else 0.5, STRIDE / max(largest, 1e-12))
             if largest < SETTLED:
-                self._held, self._anchor = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0)
+                self._settled = touch.on, np.where(touch.on[..., None], touch.stick_place, 0.0), centre, self._places() - centre
                 self._touching = touch
                 return True
         return False
+
+    def _met(self, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which points stick (n, P), and their places (n, P, 3) from the tip's centre, as the tip goes from where it settled to centre: those
+        that stuck, and those that it meets on its way, were the skin at rest meanwhile. A point that stuck at the end of its first step
+        alone would slip by a part of that step."""
+        held, anchor, before, offset = self._settled
+        down, up = before[2] - centre[2], -offset[..., 2]
+        root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + SOFT)**2
+        way = np.clip(up - np.sqrt(np.maximum(root, 0.0)), 0.0, None)
+        meets = ~held & (root > 0) & (way < down)
+        return held | meets, np.where(meets[..., None], offset + way[..., None] * [0.0, 0.0, 1.0], anchor)
 
     def _balance(self, centre: np.ndarray):
         """Residual force (size,); derivative of the volume by the coefficients (size,); contact; tangents at the points (for _solved);

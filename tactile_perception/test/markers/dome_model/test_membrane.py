@@ -52,6 +52,14 @@ def test_friction_holds_the_skin_on_the_slope():
     assert lean[0] > lean[1] > lean[2] or lean[0] < lean[1] < lean[2]
 
 
+def test_skin_sticks_where_the_tip_meets_it_whatever_the_load_steps():
+    mesh, few = pressed(0.05, np.linspace(0, 0.02, 11)[1:], DomeMaterial(0.0, 73.0, 0.6))
+    many = pressed(0.05, np.linspace(0, 0.02, 61)[1:], DomeMaterial(0.0, 73.0, 0.6))[1]
+    points = mesh.rest.reshape(-1, 3)
+    moved = [evaluate(found.straight[-1], mesh, points) for found in (few, many)]
+    assert np.abs(moved[1]).max() > 0.015 and np.abs(moved[0] - moved[1]).max() < 0.1e-3
+
+
 def test_the_tangent_is_the_derivative_of_the_stress():
     rng = np.random.default_rng(0)
     a, b, squeeze, step = rng.normal(0, 1, (1, 1, 3)), rng.normal(0, 1, (1, 1, 3)), np.array([[0.7]]), 1e-6
