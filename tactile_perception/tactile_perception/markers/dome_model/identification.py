@@ -118,13 +118,13 @@ def _step(explain, logs: np.ndarray, left: np.ndarray, likely: np.ndarray) -> np
 
 
 def _places(presses: Presses) -> list[_Place]:
-    """The places pressed, at most PLACES."""
-    number, deepest = presses.places(), presses.depth.max()
+    """The places pressed, at most PLACES; without frames of the tip's retreat, when friction has turned."""
+    number, deepest, loading = presses.places(), presses.depth.max(), presses.loading()
     across = np.hypot(*presses.position[:, :2].T)
     order = sorted(range(number.max() + 1), key=lambda k: across[number == k].mean())
     places = []
     for k in [order[i] for i in np.unique(np.linspace(0, len(order) - 1, PLACES).round().astype(int))]:
-        mine = np.flatnonzero(number == k)
+        mine = np.flatnonzero((number == k) & loading)
         mine = mine[np.argsort(presses.depth[mine])]
         mine = mine[np.unique(np.linspace(0, len(mine) - 1, DEPTHS + 1).round().astype(int)[1:])]
         x, y = presses.position[mine, :2].mean(0)

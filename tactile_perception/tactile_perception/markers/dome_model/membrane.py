@@ -135,9 +135,11 @@ class _Press:
         return False
 
     def _met(self, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which points stick (n, P), and their places (n, P, 3) from the tip's centre, as the tip goes from where it settled to centre: those
-        that stuck, and those that it meets on its way, were the skin at rest meanwhile. A point that stuck at the end of its first step
-        alone would slip by a part of that step."""
+        """Which points stick (n, P), and their places (n, P, 3) from the tip's centre, as the tip goes from where it settled to centre.
+
+        Those that stuck, and those that it meets on its way, were the skin at rest meanwhile. A point that stuck at the end of its first
+        step alone would slip by a part of that step.
+        """
         held, anchor, before, offset = self._settled
         down, up = before[2] - centre[2], -offset[..., 2]
         root = up**2 - np.sum(offset**2, axis=-1) + (self._radius + SOFT)**2

@@ -14,6 +14,7 @@ from ..view.marker_field import MarkerField
 SAME_PLACE = 1e-3  # m: presses nearer than this are at one place; a stage repeats to less. Chosen
 _STRAIGHT = 2e-4   # m: largest sideways travel since first contact of a straight press. Chosen
 _APART = 5e-3      # m: a larger step between two frames means a new press, not a drag. Chosen
+_HELD = 5e-5       # m: a stage that holds a depth varies by less. Chosen
 _LIFTED = 0.6      # a depth below this share of the last depth means a new press, too. Chosen
 
 
@@ -73,6 +74,14 @@ class Presses:
             start, before = xy if anew else start, k
             straight[k] = np.hypot(*(xy - start)) <= _STRAIGHT
         return straight
+
+    def loading(self) -> np.ndarray:
+        """(M,) bool: frames with contact in which the tool is as deep as it has been in this segment."""
+        loading = self.touching.copy()
+        for number in np.unique(self.segment[loading]):
+            mine = np.flatnonzero((self.segment == number) & self.touching)
+            loading[mine] = self.depth[mine] > np.maximum.accumulate(self.depth[mine]) - _HELD
+        return loading
 
     def held_out(self, folds: int = 3) -> Iterator[tuple[Presses, Presses]]:
         """Folds (training, held out) for cross-validation by place.

@@ -35,6 +35,14 @@ def test_a_drag_is_no_press_straight_down():
     assert tried.straight().tolist() == [False, True, True, False, False, True, False, True, True, True, True]
 
 
+def test_a_tip_that_retreats_does_not_load():
+    depth = np.array([0, 1, 2, 2.01, 2, 1, 1, 2, 0, 1]) * 1e-3
+    segment = np.array([0, 1, 1, 1, 1, 1, 1, 1, 2, 3])
+    position, wrench = np.zeros((10, 3)), np.full((10, 6), np.nan)
+    tried = Presses((None,) * 10, position, depth, segment, wrench, wrench[:, 0])
+    assert tried.loading().tolist() == [False, True, True, True, True, False, False, True, False, True]
+
+
 def test_lengths_must_agree():
     whole = presses()
     with pytest.raises(BadArgument, match='depth'):
