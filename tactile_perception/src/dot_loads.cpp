@@ -12,8 +12,9 @@
 namespace tactile {
 namespace {
 
-// Mean and standard deviation of a touched dot's load. Chosen: 1 under a face, 2 to 3 under a ball or an edge.
-constexpr double TOUCHED_MEAN = 1.3, TOUCHED_SPREAD = 0.8;
+// A touched dot's load is most likely 1.1; its standard deviation below and above that: 1 under a face, hardly less anywhere, but 2 to 4
+// under a ball or an edge. Chosen on simulated faces, rings, balls and edges.
+constexpr double TOUCHED = 1.1, LIGHTER = 0.4, HEAVIER = 1.0;
 constexpr double COUPLING = 4.0;  // log odds of a dot among touched neighbours (minus that: among free ones). Chosen
 constexpr double SURE = 30.0;     // largest log odds. Chosen
 // Log likelihood ratio that a patch must exceed (e^-18: noise in about one of 10^7 dots), and the most that one dot contributes: three
@@ -21,6 +22,10 @@ constexpr double SURE = 30.0;     // largest log odds. Chosen
 constexpr double EVIDENCE = 18.0, LARGEST_GAIN = 7.5;
 constexpr double PRESSURE_ROUNDS[] = {0.3, 0.1, 0.06};  // scale of a free dot's load in each round; chosen, to the discretisation error
 constexpr double LEAST_PRESSURE = 0.1;                  // of the rest pressure; chosen
+
+double touched_spread(double load) {
+    return load < TOUCHED ? LIGHTER : HEAVIER;
+}
 
 // Robust mean of the pressures wanted, at which each inner dot would be free: from their median, by reweighting.
 double fluid_pressure(const std::vector<double>& wanted, double least) {
@@ -69,13 +74,15 @@ Loads find_loads(const Membrane& membrane, const double* places, double rest_pre
 }
 
 double log_likelihood_ratio(double load, double misfit, double variance) {
-    const double wide = TOUCHED_SPREAD * TOUCHED_SPREAD + variance, narrow = misfit * misfit + variance, off = load - TOUCHED_MEAN;
-    return (load * load / narrow - off * off / wide + std::log(narrow / wide)) / 2;
+    const double narrow = misfit * misfit + variance, off = load - TOUCHED, spread = touched_spread(load);
+    // the two halves of the touched loads' distribution meet at its mode: their mean width normalises it
+    const double width = (std::sqrt(LIGHTER * LIGHTER + variance) + std::sqrt(HEAVIER * HEAVIER + variance)) / 2;
+    return (load * load / narrow - off * off / (spread * spread + variance) + std::log(narrow / (width * width))) / 2;
 }
 
 Expectation expectation(double load, double touched, double misfit) {
-    const double free = (1 - touched) / (misfit * misfit), held = touched / (TOUCHED_SPREAD * TOUCHED_SPREAD);
-    return {free + held, (free + held) * load - held * TOUCHED_MEAN};
+    const double spread = touched_spread(load), free = (1 - touched) / (misfit * misfit), held = touched / (spread * spread);
+    return {free + held, (free + held) * load - held * TOUCHED};
 }
 
 void update_probabilities(Grid grid, const double* gain, double* touched) {

@@ -120,13 +120,14 @@ def test_loads_are_what_the_object_must_carry(pad):
 
 
 def log_ratio(load, misfit, variance):
-    wide, narrow = 0.8**2 + variance, misfit**2 + variance
-    return (load**2 / narrow - (load - 1.3)**2 / wide + np.log(narrow / wide)) / 2
+    below, above, narrow = 0.4**2 + variance, 1.0 + variance, misfit**2 + variance
+    wide, mean_width = np.where(load < 1.1, below, above), (np.sqrt(below) + np.sqrt(above)) / 2
+    return (load**2 / narrow - (load - 1.1)**2 / wide + np.log(narrow / mean_width**2)) / 2
 
 
 def expected_load(load, touched, misfit):
-    free, held = (1 - touched) / misfit**2, touched / 0.8**2
-    return free + held, (free + held) * load - held * 1.3
+    free, held = (1 - touched) / misfit**2, touched / np.where(load < 1.1, 0.4, 1.0)**2
+    return free + held, (free + held) * load - held * 1.1
 
 
 def reference(pad, rays, measured, weight, ranges, response):
