@@ -5,10 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wide.hpp"
+
 namespace tactile {
+namespace {
+
+constexpr std::ptrdiff_t LANES = 8;  // sums side by side, which an instruction adds at once, in a fixed order
+
+}  // namespace
 
 // Column by column: each loses what the columns before explain, four of them at a time, and is scaled by its pivot.
-bool factorise(Band& matrix) {
+TACTILE_WIDE bool factorise(Band& matrix) {
     for (std::ptrdiff_t j = 0; j < matrix.size; ++j) {
         double* __restrict column = matrix.column(j);
         std::ptrdiff_t k = std::max<std::ptrdiff_t>(j - matrix.width, 0);
@@ -30,7 +37,7 @@ bool factorise(Band& matrix) {
     return true;
 }
 
-void solve(const Band& factor, double* right) {
+TACTILE_WIDE void solve(const Band& factor, double* right) {
     for (std::ptrdiff_t j = 0; j < factor.size; ++j) {
         const double* column = factor.column(j);
         const std::ptrdiff_t below = std::min(factor.width, factor.size - 1 - j);
@@ -40,11 +47,13 @@ void solve(const Band& factor, double* right) {
     for (std::ptrdiff_t j = factor.size - 1; j >= 0; --j) {
         const double *column = factor.column(j), *found = right + j;
         const std::ptrdiff_t below = std::min(factor.width, factor.size - 1 - j);
-        double even = 0, odd = 0;  // two sums, so that neither waits for the other
+        double sums[LANES] = {};  // several, so that none waits for another
         std::ptrdiff_t i = 1;
-        for (; i + 1 <= below; i += 2) odd += column[i] * found[i], even += column[i + 1] * found[i + 1];
-        if (i <= below) odd += column[i] * found[i];
-        right[j] = (right[j] - (odd + even)) / column[0];
+        for (; i + LANES <= below + 1; i += LANES) {
+            for (std::ptrdiff_t lane = 0; lane < LANES; ++lane) sums[lane] += column[i + lane] * found[i + lane];
+        }
+        for (; i <= below; ++i) sums[0] += column[i] * found[i];
+        right[j] = (right[j] - ((sums[0] + sums[4]) + (sums[1] + sums[5]) + ((sums[2] + sums[6]) + (sums[3] + sums[7])))) / column[0];
     }
 }
 

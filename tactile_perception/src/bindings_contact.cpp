@@ -9,6 +9,7 @@
 #include "membrane_forces.hpp"
 #include "membrane_frame.hpp"
 #include "membrane_solver.hpp"
+#include "rigid_motion.hpp"
 #include "settled_holes.hpp"
 #include "stick_slip.hpp"
 #include "vectors.hpp"
@@ -224,6 +225,17 @@ py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& 
                           memory.friction);
 }
 
+py::array_t<double> inliers(const py::object& before, const py::object& after, const py::object& weights, int steps) {
+    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    within(steps, "steps", 0, 1000);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = rigid_inliers(from.data(), to.data(), base.data(), from.length(), steps);
+    }
+    return output(found, {from.length()});
+}
+
 }  // namespace
 
 void bind_contact(py::module_& module) {
@@ -280,6 +292,10 @@ void bind_contact(py::module_& module) {
         py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),
         "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
         "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
+    module.def(
+        "rigid_inliers", &inliers, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
+        "Weights (N,) of points before and after (N, 3), m, in the rigid motion that most share, by Tukey's biweight in at most steps\n"
+        "rounds; 0 for those that do not share it. weights (N,): 1 / variance of a coordinate of after - before, m^-2.");
 }
 
 }  // namespace tactile::border

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wide.hpp"
+
 namespace tactile {
 namespace {
 
@@ -76,7 +78,7 @@ void DiscPatch::subtract(double u, double v, double diameter, double amplitude) 
 }
 
 // Sums and differences of pixels mirrored along v, then along u. The middle row and column are added to themselves; the basis halves them.
-void DiscPatch::fold() {
+TACTILE_WIDE void DiscPatch::fold() {
     std::int16_t *even = down_.data(), *odd = even + side_ * quarter_;
     for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
         const std::int16_t *above = values_.data() + (half_ - r) * side_, *below = values_.data() + (half_ + r) * side_;
@@ -97,7 +99,7 @@ void DiscPatch::fold() {
     }
 }
 
-void DiscPatch::compress(float* out) {
+TACTILE_WIDE void DiscPatch::compress(float* out) {
     fold();
     const float scale = 1.0f / (UNITS * BASIS_UNITS);
     std::ptrdiff_t at = 0;

@@ -4,6 +4,7 @@
 // quadrilateral of four dots whose four links agree.
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include "lattice.hpp"
 
@@ -13,6 +14,10 @@ namespace {
 using Links = std::vector<std::int32_t>;
 
 constexpr int WAYS = 4;  // right, below, left, above
+constexpr std::ptrdiff_t BRIDGES =
+    2;  // links that connect two parts of a grid without a closed cell between them. Chosen: one may be wrong
+constexpr std::ptrdiff_t NEVER = std::numeric_limits<std::ptrdiff_t>::min();  // number of links of a part whose links disagree
+constexpr int OUTWARDS = 3;  // steps from closed cells along links. Chosen: round a dot that is lost beside another
 constexpr std::int64_t ROW_STEP[WAYS] = {0, 1, 0, -1}, COLUMN_STEP[WAYS] = {1, 0, -1, 0};
 
 struct Neighbours {
@@ -55,8 +60,9 @@ std::uint64_t key(const Indices& found, std::size_t i) {
     return (static_cast<std::uint64_t>(found.row[i]) << 32) ^ (static_cast<std::uint64_t>(found.column[i]) & 0xffffffffu);
 }
 
-// The largest connected component of the links becomes members; indices are relative to its first dot.
-void spread(const Neighbours& links, Indices& found) {
+// The largest connected component of the links becomes members; indices are relative to each component's first dot, whose number (count) is
+// returned for each dot.
+std::vector<std::int32_t> spread(const Neighbours& links, Indices& found) {
     const std::size_t count = found.row.size();
     std::vector<std::int32_t> group(count, -1), members, largest;
     for (std::size_t start = 0; start < count; ++start) {
@@ -77,6 +83,7 @@ void spread(const Neighbours& links, Indices& found) {
         if (members.size() > largest.size()) largest.swap(members);
     }
     for (const std::int32_t i : largest) found.member[i] = 1;
+    return group;
 }
 
 // Number of members whose row and column another member has too.
@@ -100,6 +107,28 @@ std::ptrdiff_t contradictions(const Neighbours& links, const Indices& found) {
         }
     }
     return wrong;
+}
+
+// Adds components (groups, of spread) that no closed cell connects to the members, but BRIDGES links that all imply the same shift of their
+// indices do.
+void merge(const Neighbours& links, const std::vector<std::int32_t>& group, Indices& found) {
+    std::vector<Place> shift(group.size(), Place{0, 0});
+    std::vector<std::ptrdiff_t> bridges(group.size(), 0);  // of each group, NEVER where two of them disagree
+    for (std::size_t i = 0; i < group.size(); ++i) {
+        if (found.member[i]) continue;
+        for (int way = 0; way < WAYS; ++way) {
+            const std::int32_t j = links.to[way][i], of = group[i];
+            if (j < 0 || !found.member[j]) continue;
+            const Place here{found.row[j] - ROW_STEP[way] - found.row[i], found.column[j] - COLUMN_STEP[way] - found.column[i]};
+            if (bridges[of] == 0) shift[of] = here;
+            bridges[of] = here == shift[of] ? bridges[of] + 1 : NEVER;
+        }
+    }
+    for (std::size_t i = 0; i < group.size(); ++i) {
+        if (found.member[i] || bridges[group[i]] < BRIDGES) continue;
+        found.row[i] += shift[group[i]].row, found.column[i] += shift[group[i]].column;
+        found.member[i] = 1;
+    }
 }
 
 // Adds dots outside closed cells whose links to members all imply the same row and column.
@@ -130,13 +159,15 @@ Indices propagate_indices(const std::vector<std::int32_t>& right, const std::vec
     const std::size_t count = right.size();
     Indices found{std::vector<std::int64_t>(count, 0), std::vector<std::int64_t>(count, 0), std::vector<std::uint8_t>(count, 0), 0};
     const Neighbours links(right, below), sound = links.sound();
-    spread(sound, found);
+    const std::vector<std::int32_t> group = spread(sound, found);
     found.contradictions = contradictions(sound, found);
     if (!found.contradictions) {
         const Indices meshes = found;
-        join(links, found);  // two steps outwards
-        join(links, found);
-        if (doubles(found)) found = meshes;
+        for (int step = 0; step < OUTWARDS; ++step) {
+            join(links, found);
+            merge(links, group, found);
+        }
+        if (contradictions(sound, found)) found = meshes;
     }
     for (std::size_t i = 0; i < count; ++i) {
         if (!found.member[i]) found.row[i] = found.column[i] = 0;

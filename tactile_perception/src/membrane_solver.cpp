@@ -14,6 +14,7 @@
 #include "band.hpp"
 #include "dot_loads.hpp"
 #include "vectors.hpp"
+#include "wide.hpp"
 
 namespace tactile {
 namespace {
@@ -100,12 +101,18 @@ class Steps {
     }
 
     // Variance of each dot's load from the range errors, all other loads known.
-    void load_variance() {
+    TACTILE_WIDE void load_variance() {
         std::vector<float> information(size_);
-        for (std::ptrdiff_t j = 0; j < size_; ++j) {
-            const float weight = static_cast<float>(found_.weight[j]);
-            const float* row = frame_.response + j * size_;
-            for (std::ptrdiff_t k = 0; k < size_; ++k) information[k] += weight * row[k];
+        for (std::ptrdiff_t j = 0; j < size_; j += 4) {  // four rows in one pass over the sums
+            float weight[4];
+            const float* row[4];
+            for (std::ptrdiff_t part = 0; part < 4; ++part) {
+                const std::ptrdiff_t at = std::min(j + part, size_ - 1);
+                weight[part] = at == j + part ? static_cast<float>(found_.weight[at]) : 0.0f;
+                row[part] = frame_.response + at * size_;
+            }
+            for (std::ptrdiff_t k = 0; k < size_; ++k)
+                information[k] += (weight[0] * row[0][k] + weight[1] * row[1][k]) + (weight[2] * row[2][k] + weight[3] * row[3][k]);
         }
         variance_.resize(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) variance_[k] = 1 / std::max<double>(information[k], LEAST_INFORMATION);

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wide.hpp"
+
 namespace tactile {
 namespace {
 
@@ -33,7 +35,7 @@ class Rows {
     const std::ptrdiff_t count, columns, margin, stride;
 
  private:
-    void make(std::ptrdiff_t k) {
+    TACTILE_WIDE void make(std::ptrdiff_t k) {
         float *row = values_.data() + (k % kept_) * stride, *out = row + margin;
         const std::uint8_t *first = image_.pixels + step_ * k * image_.columns, *second = first + image_.columns;
         if (step_ == 1) {
@@ -97,7 +99,7 @@ class Relief {
 
  private:
     // Running sums over the rows, then over the columns, of the square around each pixel; integers, so that no rounding accumulates.
-    void sum_square(std::ptrdiff_t r) {
+    TACTILE_WIDE void sum_square(std::ptrdiff_t r) {
         const float *leaves = rows_.row(r - reach_ - 1), *enters = rows_.row(r + reach_);
         std::int32_t *down = down_.data(), *across = across_.data();
         for (std::ptrdiff_t c = 0; c < rows_.stride; ++c) down[c] += static_cast<std::int32_t>(enters[c] - leaves[c]);
@@ -110,7 +112,7 @@ class Relief {
     }
 
     // The Gaussian down and then across: the middle and its neighbours in one pass over the row, farther ones in one pass each.
-    void smooth(std::ptrdiff_t r, float* out) {
+    TACTILE_WIDE void smooth(std::ptrdiff_t r, float* out) {
         const auto half = static_cast<std::ptrdiff_t>(weights_.size()) - 1;
         const float* middle = rows_.row(r);
         const float first = weights_[0], second = half > 0 ? weights_[1] : 0.0f;
@@ -151,7 +153,7 @@ class PeakRow {
     PeakRow(std::ptrdiff_t columns, float lowest) : columns_(columns), lowest_(lowest), needed_(columns + BLOCK) {}
 
     // Appends column and row of each peak in row r to found. Of equal neighbours, the first is the peak.
-    void find(const float* up, const float* row, const float* down, std::ptrdiff_t r, std::vector<double>& found) {
+    TACTILE_WIDE void find(const float* up, const float* row, const float* down, std::ptrdiff_t r, std::vector<double>& found) {
         for (std::ptrdiff_t block = 1; block < columns_ - 1; block += BLOCK) {
             const std::ptrdiff_t end = std::min(block + BLOCK, columns_ - 1);
             if (!any_reaches(row, block, end)) continue;

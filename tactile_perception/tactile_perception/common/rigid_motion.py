@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
+from .._core import rigid_inliers
 from .rotations import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
@@ -15,13 +15,7 @@ from ..errors import BadArgument, DegenerateFit
 _NARROW = 1e-6
 # Third singular value, relative to the second, of a reflection; noise reaches it at 10 % of the point spread.
 _MIRRORED = 1e-2
-_TUKEY = 4.685  # 95 % efficiency on normal errors
-_STARTS = 24  # starts of a robust fit: neighbourhoods of _PATCH points, and as many triples. Chosen
-_PATCH = 9
-_NEAR = 2.0  # standard deviations per coordinate of an inlier. Chosen
-_SETTLED = 1e-2  # relative change of the weights at which a robust fit ends. Chosen
 _LARGEST = 1e60  # m, m^-2: the product of a weight and four such numbers does not overflow
-_AGREED = 0.8  # share of inliers from which the fit to all points is the start. Chosen
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     """Robust motion of the majority of the points: Tukey's biweight from the best of some fixed starts.
 
     p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that
-    the same points give the same answer. Weights of points that do not share the motion are 0.
+    the same points give the same answer. Weights of points that do not share the motion are 0. Kernel: src/rigid_motion.cpp.
     Raises BadArgument, DegenerateFit as fit_rigid.
     """
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
@@ -77,14 +71,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
         raise BadArgument('fit_rigid_robust: sigma must be positive and finite, m')
     p, q, base = _checked(p, q, 1 / (sigma * sigma))
     _check_count(base)
-    rotation, translation = _best_start(p, q, base)
-    weights = base
-    for _ in range(steps):
-        scaled = _scaled((rotation, translation), p, q, base)
-        previous, weights = weights, base * np.maximum(1 - scaled / (3 * _TUKEY**2), 0)**2
-        if np.abs(weights - previous).max() < _SETTLED * weights.max():
-            break
-        rotation, translation = _kabsch(p, q, weights)[:2]
+    weights = rigid_inliers(p, q, base, steps=steps)
     rotation, translation = _solve(p, q, weights)
     return RigidFit(rotation, translation, q, q - p @ rotation.T - translation, weights, True)
 
@@ -113,15 +100,15 @@ def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.
     return rotation, translation
 
 
-def _kabsch(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Rotation (..., 3, 3), translation (..., 3), singular values (..., 3) and their sign of p, q (..., N, 3) with weights w (..., N)."""
-    w = (w / np.maximum(w.sum(axis=-1, keepdims=True), 1e-300))[..., None, :]
-    p_mean, q_mean = (w @ p)[..., 0, :], (w @ q)[..., 0, :]
-    u, s, vt = np.linalg.svd((w * (q - q_mean[..., None, :]).swapaxes(-1, -2)) @ (p - p_mean[..., None, :]))
+def _kabsch(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Rotation (3, 3), translation (3,), singular values (3,) and their sign of p, q (N, 3) with weights w (N,)."""
+    share = w / w.sum()
+    p_mean, q_mean = share @ p, share @ q
+    u, s, vt = np.linalg.svd(((q - q_mean) * share[:, None]).T @ (p - p_mean))
     sign = np.sign(np.linalg.det(u @ vt))
-    u[..., 2] *= sign[..., None]
+    u[:, 2] *= sign
     rotation = u @ vt
-    return rotation, q_mean - (rotation @ p_mean[..., None])[..., 0], s, sign
+    return rotation, q_mean - rotation @ p_mean, s, sign
 
 
 def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, s: np.ndarray, sign: float) -> None:
@@ -151,35 +138,3 @@ def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known
         return covariance
     freedom = 3 * len(w) - 6
     return covariance * (np.sum(w[:, None] * residuals**2) / freedom if freedom > 0 else np.nan)
-
-
-def _best_start(p: np.ndarray, q: np.ndarray, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The fit to all points where most are inliers; else the fit to a neighbourhood or a triple with the least truncated loss."""
-    answer = _kabsch(p, q, base)[:2]
-    if len(p) <= _PATCH or np.mean(_scaled(answer, p, q, base) < 3 * _NEAR**2) > _AGREED:
-        return answer
-    starts = [_kabsch(p[chosen], q[chosen], base[chosen])[:2] for chosen in (_neighbourhoods(p), _triples(len(p)))]
-    rotation, translation = (np.concatenate(parts) for parts in zip(*starts))
-    left = q - p @ rotation.swapaxes(1, 2) - translation[:, None]
-    loss = np.minimum(np.einsum('tni,tni->tn', left, left) * base, 3 * _NEAR**2).sum(axis=1)
-    best = int(np.argmin(loss))
-    return rotation[best], translation[best]
-
-
-def _scaled(motion: tuple[np.ndarray, np.ndarray], p: np.ndarray, q: np.ndarray, base: np.ndarray) -> np.ndarray:
-    """(N,) squared residuals over the variance of a coordinate."""
-    left = q - p @ motion[0].T - motion[1]
-    return np.einsum('ij,ij->i', left, left) * base
-
-
-def _neighbourhoods(p: np.ndarray) -> np.ndarray:
-    """(starts, _PATCH) indices of points near each other, around evenly spaced ones, for an object whose points are contiguous."""
-    centres = np.unique(np.linspace(0, len(p) - 1, min(_STARTS, len(p))).astype(int))
-    distance = np.sum((p[centres, None] - p[None])**2, axis=2)
-    return np.argpartition(distance, _PATCH - 1, axis=1)[:, :_PATCH]
-
-
-@lru_cache(maxsize=64)
-def _triples(count: int) -> np.ndarray:
-    """(starts, 3) indices by the golden ratio, for an object whose points are not contiguous."""
-    return (np.arange(3 * _STARTS) * 0.6180339887498949 % 1 * count).astype(int).reshape(-1, 3)

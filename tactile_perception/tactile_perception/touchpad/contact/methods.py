@@ -86,9 +86,11 @@ class MembraneMethod:
 
 
 def _on_a_line(xyz: np.ndarray) -> bool:
-    away = xyz - xyz.mean(axis=0)
-    width, length = np.linalg.eigvalsh(away.T @ away)[1:]
-    return bool(width <= _THINNEST**2 * length)
+    """Whether the squared length times the sum of the other two squared extents, the sum of the scatter's 2 x 2 minors, is small."""
+    away = xyz - xyz.sum(axis=0) / len(xyz)
+    scatter = away.T @ away
+    total = scatter.trace()
+    return bool(total**2 - (scatter * scatter).sum() <= 2 * (_THINNEST * total)**2)
 
 
 class PaperMethod:

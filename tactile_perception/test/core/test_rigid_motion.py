@@ -1,0 +1,70 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The kernel rigid_inliers (src/rigid_motion.cpp) against a reference in NumPy."""
+import numpy as np
+import pytest
+from tactile_perception._core import rigid_inliers
+
+TUKEY, NEAR, PATCH, STARTS = 4.685, 2.0, 9, 24
+SIGMA = 20e-6
+
+
+def kabsch(p, q, w):
+    """Rotation and translation by singular values."""
+    w = w / max(w.sum(), 1e-300)
+    p_mean, q_mean = w @ p, w @ q
+    u, _, vt = np.linalg.svd((w[:, None] * (q - q_mean)).T @ (p - p_mean))
+    u[:, 2] *= np.sign(np.linalg.det(u @ vt))
+    return u @ vt, q_mean - u @ vt @ p_mean
+
+
+def squares(motion, p, q, base):
+    """Squared residuals over the variance of a coordinate."""
+    return np.square(q - p @ motion[0].T - motion[1]).sum(axis=1) * base
+
+
+def starts(p):
+    """Indices of the points of each start but the first."""
+    centres = np.arange(min(STARTS, len(p))) * (len(p) - 1) // (min(STARTS, len(p)) - 1)
+    near = [np.argsort(np.square(p - p[k]).sum(axis=1), kind='stable')[:PATCH] for k in centres]
+    return near + list((np.arange(3 * STARTS) * 0.6180339887498949 % 1 * len(p)).astype(int).reshape(-1, 3))
+
+
+def reference(p, q, base, steps):
+    """The weights, step by step."""
+    motion = kabsch(p, q, base)
+    if len(p) > PATCH and np.mean(squares(motion, p, q, base) < 3 * NEAR**2) <= 0.8:
+        motions = [kabsch(p[some], q[some], base[some]) for some in starts(p)]
+        motion = min(motions, key=lambda each: np.minimum(squares(each, p, q, base), 3 * NEAR**2).sum())
+    weights = base
+    for _ in range(steps):
+        before, weights = weights, base * np.maximum(1 - squares(motion, p, q, base) / (3 * TUKEY**2), 0)**2
+        if np.abs(weights - before).max() < 1e-2 * weights.max():
+            break
+        motion = kabsch(p, q, weights)
+    return weights
+
+
+@pytest.mark.parametrize('seed', range(30))
+def test_weights_are_those_of_the_reference(seed):
+    rng = np.random.default_rng(seed)
+    count, outliers = rng.integers(4, 120), rng.uniform(0, 0.45)
+    p = rng.normal(0, 3e-3, (count, 3))
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0] if seed % 2 else np.eye(3)
+    q = p @ (turn * np.sign(np.linalg.det(turn))).T + rng.normal(0, 1e-3, 3) + rng.normal(0, SIGMA, (count, 3))
+    q[:int(outliers * count)] += rng.normal(0, 1e-3, (int(outliers * count), 3))
+    base = rng.uniform(0.5, 2, count) / SIGMA**2
+    np.testing.assert_allclose(rigid_inliers(p, q, base, steps=10), reference(p, q, base, 10), rtol=1e-4, atol=1e-6 * base.max())
+
+
+def test_those_that_move_otherwise_have_no_weight():
+    rng = np.random.default_rng(3)
+    p = rng.normal(0, 3e-3, (60, 3))
+    q = p + [1e-3, 0, 0]
+    other = p[:, 0] > 1.5e-3
+    q[other] -= [0, 1e-3, 0]
+    np.testing.assert_array_equal(rigid_inliers(p, q, np.full(60, SIGMA**-2), steps=10) > 0, ~other)
+
+
+def test_nothing_is_answered_with_nothing():
+    assert rigid_inliers(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), steps=10).shape == (0,)
