@@ -15,10 +15,12 @@ _SMALL = 4  # taxels: smaller regions neither merge nor split. Chosen: noise at 
 
 @dataclass(frozen=True)
 class TrackedContact:
-    """number: id of the contact, never reused; merged: whether several contacts have merged into this region."""
+    """number: id of the contact, never reused; merged: whether several contacts have merged into this region; told: whether it is to
+    be reported."""
 
     number: int
     merged: bool
+    told: bool = True
 
 
 @dataclass
@@ -50,8 +52,12 @@ class ContactTracker:
         self._numbers: dict[int, int] = {}  # label in the last frame -> id
         self._labels: np.ndarray | None = None
 
-    def assign(self, regions: Regions) -> list[TrackedContact]:
-        """The contact of each region, in their order."""
+    def assign(self, regions: Regions, least: float = 0.0) -> list[TrackedContact]:
+        """The contact of each region, in their order; least: peak of a region's pressure from which it is reported at once.
+
+        A lighter one is reported if it was there in the last frame too, or nothing else is: a face that begins or ceases to touch shows
+        as pieces for a frame.
+        """
         shared = self._shared(regions)
         chosen = self._split_by_position(_greedy_matches(shared), shared, regions)
         tracks: dict[int, _Track] = {}
@@ -62,7 +68,9 @@ class ContactTracker:
                 chosen[k] = self._start(k, region, shared, tracks)
                 tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2], region.moments.centroid[:2])
         self._remember(regions, chosen, tracks)
-        return [TrackedContact(chosen[k], bool(tracks[chosen[k]].merged_ids)) for k in range(len(regions.all))]
+        found = [tracks[chosen[k]] for k in range(len(regions.all))]
+        told = [track.age > 1 or region.peak >= least for track, region in zip(found, regions.all)]
+        return [TrackedContact(chosen[k], bool(track.merged_ids), told[k] or not (k or any(told))) for k, track in enumerate(found)]
 
     def _shared(self, regions: Regions) -> dict[tuple[int, int], int]:
         """(index of a region, id of a contact of the last frame) -> number of taxels in common."""

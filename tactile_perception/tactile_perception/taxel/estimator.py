@@ -52,6 +52,7 @@ class ContinuousDirection:
 _FULL = 0.995  # of the full scale, from which a taxel is saturated. Chosen: a count below 255
 _OUTLINE_SD = 0.5  # pitches, standard deviation of an outline's vertices for the test of roundness. Chosen
 _NOISE_AT = 5.0  # standard deviations of the noise at which the slope of the response is evaluated. Chosen
+_AT_ONCE = 40.0  # standard deviations of the noise, peak of a contact that is reported at once. Chosen: four times a score's least level
 _PLACE_SD = 0.03  # pitches, standard deviation of a centroid. Chosen
 _NO_DOTS = np.zeros(0, np.uint8)
 _ASSUMED_SLIDE = 0.1  # thicknesses that a pad of unknown pressure is dragged before it slips. Chosen
@@ -176,9 +177,9 @@ class TaxelEstimator:
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         slip, motion = self._method.slip(regions, surface, stamp_s)
-        tracked = self._tracker.assign(regions)
+        tracked = self._tracker.assign(regions, _AT_ONCE * noise)
         normal = self._normal_forces(regions)
-        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, tracked, normal)]
+        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, tracked, normal) if one[1].told]
         region = self._region(regions, motion, interval)
         direction = self._direction.process(region.orientation)
         if not regions.all:

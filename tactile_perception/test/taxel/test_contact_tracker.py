@@ -43,3 +43,24 @@ def test_a_jump_and_a_gap_make_a_new_contact():
     assert list(assigned(numbers, bar(12, length=10))) == [2]
     assert assigned(numbers, lambda x, y: x > 1e9) == {}
     assert list(assigned(numbers, bar(12, length=10))) == [3]
+
+
+def told(tracker, inside, least):
+    image = picture(inside)
+    regions = find_regions(SCORE.compute(image, 0.05), image, ARRAY)
+    return [one.told for one in tracker.assign(regions, least)]
+
+
+def test_a_light_contact_beside_another_is_told_when_it_lasts():
+    tracker, pieces = ContactTracker(), two(8)
+    assert told(tracker, pieces, 100.0) == [True, False]
+    assert told(tracker, pieces, 100.0) == [True, True]
+    tracker.reset()
+    assert told(tracker, pieces, 50.0) == [True, True]
+
+
+def test_pieces_of_a_contact_that_ends_are_not_told():
+    tracker = ContactTracker()
+    for _ in range(3):
+        assert told(tracker, bar(0, 0, 0, 24, 8), 100.0) == [True]
+    assert told(tracker, two(8), 100.0).count(True) == 1
