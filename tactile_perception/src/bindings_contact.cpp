@@ -169,8 +169,8 @@ py::array_t<double> score(const py::object& load, const py::object& places, cons
     return output(found, {grid.size()});
 }
 
-// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, slid, followed.
-constexpr py::ssize_t OBJECT = 20;
+// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively.
+constexpr py::ssize_t OBJECT = 16;
 
 std::vector<TouchingObject> objects_of(const Input<double>& rows) {
     std::vector<TouchingObject> objects(rows.length());
@@ -180,7 +180,7 @@ std::vector<TouchingObject> objects_of(const Input<double>& rows) {
         thing.friction = row[0], thing.moves = row[1] > 0, thing.gross = row[2] > 0, thing.slipping = row[4];
         thing.still = row[3] >= 0 ? static_cast<int>(std::min(row[3], 1e6)) : 0;
         std::copy(row + 5, row + 11, thing.twist.begin());
-        thing.centre = vec3_at(row + 11, 0), thing.slid = vec3_at(row + 14, 0), thing.followed = vec3_at(row + 17, 0);
+        thing.centre = vec3_at(row + 11, 0), thing.rests = row[14] > 0, thing.lively = row[15];
     }
     return objects;
 }
@@ -192,19 +192,19 @@ py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
         const TouchingObject& thing = objects[k];
         row[0] = thing.friction, row[1] = thing.moves, row[2] = thing.gross, row[3] = thing.still, row[4] = thing.slipping;
         std::copy(thing.twist.begin(), thing.twist.end(), row + 5);
-        store(row + 11, 0, thing.centre), store(row + 14, 0, thing.slid), store(row + 17, 0, thing.followed);
+        store(row + 11, 0, thing.centre), row[14] = thing.rests, row[15] = thing.lively;
     }
     return output(rows, {static_cast<py::ssize_t>(objects.size()), OBJECT});
 }
 
 py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& held, const py::object& objects, const py::object& origin,
                  int rows, int columns, double tolerance, double noise, double depth_noise, double friction) {
-    if (last.size() != 3) throw py::value_error("last: places, score and seen are needed");
+    if (last.size() != 2) throw py::value_error("last: places and seen are needed");
     if (now.size() != 5) throw py::value_error("now: places, score, seen, normals and force are needed");
     const Input<double> places(now[0], "places", {ANY, 3});
     const Grid grid = grid_of(places, "places", rows, columns);
-    const Input<double> before(last[0], "last_places", {grid.size(), 3}), last_score(last[1], "last_score", {grid.size()});
-    const Input<bool> last_seen(last[2], "last_seen", {grid.size()}), seen(now[2], "seen", {grid.size()});
+    const Input<double> before(last[0], "last_places", {grid.size(), 3});
+    const Input<bool> last_seen(last[1], "last_seen", {grid.size()}), seen(now[2], "seen", {grid.size()});
     const Input<double> score(now[1], "score", {grid.size()}), normals(now[3], "normals", {grid.size(), 3});
     const Input<double> force(now[4], "force", {grid.size(), 3}), known(objects, "objects", {ANY, OBJECT}), centre(origin, "origin", {3});
     const Input<std::int64_t> holders(held, "held", {grid.size()});
@@ -218,7 +218,7 @@ py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& 
     std::vector<std::uint8_t> found;
     {
         py::gil_scoped_release others_run;
-        found = stick_slip(grid, {before.data(), last_score.data(), last_seen.data(), nullptr, nullptr},
+        found = stick_slip(grid, {before.data(), last_seen.data()},
                            {places.data(), score.data(), seen.data(), normals.data(), force.data()}, centre.data(), memory);
     }
     return py::make_tuple(output(found, {grid.size()}), output(memory.held, {grid.size()}), rows_of(memory.objects), memory.depth_noise,
@@ -284,9 +284,9 @@ void bind_contact(py::module_& module) {
     module.def(
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
-        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 20), noise along\n"
-        "the normal and friction. last: places (K, 3), m, scores (K,), seen (K,) bool of the last frame; now: the same, normals and\n"
-        "force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
+        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 16), noise along\n"
+        "the normal and friction. last: places (K, 3), m, and seen (K,) bool of the last frame; now: places, scores (K,), seen, normals\n"
+        "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
     module.def(
         "settle_holes", &settled, py::arg("places"), py::arg("load"), py::arg("seen"), py::arg("triangles"), py::arg("residual"),
         py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),

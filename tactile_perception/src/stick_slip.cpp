@@ -3,8 +3,8 @@
 // Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves
 // with the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
-// Dots at rest under the largest friction may mean that the object slides on or that it rests: the contact region, which would move over
-// the dots, tells.
+// Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
+// below one that turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
 #include "stick_slip.hpp"
 
 #include <algorithm>
@@ -24,12 +24,15 @@ constexpr double SMOOTHING = 0.2;        // weight of a new value in the running
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
 constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
-// Frames for which dots may be at rest while the object moves on: in gross slip (as of a disc that turns about its axis), and after a
-// frame in which many dots slipped; chosen.
-constexpr int REST_AFTER_GROSS = 15, REST_AFTER_SLIP = 3;
-// The region of an object that slides follows it, less where the face is larger than the region: by this share at least, told once it
-// should have slid by this far, m; chosen: two thirds of a pitch, five times the error of a region's centre in one frame.
-constexpr double FOLLOWS = 0.15, TELLING = 0.8e-3;
+// Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
+// gradually; chosen.
+constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
+constexpr double QUIET =
+    1.0 / 3;                     // of the tolerance: dots that move less in a frame are at rest; chosen: a sixth of what sliding dots move
+constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
+constexpr double LIVELY = 1.5;   // of the tolerance: dots that moved less before they came to rest did so gradually; chosen
+constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
+constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
 
 using Dots = std::vector<std::ptrdiff_t>;
 
@@ -58,17 +61,6 @@ std::vector<Dots> separate(Grid grid, const std::vector<std::uint8_t>& touched) 
     return objects;
 }
 
-// Mean place of an object's dots, weighted by their scores over a half, so that dots come and go gradually.
-template <class Holds>
-Vec3 mean_place(Grid grid, const double* places, const double* score, Holds holds) {
-    Vec3 sum{0, 0, 0};
-    double total = 0;
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (holds(k)) sum = sum + (score[k] - HALF) * vec3_at(places, k), total += score[k] - HALF;
-    }
-    return 1 / total * sum;
-}
-
 std::vector<double> gathered(const double* array, const Dots& dots) {
     std::vector<double> found(3 * dots.size());
     for (std::size_t i = 0; i < dots.size(); ++i) store(found.data(), static_cast<std::ptrdiff_t>(i), vec3_at(array, dots[i]));
@@ -78,7 +70,7 @@ std::vector<double> gathered(const double* array, const Dots& dots) {
 // One object in one frame: the motions of its dots, which were in contact and seen in the last frame too.
 class ObjectFrame {
  public:
-    ObjectFrame(Grid grid, const TouchedFrame& last, const TouchedFrame& now, const Dots& dots, const double* origin,
+    ObjectFrame(Grid grid, const FrameBefore& last, const TouchedFrame& now, const Dots& dots, const double* origin,
                 StickSlipMemory& memory)
         : grid_(grid),
           now_(now),
@@ -89,8 +81,8 @@ class ObjectFrame {
                    memory.depth_noise),
           memory_(memory) {}
 
-    // Which dots slip; moved: of the object's region in this frame. Updates the object and the memory.
-    std::vector<std::uint8_t> classify(TouchingObject& thing, const std::vector<std::uint8_t>& touched, Vec3 moved) {
+    // Which dots slip. Updates the object and the memory.
+    std::vector<std::uint8_t> classify(TouchingObject& thing, const std::vector<std::uint8_t>& touched) {
         if (thing.moves) {
             const Vec3 turn{thing.twist[3], thing.twist[4], thing.twist[5]}, shift = cross(turn, motions_.centre() - thing.centre);
             expected_ = thing.twist;
@@ -98,12 +90,12 @@ class ObjectFrame {
             if (!in_touch(expected_)) expected_ = constrained_to_normals(expected_);
         }
         find_friction(touched, thing.moves);
-        watch_rest(thing, moved);
+        watch_rest(thing);
         const Twist twist = find_motion(thing);
         std::vector<std::uint8_t> slips(count_);
         const double limit = std::hypot(1.3 * memory_.tolerance, 3 * memory_.noise);
         for (std::ptrdiff_t i = 0; i < count_; ++i) slips[i] = length(motions_.residual(i, twist)) > limit;
-        thing.twist = twist, thing.centre = motions_.centre(), thing.moves = true;
+        thing.twist = thing.rests ? expected_ : twist, thing.centre = motions_.centre(), thing.moves = true;
         thing.slipping = static_cast<double>(std::count(slips.begin(), slips.end(), 1)) / static_cast<double>(count_);
         learn(thing, twist, slips);
         return slips;
@@ -162,46 +154,57 @@ class ObjectFrame {
         }
     }
 
-    // Counts the frames in which the dots are at rest, and how far the region has moved in them.
-    void watch_rest(TouchingObject& thing, Vec3 moved) const {
+    // Counts the frames in which the dots are at rest, and notes how far they move in the others.
+    void watch_rest(TouchingObject& thing) const {
         const auto count = static_cast<double>(count_);
         double squares = 0;
-        Vec3 lag{0, 0, 0};
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const Vec3 across = motions_.residual(i, {});
             squares += dot(across, across);
-            if (thing.moves) lag = lag + motions_.residual(i, expected_);
         }
-        // Whether the mean square motion is within three standard deviations of noise.
-        const bool at_rest = squares / (2 * count) / (memory_.noise * memory_.noise) - 1 < 3 / std::sqrt(count) && in_touch({});
-        thing.still = at_rest ? std::min(thing.still + 1, 1 << 20) : 0;
-        if (std::sqrt(squares / count) > memory_.tolerance) {
-            thing.slid = thing.followed = {0, 0, 0};
-            return;
+        // Whether the mean square motion is within three standard deviations of noise, or far below that of dots under a sliding object.
+        const double size = std::sqrt(squares / count), excess = size * size / (2 * memory_.noise * memory_.noise) - 1;
+        if ((excess < 3 / std::sqrt(count) || size < QUIET * memory_.tolerance) && in_touch({})) {
+            thing.still = std::min(thing.still + 1, 1 << 20);
+        } else {
+            thing.still = 0;
+            thing.lively = std::max(size, FADING * thing.lively);
         }
-        thing.followed = thing.followed + moved;
-        if (thing.moves) thing.slid = thing.slid - 1 / count * lag;
     }
 
     // Frames for which dots must be at rest before the object counts as at rest.
-    static int rest_frames(const TouchingObject& thing) {
-        const double far = length(thing.slid);
-        if (far > TELLING && dot(thing.followed, thing.slid) < FOLLOWS * far * far) return thing.still;
-        if (thing.gross) return REST_AFTER_GROSS;
-        return thing.slipping > MANY ? REST_AFTER_SLIP : 1;
+    int rest_frames(const TouchingObject& thing) const {
+        if (!thing.gross) return 1;
+        double sum = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum += length(vec3_at(drag_.data(), i));
+        return length(whole_drag()) < ONE_WAY * sum && thing.lively < LIVELY * memory_.tolerance ? REST_AFTER_TURN : REST_AFTER_GROSS;
     }
 
-    // The object's twist; sets whether it slips grossly.
+    // Sum of the dots' tangential loads.
+    Vec3 whole_drag() const {
+        Vec3 sum{0, 0, 0};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum = sum + vec3_at(drag_.data(), i);
+        return sum;
+    }
+
+    // The object's twist; sets whether it slips grossly or rests after that.
     Twist find_motion(TouchingObject& thing) const {
-        const bool gross = thing.gross, rests = thing.still >= rest_frames(thing);
-        thing.gross = false;
-        if (rests) return {};
+        const bool gross = thing.gross, rested = thing.rests, still = thing.still >= rest_frames(thing);
+        thing.gross = thing.rests = false;
+        if (still) {
+            thing.rests = gross || rested;
+            return {};
+        }
+        if (rested && slides_again(thing)) {
+            thing.gross = true;
+            return expected_;
+        }
         const double fine = memory_.tolerance, share = 0.1 * static_cast<double>(count_);
         std::vector<double> grip(count_, 1.0);
         for (std::ptrdiff_t i = 0; thing.friction > 0 && i < count_; ++i) {
             grip[i] = std::pow(std::clamp((thing.friction - ratio_[i]) / (0.4 * thing.friction), 0.05, 1.0), 2);
         }
-        if (thing.moves) {
+        if (thing.moves && !rested) {
             const Twist near = motions_.fit_robust(&expected_, drag_.data(), grip.data(), 4 * fine, fine, std::max(1.0, share));
             std::ptrdiff_t agree = 0;
             for (std::ptrdiff_t i = 0; i < count_; ++i) agree += length(motions_.residual(i, near)) < 1.3 * fine;
@@ -216,13 +219,24 @@ class ObjectFrame {
 
     // Whether the motion that most dots share lags behind the expected one along the drag: then these dots slip, they do not stick.
     bool behind(const Twist& near) const {
-        Vec3 lag{0, 0, 0}, drag{0, 0, 0};
-        for (std::ptrdiff_t i = 0; i < count_; ++i) {
-            lag = lag + 1.0 / static_cast<double>(count_) * (motions_.residual(i, near) - motions_.residual(i, expected_));
-            drag = drag + vec3_at(drag_.data(), i);
-        }
-        return dot(lag, drag) > 2 * memory_.tolerance * length(drag);
+        const Vec3 drag = whole_drag();
+        return dot(mean_residual(near) - mean_residual(expected_), drag) > 2 * memory_.tolerance * length(drag);
     }
+
+    // Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drag.
+    bool slides_again(const TouchingObject& thing) const {
+        const Vec3 drag = whole_drag();
+        return dot(mean_residual({}), drag) > -0.5 * memory_.tolerance * length(drag) && loaded(thing) && in_touch(expected_);
+    }
+
+    Vec3 mean_residual(const Twist& twist) const {
+        Vec3 sum{0, 0, 0};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum = sum + motions_.residual(i, twist);
+        return 1.0 / static_cast<double>(count_) * sum;
+    }
+
+    // Whether the dots are dragged about as much as in earlier slip.
+    bool loaded(const TouchingObject& thing) const { return !(thing.friction > 0) || median_of(ratio_) > LOADED * thing.friction; }
 
     // Whether the dots lag behind the expected motion as in gross slip: all along their drag, at the friction of earlier slip.
     bool slides_on(const TouchingObject& thing, bool gross) const {
@@ -232,9 +246,7 @@ class ObjectFrame {
             size += length(lag) + 1e-12;
             along += dot(lag, drag) / std::max(length(drag), 1e-12);
         }
-        const bool dragged = along / size > (gross ? 0.25 : 0.5),
-                   loaded = !(thing.friction > 0) || median_of(ratio_) > 0.65 * thing.friction;
-        return dragged && loaded && in_touch(expected_) && (gross || thing.slipping > MANY);
+        return along / size > (gross ? 0.25 : 0.5) && loaded(thing) && in_touch(expected_) && (gross || thing.slipping > MANY);
     }
 
     // Updates the running means of the slipping dots' friction and of the noise along the normal.
@@ -265,39 +277,31 @@ class ObjectFrame {
 };
 
 // The object of the last frame that held most of the dots, as it was then; a new one if none did.
-const TouchingObject* continued(const Dots& dots, const StickSlipMemory& memory, std::int64_t& number) {
+TouchingObject continued(const Dots& dots, const StickSlipMemory& memory) {
     std::vector<int> shared(memory.objects.size() + 1);
     for (const std::ptrdiff_t k : dots) ++shared[memory.held[k]];
     shared[0] = 0;
-    number = std::max_element(shared.begin(), shared.end()) - shared.begin();
-    return number ? &memory.objects[number - 1] : nullptr;
+    const std::ptrdiff_t number = std::max_element(shared.begin(), shared.end()) - shared.begin();
+    return number ? memory.objects[number - 1] : TouchingObject{memory.friction};
 }
 
 }  // namespace
 
-std::vector<std::uint8_t> stick_slip(Grid grid, const TouchedFrame& last, const TouchedFrame& now, const double* origin,
+std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const TouchedFrame& now, const double* origin,
                                      StickSlipMemory& memory) {
     std::vector<std::uint8_t> touched(grid.size()), states(grid.size());
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) touched[k] = now.score[k] > HALF, states[k] = touched[k] ? STICKING : FREE;
     std::vector<TouchingObject> objects;
     std::vector<std::int64_t> held(grid.size());
     for (const Dots& dots : separate(grid, touched)) {
-        std::int64_t number;
-        const TouchingObject* before = continued(dots, memory, number);
-        TouchingObject thing = before ? *before : TouchingObject{memory.friction};
+        TouchingObject thing = continued(dots, memory);
         Dots both;
         for (const std::ptrdiff_t k : dots) {
             held[k] = static_cast<std::int64_t>(objects.size()) + 1;
             if (now.seen[k] && last.seen[k] && memory.held[k] > 0) both.push_back(k);
         }
         if (both.size() >= FEWEST) {
-            Vec3 moved{0, 0, 0};
-            if (before) {
-                const auto mine = held[dots[0]];
-                moved = mean_place(grid, now.places, now.score, [&](std::ptrdiff_t k) { return held[k] == mine; }) -
-                        mean_place(grid, now.places, last.score, [&](std::ptrdiff_t k) { return memory.held[k] == number; });
-            }
-            const std::vector<std::uint8_t> slips = ObjectFrame(grid, last, now, both, origin, memory).classify(thing, touched, moved);
+            const std::vector<std::uint8_t> slips = ObjectFrame(grid, last, now, both, origin, memory).classify(thing, touched);
             for (std::size_t i = 0; i < both.size(); ++i) {
                 if (slips[i]) states[both[i]] = SLIPPING;
             }

@@ -13,14 +13,15 @@
 namespace tactile {
 
 // What is known of one object from its last frame. moves: whether its twist, a frame, about a centre, is known; friction: coefficient;
-// slipping: share of its dots that slip; gross: whether it slips grossly; still: frames for which its dots have been at rest; slid,
-// followed: how far it should have slid over dots that are about at rest, and how far its region has moved.
+// slipping: share of its dots that slip; gross: whether it slips grossly; rests: whether it has stopped after gross slip, of which twist
+// then is the last; still: frames for which its dots have been at rest; lively: m, motion of its dots a frame, in the last few in which
+// they moved.
 struct TouchingObject {
     double friction = std::numeric_limits<double>::quiet_NaN();
-    bool moves = false, gross = false;
+    bool moves = false, gross = false, rests = false;
     Twist twist{};
-    Vec3 centre{0, 0, 0}, slid{0, 0, 0}, followed{0, 0, 0};
-    double slipping = 0;
+    Vec3 centre{0, 0, 0};
+    double slipping = 0, lively = 0;
     int still = 0;
 };
 
@@ -33,7 +34,13 @@ struct StickSlipMemory {
     std::vector<std::int64_t> held;
 };
 
-// A frame: places (K, 3), scores (K), above a half in contact, and which dots are seen (K); normals and force (K, 3) of a new one.
+// The frame before: places (K, 3) and which dots are seen (K).
+struct FrameBefore {
+    const double* places;
+    const bool* seen;
+};
+
+// A frame: places (K, 3), scores (K), above a half in contact, which dots are seen (K), normals and force (K, 3).
 struct TouchedFrame {
     const double *places, *score;
     const bool* seen;
@@ -41,7 +48,7 @@ struct TouchedFrame {
 };
 
 // States (K): 0 free, 1 sticking, 2 slipping, in the frame now; updates the memory of the last frame. origin: camera centre.
-std::vector<std::uint8_t> stick_slip(Grid grid, const TouchedFrame& last, const TouchedFrame& now, const double* origin,
+std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const TouchedFrame& now, const double* origin,
                                      StickSlipMemory& memory);
 
 }  // namespace tactile

@@ -21,9 +21,9 @@ LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full
 HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
 HOLES = {'places': DOTS, 'load': np.linspace(0, 2, 42), 'seen': np.arange(42) % 5 > 0, 'triangles': AT_REST, 'residual': 0 * UP,
          'origin': -0.04 * UP[0]}
-LAST = {'last_places': DOTS, 'last_score': 1.0 * HELD, 'last_seen': HELD > -1}
+LAST = {'last_places': DOTS, 'last_seen': HELD > -1}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
-STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 20)), 'origin': -0.04 * UP[0]}
+STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 16)), 'origin': -0.04 * UP[0]}
 
 
 def call_stick_slip(**arrays):

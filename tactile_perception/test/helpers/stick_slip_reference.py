@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """States of dots in NumPy: what the compiled ones measure themselves against."""
 import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -15,15 +15,17 @@ from twist_reference import DotMotions, across_rays, lengths, twist_about
 
 _FEWEST = 5  # dots that determine a motion; chosen: two more than three
 _SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
-# Frames for which dots may be at rest while the object moves on: in gross slip (as of a disc that turns about its axis), and after a
-# frame in which many dots slipped; chosen.
-_REST_AFTER_GROSS, _REST_AFTER_SLIP = 15, 3
+# Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
+# gradually; chosen.
+_REST_AFTER_GROSS, _REST_AFTER_TURN = 3, 15
+_QUIET = 1 / 3  # of the tolerance: dots that move less in a frame are at rest; chosen
+_FADING = 0.5  # share of the liveliness that is left a frame later; chosen
+_LIVELY = 1.5  # of the tolerance: dots that moved less before they came to rest did so gradually; chosen
+_ONE_WAY = 0.5  # of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
+_LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip grossly; chosen
 _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
 _MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
-# The region of an object that slides follows it, less where the face is larger than the region: by this share at least, told once it should
-# have slid by this far, m; chosen: two thirds of a pitch, five times the error of a region's centre in one frame.
-_FOLLOWS, _TELLING = 0.15, 0.8e-3
 
 
 @dataclass
@@ -31,8 +33,8 @@ class _Object:
     """What is known of one object from its last frame.
 
     twist (6,), a frame, about centre (3,), m, None: unknown; friction: coefficient; slipping: share of its dots that slip; gross: whether
-    it slips grossly; still: frames for which its dots have been at rest; slid, followed (3,): m, how far it should have slid over dots that
-    are about at rest, and how far its region has moved; weight (K,): scores of its dots less 0.5, 0 elsewhere.
+    it slips grossly; rests: whether it has stopped after gross slip, of which twist then is the last; still: frames for which its dots have
+    been at rest; lively: m, motion of its dots a frame, in the last few in which they moved.
     """
 
     friction: float
@@ -40,10 +42,9 @@ class _Object:
     centre: np.ndarray | None = None
     slipping: float = 0.0
     gross: bool = False
+    rests: bool = False
     still: int = 0
-    weight: np.ndarray | None = None
-    slid: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    followed: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    lively: float = 0.0
 
 
 class StickSlipTracker(compiled.StickSlipTracker):
@@ -66,15 +67,11 @@ class StickSlipTracker(compiled.StickSlipTracker):
         known = state.seen & self._last[1] if self._last else np.zeros(len(score), bool)
         for member in self._separate(touched):
             thing, both = self._continued(member), member[known[member] & (self._held[member] > 0)]
-            weight = np.zeros(len(score))
-            weight[member] = score[member] - 0.5  # so that dots come and go gradually
-            moved = np.zeros(3) if thing.weight is None else _mean(state.xyz, weight) - _mean(state.xyz, thing.weight)
             if len(both) >= _FEWEST:
-                states[both[self._classify(thing, state, touched, both, moved)]] = SLIPPING
+                states[both[self._classify(thing, state, touched, both)]] = SLIPPING
                 states[member[self._held[member] == 0]] = SLIPPING if thing.gross else STICKING
             elif len(member) < _FEWEST:
                 thing = _Object(thing.friction)
-            thing.weight = weight
             objects.append(thing)
             held[member] = len(objects)
         self._last, self._objects, self._held = (state.xyz, state.seen), objects, held
@@ -102,66 +99,67 @@ class StickSlipTracker(compiled.StickSlipTracker):
         before = np.bincount(self._held[member], minlength=len(self._objects) + 1)[1:]
         return copy.copy(self._objects[before.argmax()]) if before.any() else _Object(self.friction)
 
-    def _classify(self, thing, state, touched, both, moved):
+    def _classify(self, thing, state, touched, both):
         """(N,) bool: which of the dots both (N,), in contact and seen now and in the last frame, slip."""
         motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
         predicted = None if thing.twist is None else twist_about(thing.twist, thing.centre, motions.centre)
         if predicted is not None and not self._in_touch(motions, predicted):
             predicted = motions.constrained_to_normals(predicted)
         ratio, drag = self._friction(state, touched, both, motions, predicted)
-        self._watch_rest(thing, motions, predicted, moved)
-        twist, thing.gross = self._motion(thing, motions, predicted, ratio, drag)
+        self._watch_rest(thing, motions)
+        twist, thing.gross, thing.rests = self._motion(thing, motions, predicted, ratio, drag)
         slips = lengths(motions.residuals(twist)) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
-        thing.twist, thing.centre, thing.slipping = twist, motions.centre, slips.mean()
+        thing.twist, thing.centre, thing.slipping = predicted if thing.rests else twist, motions.centre, slips.mean()
         self._learn(thing, motions, twist, ratio, slips)
         return slips
 
     def _motion(self, thing, motions, predicted, ratio, drag):
-        """The object's twist (6,), and whether it slips grossly."""
+        """The object's twist (6,), whether it slips grossly, and whether it rests after that."""
         fine = self.tolerance
         grip = np.clip((thing.friction - ratio) / (.4 * thing.friction), .05, 1)**2 if thing.friction > 0 else np.ones(len(ratio))
-        if thing.still >= self._rest_frames(thing):
-            return np.zeros(6), False
-        if predicted is not None:
+        if thing.still >= self._rest_frames(thing, drag):
+            return np.zeros(6), False, thing.gross or thing.rests
+        if thing.rests and self._slides_again(thing, motions, predicted, ratio, drag):
+            return predicted, True, False
+        if predicted is not None and not thing.rests:
             near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(1.0, .1 * len(ratio)), grip)
             agree = np.count_nonzero(lengths(motions.residuals(near)) < 1.3 * fine)
             slides = self._slides_on(thing, motions, predicted, ratio, drag)
             if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not thing.gross and self._in_touch(motions, near) and not (
                     slides and self._behind(motions, near, predicted, drag)):
-                return near, False
+                return near, False, False
             if slides:
-                return predicted, True
-        return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False
+                return predicted, True, False
+        return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False, False
 
     def _behind(self, motions, near, predicted, drag):
         """Whether the motion that most dots share lags behind the predicted one along the drag: then these dots slip, they do not stick."""
         lag = (motions.residuals(near) - motions.residuals(predicted)).mean(axis=0)
         return lag @ drag.sum(axis=0) > 2 * self.tolerance * np.linalg.norm(drag.sum(axis=0))
 
-    def _watch_rest(self, thing, motions, predicted, moved):
-        """Count the frames in which the dots are at rest, and how far the region has moved in them: moved (3,), m, in this one."""
-        thing.still = thing.still + 1 if self._still(motions) else 0
-        if np.sqrt(np.vdot(motions.moved_across, motions.moved_across) / len(motions.moved_across)) > self.tolerance:
-            thing.slid, thing.followed = np.zeros(3), np.zeros(3)
-            return
-        thing.followed = thing.followed + moved
-        if predicted is not None:
-            thing.slid = thing.slid - motions.residuals(predicted).mean(axis=0)
+    def _slides_again(self, thing, motions, predicted, ratio, drag):
+        """Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drag."""
+        whole, moved = drag.sum(axis=0), motions.residuals(np.zeros(6)).mean(axis=0)
+        return (moved @ whole > -0.5 * self.tolerance * np.linalg.norm(whole) and self._loaded(thing, ratio)
+                and self._in_touch(motions, predicted))
 
-    def _rest_frames(self, thing):
-        """Frames for which dots must be at rest before the object counts as at rest."""
-        far = np.sqrt(thing.slid @ thing.slid)
-        if far > _TELLING and thing.followed @ thing.slid < _FOLLOWS * far**2:
-            return thing.still
-        if thing.gross:
-            return _REST_AFTER_GROSS
-        return _REST_AFTER_SLIP if thing.slipping > _MANY else 1
-
-    def _still(self, motions):
-        """Whether the dots' mean square motion is within three standard deviations of noise."""
+    def _watch_rest(self, thing, motions):
+        """Count the frames in which the dots are at rest: within three standard deviations of noise, or far below the tolerance; and note
+        how far they move in the others."""
         across = motions.moved_across
-        excess = np.vdot(across, across) / (2 * len(across)) / self.noise**2 - 1
-        return excess < 3 / np.sqrt(len(across)) and self._in_touch(motions, np.zeros(6))
+        size = np.sqrt(np.vdot(across, across) / len(across))
+        quiet = size**2 / (2 * self.noise**2) - 1 < 3 / np.sqrt(len(across)) or size < _QUIET * self.tolerance
+        if quiet and self._in_touch(motions, np.zeros(6)):
+            thing.still += 1
+        else:
+            thing.still, thing.lively = 0, max(size, _FADING * thing.lively)
+
+    def _rest_frames(self, thing, drag):
+        """Frames for which dots must be at rest before the object counts as at rest."""
+        if not thing.gross:
+            return 1
+        turns = np.linalg.norm(drag.sum(axis=0)) < _ONE_WAY * lengths(drag).sum()
+        return _REST_AFTER_TURN if turns and thing.lively < _LIVELY * self.tolerance else _REST_AFTER_GROSS
 
     def _in_touch(self, motions, twist):
         """Whether the dots follow the object along the normal, as all dots in contact must."""
@@ -174,8 +172,12 @@ class StickSlipTracker(compiled.StickSlipTracker):
         size = lengths(lag) + 1e-12
         along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
         dragged = along.sum() / size.sum() > (.25 if thing.gross else .5)
-        loaded = not thing.friction > 0 or np.median(ratio) > .65 * thing.friction
-        return bool(dragged and loaded and self._in_touch(motions, predicted) and (thing.gross or thing.slipping > _MANY))
+        return bool(dragged and self._loaded(thing, ratio) and self._in_touch(motions, predicted)
+                    and (thing.gross or thing.slipping > _MANY))
+
+    def _loaded(self, thing, ratio):
+        """Whether the dots are dragged about as much as in earlier slip."""
+        return not thing.friction > 0 or np.median(ratio) > _LOADED * thing.friction
 
     def _learn(self, thing, motions, twist, ratio, slips):
         """Update the running means of the slipping dots' friction and of the noise along the normal."""
@@ -211,8 +213,3 @@ class StickSlipTracker(compiled.StickSlipTracker):
         lag -= np.einsum('ij,ij->i', lag, normals)[:, None] * normals
         size = lengths(lag)[:, None]
         return np.where(size > self.tolerance / 2, lag / np.maximum(size, 1e-12), 0)
-
-
-def _mean(xyz, weight):
-    """(3,) mean of places xyz (K, 3) with weights (K,)."""
-    return weight @ xyz / weight.sum()

@@ -5,7 +5,8 @@
 Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves with
 the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to frame, and
 kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
-under the largest friction may mean that the object slides on or that it rests: the contact region, which would move over the dots, tells.
+under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only below one that
+turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
 """
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from .loads import DotLoads
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _SMOOTHING = 0.2  # weight of a new value in the running mean of noise; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
-_NUMBERS = 20  # of an object, see the kernel
+_NUMBERS = 16  # of an object, see the kernel
 
 
 class StickSlipTracker:
@@ -36,7 +37,7 @@ class StickSlipTracker:
     def reset(self):
         """Forget all frames."""
         size = self.shape[0] * self.shape[1]
-        self._last = np.zeros((size, 3)), np.zeros(size), np.zeros(size, bool)  # places, scores, seen
+        self._last = np.zeros((size, 3)), np.zeros(size, bool)  # places, seen
         self._forget_objects()
         self.friction = np.nan
 
@@ -48,23 +49,23 @@ class StickSlipTracker:
         if not (score > .5).any():
             self.observe_free(state.xyz, state.seen)
             return np.zeros(len(score), np.uint8)
-        now = state.xyz, score, state.seen
         states, self._held, self._objects, self.depth_noise, self.friction = _core.stick_slip(
-            self._last, (*now, state.normal, state.force), self._held, self._objects, self.origin, rows=self.shape[0],
-            columns=self.shape[1], tolerance=self.tolerance, noise=self.noise, depth_noise=self.depth_noise, friction=self.friction)
-        self._last = now
+            self._last, (state.xyz, score, state.seen, state.normal, state.force), self._held, self._objects, self.origin,
+            rows=self.shape[0], columns=self.shape[1], tolerance=self.tolerance, noise=self.noise, depth_noise=self.depth_noise,
+            friction=self.friction)
+        self._last = state.xyz, state.seen
         return states
 
     def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
         """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets the objects and updates the noise from the motions."""
-        both = seen & self._last[2]
+        both = seen & self._last[1]
         if not len(self._objects) and both.any():
             moved = _across_rays(self._last[0], xyz, self.origin)[both]
             # a low quantile: a touch below the detection limit moves many dots
             here = np.partition(moved, len(moved) // _CALMEST)[len(moved) // _CALMEST] / 0.668
             if here > 0:
                 self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
-        self._last = xyz, np.zeros(len(seen)), seen
+        self._last = xyz, seen
         self._forget_objects()
 
 

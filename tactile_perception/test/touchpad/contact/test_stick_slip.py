@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_perception.touchpad.contact.contact_score import contact_score
@@ -74,12 +76,49 @@ def test_gross_slip_is_told_though_the_dots_hardly_move_any_more():
     assert states.friction == pytest.approx(0.6, abs=0.1)
 
 
-def test_dots_that_stand_still_for_some_frames_stick_though_they_slipped_before():
+def test_an_object_that_stops_after_gross_slip_rests_from_the_third_frame_on():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
+    for _ in range(2):
+        states.update(face.state([0, 0, 0], 0.6), face.score)
     for _ in range(20):
         found = states.update(face.state([0, 0, 0], 0.6), face.score)
-    np.testing.assert_array_equal(found[face.inside], STICKING)
+        np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+@pytest.mark.parametrize('step, ratio, state', [([15e-6, 4e-6, 0], 0.6, SLIPPING), ([-80e-6, 0, 0], 0.5, STICKING),
+                                                ([80e-6, 0, 0], 0.3, STICKING)])
+def test_dots_of_an_object_that_rested_after_gross_slip_slip_again_where_they_move_on_under_the_largest_friction(step, ratio, state):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(5):
+        states.update(face.state([0, 0, 0], 0.6), face.score)
+    for _ in range(3):
+        found = states.update(face.state(step, ratio), face.score)
+        assert np.mean(found[face.inside] == state) > 0.95
+
+
+def _turned(face, speed, ratio):
+    """The next frame of a face whose dots turn about its middle by speed, rad, and carry ratio times the normal load around it."""
+    around = np.cross([0, 0, 1], face.xyz - [0, 0, 0.0105])
+    state = face.state(speed * around, 0.0)
+    length = np.linalg.norm(around, axis=1, keepdims=True)
+    pull = 6e-3 * ratio * around / np.maximum(length, 1e-9) * face.inside[:, None]
+    return replace(state, force=state.force + pull)
+
+
+@pytest.mark.parametrize('last_turns, told', [((0.002, 0.001), SLIPPING), ((0.016, 0.016), STICKING)])
+def test_an_object_that_turns_in_place_may_slip_on_over_dots_that_came_to_rest_gradually(last_turns, told):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    radius = np.hypot(row - 6, column - 6)
+    for frame in range(12):
+        slips = radius > 5 - frame / 2
+        found = states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
+    assert np.mean(found[face.inside] == SLIPPING) > 0.9
+    for turn in (*last_turns, 0, 0, 0):
+        found = states.update(_turned(face, turn, 0.6), face.score)
+    assert np.mean(found[face.inside] == told) > 0.9
 
 
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
@@ -97,26 +136,6 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
     for _ in range(4):
         found = states.update(face.state([0, 0, 0], 0.5), face.score)
         np.testing.assert_array_equal(found[face.inside], STICKING)
-
-
-def test_an_object_that_stops_after_gross_slip_rests_because_its_region_has_not_moved_on():
-    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
-    _drag_until_it_slips(face, states, 0.6)
-    for _ in range(6):  # in which it would have slid by two thirds of a pitch
-        found = states.update(face.state([0, 0, 0], 0.6), face.score)
-    np.testing.assert_array_equal(found[face.inside], STICKING)
-
-
-def test_an_object_whose_region_moves_on_over_dots_at_rest_slips():
-    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
-    _drag_until_it_slips(face, states, 0.6)
-    states.update(face.state([20e-6, 0, 0], 0.6), face.score)  # the dots creep on, from now on they are at rest
-    row, column = np.divmod(np.arange(SIDE**2), SIDE)
-    for frame in range(10):
-        face.score = (np.abs(row - 6) <= 3) * np.clip(4 - np.abs(column - 6 - 0.1 * frame), 0, 1)
-        face.inside = face.score > 0.5
-        found = states.update(face.state([0, 0, 0], 0.6), face.score)
-        assert np.mean(found[face.inside] == SLIPPING) > 0.8
 
 
 def test_dots_that_go_back_together_under_an_object_that_is_lifted_slip():
