@@ -18,7 +18,7 @@ from ..markers.view.sensor import MarkerSensor
 # of the ratio is taken as so many times the root of that, and as a tenth of it where speed is steady; chosen.
 _UNEVEN, _STEADIEST = 2.0, 0.1
 _FARTHEST = 3.0  # last motions by which a marker is moved on; chosen
-_TORN = 0.06  # imbalance at the seam of a touch that one view does not show yet: 0.12 to 0.5, of others at most 0.02 (simulated)
+_TORN = 0.06  # imbalance at the seam of a touch that one view does not show: 0.12 to 0.5, of others at most 0.02 (simulated)
 _CLEAR = 0.9  # share of a motion that is not noise from which it counts as clear; noise of 100 markers reaches it once in 200 frames
 
 
@@ -65,8 +65,8 @@ class RightShutter:
     at the seam tells the ratio better; both are weighted by their variances.
     A motion m of a marker is known with noise of variance n = 2 (sigma^2 + sigma_before^2), summed over both axes. The part 1 - n / |m|^2
     of it counts, none below 0 (positive-part shrinkage after James and Stein 1961): so markers at rest stay where they are seen. A marker
-    without an earlier place in the right view stays too. Where a touch has begun between an earlier right and the left exposure, the right
-    view tells nothing of it: its markers are left out of this frame.
+    without an earlier place in the right view stays too, and so does an untouched sheet. Where a touch begins or ends between the two
+    exposures, so that the right view tells nothing of the left exposure, its markers are left out of this frame.
     """
 
     def __init__(self, seam: float, count: int, balance: SeamBalance | None = None):
@@ -79,9 +79,12 @@ class RightShutter:
         is_right = tracks.uv[:, 0] > self._seam
         left = self._views[0].take(tracks.take(~is_right), stamp_s)
         right = self._views[1].take(tracks.take(is_right), stamp_s + skew_s)
-        if skew_s < 0 and self._has_missed(tracks, is_right):
+        clear = (tracks.duv**2).sum(axis=1) > 2 * tracks.sigma**2 / (1 - _CLEAR)
+        if not skew_s or not clear.any():
+            return tracks
+        if self._is_of_another_state(tracks, clear[~is_right].any(), clear[is_right].any(), skew_s):
             return tracks.take(~is_right)
-        if not skew_s or not (right.share > 0).any():
+        if not (right.share > 0).any():
             return tracks
         steady = np.where(right.share > 0, np.clip(-skew_s / right.elapsed, -1.0, _FARTHEST), 0.0)
         usual = float(np.median(steady[right.share > 0]))
@@ -107,10 +110,10 @@ class RightShutter:
         weight = 1 / (1 + (sigma / (_UNEVEN * max(change, _STEADIEST) * np.sqrt(part * (1 - part))))**2)
         return float(np.clip(usual + weight * (found - usual), *((-1.0, 0.0) if usual < 0 else (0.0, _FARTHEST))))
 
-    def _has_missed(self, tracks: DotTracks, is_right: np.ndarray) -> bool:
-        """Whether the earlier right exposure shows an untouched sheet and the left one a touch that the sheet does not balance."""
-        clear = (tracks.duv**2).sum(axis=1) > 2 * tracks.sigma**2 / (1 - _CLEAR)
-        if self._balance is None or not clear[~is_right].any() or clear[is_right].any():
+    def _is_of_another_state(self, tracks: DotTracks, left: bool, right: bool, skew_s: float) -> bool:
+        """Whether only one exposure shows a touch, by what the two views show (left, right) and the balance of the sheet: the right one, or
+        the left one after an earlier right one. Before a later right one the motion of the release goes back."""
+        if self._balance is None or left == right or (left and skew_s > 0):
             return False
         return self._balance.imbalance(*self._everywhere(tracks)) > _TORN
 

@@ -101,6 +101,25 @@ def test_a_motion_that_begins_is_told_by_the_seam_and_a_steady_one_by_its_interv
         assert np.abs(found.uv - (REST + SPEED * 4 * PERIOD)).max() < 0.01
 
 
+def test_a_sheet_that_both_views_show_untouched_is_left_as_it_is():
+    shutter, noise = RightShutter(SEAM, 4, balance(0.0, 0.3)), np.random.default_rng(2)
+    for k in range(3):
+        shutter.process(seen(k * PERIOD, 0.4 * PERIOD), k * PERIOD, 0.4 * PERIOD)
+    released = seen(3 * PERIOD, 0.4 * PERIOD, speed=0 * SPEED, noise=noise)
+    assert shutter.process(released, 3 * PERIOD, 0.4 * PERIOD) is released
+
+
+@pytest.mark.parametrize('skew', [-0.4, 0.4])
+@pytest.mark.parametrize('imbalance, kept', [(0.2, [0, 1]), (0.01, [0, 1, 2, 3])])
+def test_a_touch_that_the_right_view_alone_shows_is_of_another_time(skew, imbalance, kept):
+    shutter = RightShutter(SEAM, 4, balance(imbalance=imbalance))
+    for k in range(2):
+        shutter.process(seen(k * PERIOD, 0.0, speed=0 * SPEED), k * PERIOD, skew * PERIOD)
+    given = seen(2 * PERIOD, 0.0)
+    given.uv[:2], given.duv[:2] = REST[:2], 0.0
+    assert shutter.process(given, 2 * PERIOD, skew * PERIOD).id.tolist() == kept
+
+
 def test_nothing_goes_back_beyond_its_last_place():
     for ratio in (-5.0, 5.0):
         tracks, given = begun(balance(ratio, 1e-3), 0.4 * PERIOD, steady=False)

@@ -86,6 +86,13 @@ def _fast() -> tuple[Act, ...]:
     return one_after_the_other([partial(press, _TIP, x, y, depth, move=depth / speed) for speed, y in rows for x in columns], pause=0.3)
 
 
+def _fast_drag() -> tuple[Act, ...]:
+    """Drags at about 70 and 100 mm/s through the seam, and out to a corner."""
+    return one_after_the_other([partial(drag, _TIP, -0.020, 0.005, 0.0035, 0.040, -0.010, duration=0.6),
+                                partial(drag, _TIP, 0.020, -0.015, 0.003, -0.040, 0.030, duration=0.5),
+                                partial(drag, _TIP, 0.010, -0.015, 0.003, 0.030, 0.030, duration=0.5)], pause=0.3)
+
+
 AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_demo': Script(areal_dual, _demo(), shutters=_FREE),
     'areal_dual_rest': Script(areal_dual, duration=10.0),
@@ -93,6 +100,7 @@ AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_drag': Script(areal_dual, one_after_the_other([partial(drag, _TIP, -0.020, 0.010, 0.0035, 0.040, -0.015)])),
     'areal_dual_two': Script(areal_dual, _two()),
     'areal_dual_fast': Script(areal_dual, _fast(), shutters=_FREE),
+    'areal_dual_fast_drag': Script(areal_dual, _fast_drag(), shutters=_FREE),
     'areal_dual_calibration': Script(areal_dual, _calibration()),
     'areal_dual_test': Script(areal_dual, _test()),
 }

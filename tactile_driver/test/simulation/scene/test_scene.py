@@ -75,6 +75,13 @@ def test_a_slow_camera_sees_the_same_presses():
         assert depth == pytest.approx(other, abs=1e-6)
 
 
+def test_a_fast_drag_slides_at_coulombs_friction():
+    scene = open_dual_scene('areal_dual_fast_drag', shutters=Shutters(0.0))
+    forces = np.array([scene.observe(k).truth.wrench[:3] for k in range(73, 88)])  # the first drag, at 80 mm/s
+    ratios = np.hypot(forces[:, 0], forces[:, 1]) / -forces[:, 2]
+    assert ratios.min() > 0.26 and ratios.max() < 0.39 and ratios.mean() == pytest.approx(0.35, abs=0.03)
+
+
 @pytest.mark.parametrize('sign', [1, -1])
 def test_right_camera_sees_the_tool_at_its_own_time(sign):
     scene = open_dual_scene('areal_dual_press', rate=10.0, shutters=Shutters(sign * 0.025))

@@ -54,9 +54,10 @@ class SheetPresses:
         self._tip = ANY_TIP
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press. A tip keeps its radius from frame to frame."""
+        """The presses that explain a field; begin: coarse place of one press. A drag is by the tip of the last straight press. Each
+        straight press tells its own: frames share the errors of the model, so many of them tell no more than one."""
         seen = Seen(field)
-        straight = self._inverse.solve(seen, [begin], tip=self._tip)
+        straight = self._inverse.solve(seen, [begin])
         if straight.misfit < RIGHT:
             self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
             return straight

@@ -11,8 +11,8 @@ from ... import _core
 from ...errors import BadArgument, BadFrame
 from .touch import TouchEstimate
 
-# Standard deviation of a touch's acceleration, m/s^2: a finger reaches 0.1 m/s after a third of a second. Chosen.
-ACCELERATION = 0.3
+# Standard deviation of a touch's acceleration, m/s^2: a hand that is moved starts and stops at 0.1 m/s within 50 ms. Chosen.
+ACCELERATION = 2.0
 _GATE = 20.0  # squared Mahalanobis distance: exceeded once in 2000 frames (chi-square, four degrees of freedom)
 _SPEED = 0.3  # m/s, standard deviation of a new touch's velocity. Chosen
 _LEAST = 1e-5  # m: least standard deviation of a measurement, which keeps covariances regular. Chosen

@@ -167,8 +167,17 @@ def test_the_same_frames_are_told_the_same_to_the_bit_and_a_pause_forgets_what_w
     assert told[0] == told[1] == told[2] and len(told[0]) == 3
 
 
-def test_a_tip_keeps_its_radius_while_it_touches():
+def test_a_straight_press_that_lasts_tells_its_tip_as_its_first_frame_does():
     method = SheetModelMethod(CALIBRATION, SENSOR)
-    first, *others = [method.estimate(field_of(pressed(0.004, -0.003, 3e-3, 8e-3), 1.5e-5, 1e-2, seed))[0].radius for seed in range(12)]
-    alone = [touches(0.004, -0.003, 3e-3, 8e-3, noise=1.5e-5, growth=1e-2, seed=seed)[0].radius for seed in range(12)]
-    assert first == alone[0] and np.std(others[-8:]) < 0.8 * np.std(alone[-8:])
+    field = field_of(pressed(0.004, -0.003, 3e-3, 8e-3), 1.5e-5, 1e-2)
+    assert len({method.estimate(field)[0].radius for _ in range(12)}) == 1
+
+
+def test_a_drag_is_by_the_tip_of_the_press_before():
+    drag = together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))])
+    PRESSES.forget()
+    unknown = explained(drag)[0].presses[0]
+    straight = explained(field_of(pressed(0.004, -0.003, 4e-3, 8.75e-3), 5e-6, 5e-3))[0].presses[0]
+    known = explained(drag)[0].presses[0]
+    PRESSES.forget()
+    assert known.drag[0] > 0.2 and abs(known.log_radius - straight.log_radius) < 0.9 * abs(unknown.log_radius - straight.log_radius)
