@@ -15,12 +15,19 @@ constexpr double LARGEST_LOG = 50;  // keeps exp finite
 constexpr double DARK = 1e-6;       // V, least light of which a logarithm is taken
 constexpr int LOAD_TERMS = 8;
 
-// Covariance of the normal: that of the place, through the slopes across the normal. scale: cells for a place, over the vector's length.
-std::array<double, 9> spread(const TableCell& cell, double scale, const std::array<double, 3>& normal, const std::array<double, 3>& place) {
+// Light over that of a typical contact at its place, less 1 and at most 1 in size.
+double relative_light(const TableCell& cell, double total) {
+    return std::min(std::max(total / cell.value(LIGHT) - 1, -1.0), 1.0);
+}
+
+// Covariance of the normal: that of the place, through the slopes across the normal. scale: cells for a place, over the vector's length;
+// relative: light, see relative_light.
+std::array<double, 9> spread(const TableCell& cell, double scale, double relative, const std::array<double, 3>& normal,
+                             const std::array<double, 3>& place) {
     double slope[3][2], radial[2] = {0, 0};
     for (int i = 0; i < 3; ++i) {
-        slope[i][0] = scale * cell.slope_x(i);
-        slope[i][1] = scale * cell.slope_y(i);
+        slope[i][0] = scale * (cell.slope_x(i) + relative * cell.slope_x(BEND + i));
+        slope[i][1] = scale * (cell.slope_y(i) + relative * cell.slope_y(BEND + i));
         for (int axis = 0; axis < 2; ++axis) radial[axis] += normal[i] * slope[i][axis];
     }
     for (int i = 0; i < 3; ++i) {
@@ -52,7 +59,9 @@ double mean_of_used(const double* sums, const std::uint8_t* in_contact, const st
 
 // Position, normal and covariance: that of the light's noise, and the deviation of the map along the surface.
 void place_touch(const TableCell& cell, const FingerSums& mean, double used, Place place, const FingerRules& finger, FingerTouch& found) {
-    const double row[3] = {cell.value(0), cell.value(1), cell.value(2)}, deviation = cell.value(DEVIATION);
+    const double relative = relative_light(cell, mean[TOTAL]), deviation = cell.value(DEVIATION);
+    double row[3];
+    for (int i = 0; i < 3; ++i) row[i] = cell.value(NORMAL + i) + relative * cell.value(BEND + i);
     const double length = std::sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]), square = finger.radius * finger.radius;
     for (int i = 0; i < 3; ++i) {
         found.normal[i] = row[i] / length;
@@ -60,7 +69,7 @@ void place_touch(const TableCell& cell, const FingerSums& mean, double used, Pla
     }
     std::array<double, 3> of_place = place_covariance(place.x, place.y, mean[TOTAL], finger.noise, finger.shot);
     for (double& part : of_place) part /= used;
-    found.covariance = spread(cell, 0.5 * static_cast<double>(finger.table.nodes - 1) / length, found.normal, of_place);
+    found.covariance = spread(cell, 0.5 * static_cast<double>(finger.table.nodes - 1) / length, relative, found.normal, of_place);
     for (int k = 0; k < 9; ++k) {
         const double along = (k % 4 == 0) - found.normal[k / 3] * found.normal[k % 3];
         found.covariance[k] = square * (found.covariance[k] + deviation * deviation * along);

@@ -15,7 +15,7 @@ struct PlaceTable {
 };
 
 // The channels of a finger's table, in the order of tactile_perception/psd/model.py.
-enum FingerChannel : std::ptrdiff_t { NORMAL, DEVIATION = 3, INSIDE, LEVEL, CROSS_PART, FORCE, DEPTH, FINGER_CHANNELS };
+enum FingerChannel : std::ptrdiff_t { NORMAL, DEVIATION = 3, INSIDE, LEVEL, CROSS_PART, FORCE, DEPTH, LIGHT, BEND, FINGER_CHANNELS = 13 };
 
 struct Place {
     double x, y;  // half widths

@@ -13,7 +13,7 @@ from ..errors import BadArgument, BadFrame
 from .ambient_light import ContactDetector, Light, LightState, filled
 from .baseline import Reference
 from .geometry import MIX, TOTAL
-from .model import LEVEL, NORMAL, FingerModel
+from .model import BEND, LEVEL, LIGHT, NORMAL, FingerModel
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
 _CHUNK_S = 0.01  # s, longest time that is judged at once. Derived: one period of lamps on 50 Hz mains
@@ -202,7 +202,9 @@ class PsdFinger:
 
     def normals(self, samples: Samples) -> np.ndarray:
         """Unit normals (N, 3) of single samples; NaN without contact."""
-        rows = place_values(samples.place, self.model.table)[:, NORMAL]
+        values = place_values(samples.place, self.model.table)
+        relative = np.clip(samples.sums[:, TOTAL] / values[:, LIGHT] - 1, -1, 1)
+        rows = values[:, NORMAL] + relative[:, None] * values[:, BEND]
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 

@@ -66,7 +66,7 @@ class SmoothMap:
     def deviation(self, place: np.ndarray) -> np.ndarray:
         """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light: that of the
         process, times what it is wrong by for the positions around, which is less at the pole than at the rim."""
-        inverse = np.linalg.inv(self._covariance())
+        inverse = np.linalg.inv(self.covariance())
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
         explained = (cross @ inverse * cross).sum(1)
         basis = trend(self.place, len(self.slopes))
@@ -77,12 +77,20 @@ class SmoothMap:
         around = near @ self.left_out**2 / near.sum(1)
         return np.sqrt((np.maximum(variance, 0.0) + self.extra**2) * around)
 
-    def _covariance(self) -> np.ndarray:
+    def covariance(self) -> np.ndarray:
+        """Covariance (N, N), rad^2, of either value at the training positions, without the trend."""
         return _covariance_of(self.place, self.noise, self.length, self.amplitude, self.extra)
 
 
 def _covariance_of(place: np.ndarray, noise: np.ndarray, length: float, amplitude: float, extra: float) -> np.ndarray:
     return amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)
+
+
+def precision(smooth: SmoothMap) -> np.ndarray:
+    """Inverse covariance (N, N) of the values at the training positions, with the trend projected out."""
+    inverse = np.linalg.inv(smooth.covariance())
+    basis = trend(smooth.place, len(smooth.slopes))
+    return inverse - inverse @ basis @ np.linalg.solve(basis.T @ inverse @ basis, basis.T @ inverse)
 
 
 def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from .geometry import exp_map
+from .light_shift import LightShift
 from .maps import SmoothMap, tabulated
 from .equidistant_map import NOMINAL_BETA, EquidistantMap
 from .response import LOAD_TERMS, level_basis, place_part
 
 # Channels of the table, as in src/place_table.hpp
-NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS = slice(0, 3), 3, 4, 5, 6, slice(7, 9)
+NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS, LIGHT, BEND = slice(0, 3), 3, 4, 5, 6, slice(7, 9), 9, slice(10, 13)
 _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 
 
@@ -22,15 +23,17 @@ _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degr
 class FingerModel:
     """Parameters of one finger; those that were not calibrated are None.
 
-    paper: the equidistant map of the paper; smooth: the map that replaces it, to tangent vectors at the pole, rad; deviation: rad, standard
-    deviation of the paper's map; reach: half widths, distance from a calibrated contact within which positions are in range; level:
-    coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and the largest calibrated distance from
-    the detector's centre, half widths; cross: coefficients of the cross term over the total for a single contact; cross_volts: V, standard
-    deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance of an output per V of its signal.
+    paper: the equidistant map of the paper; smooth: the map that replaces it, to tangent vectors at the pole, rad; shift: what a contact's
+    light adds to it; deviation: rad, standard deviation of the paper's map; reach: half widths, distance from a calibrated contact within
+    which positions are in range; level: coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and
+    the largest calibrated distance from the detector's centre, half widths; cross: coefficients of the cross term over the total for a
+    single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance
+    of an output per V of its signal.
     """
 
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
     smooth: SmoothMap | None = None
+    shift: LightShift | None = None
     deviation: float = _NOMINAL_DEVIATION
     reach: float = 0.25
     level: np.ndarray | None = None
@@ -41,9 +44,14 @@ class FingerModel:
     depth: np.ndarray | None = None
     shot: float = 0.0
 
-    def normals(self, place: np.ndarray) -> np.ndarray:
-        """Unit normals (N, 3) at detector positions (N, 2), half widths."""
-        return self.paper.normals(place) if self.smooth is None else exp_map(self.smooth.values(place))
+    def normals(self, place: np.ndarray, light: np.ndarray | None = None) -> np.ndarray:
+        """Unit normals (N, 3) at detector positions (N, 2), half widths, of contacts with light (N,), V, None for the typical one."""
+        if self.smooth is None:
+            return self.paper.normals(place)
+        values = self.smooth.values(place)
+        if self.shift is not None and light is not None:
+            values = values + self.shift.relative(place, light)[:, None] * self.shift.bend(place)
+        return exp_map(values)
 
     def levels(self, place: np.ndarray) -> np.ndarray:
         """Light at first contact (N,), V, clipped to the calibrated range; NaN without calibration."""
@@ -67,7 +75,14 @@ class FingerModel:
             inside = self._inside(place)
         cross = nothing if self.cross is None else cross_basis(place) @ self.cross
         parts = [nothing if fitted is None else place_part(fitted, place) for fitted in (self.force, self.depth)]
-        return np.column_stack([self.normals(place), deviation, inside, self.levels(place), cross, *parts])
+        return np.column_stack([self.normals(place), deviation, inside, self.levels(place), cross, *parts, *self._bend(place)])
+
+    def _bend(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Light (N,), V, of typical contacts, and what the normals (N, 3) change by with twice that light, from half to one and a half."""
+        if self.shift is None:
+            return np.ones(len(place)), np.zeros((len(place), 3))
+        light = self.shift.light(place)
+        return light, self.normals(place, 1.5 * light) - self.normals(place, 0.5 * light)
 
     def _inside(self, place: np.ndarray) -> np.ndarray:
         """(N,) 1 where a calibrated contact is within reach, else 0."""

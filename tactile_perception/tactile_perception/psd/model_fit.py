@@ -10,6 +10,7 @@ import numpy as np
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
 from .geometry import TOTAL, error_angle, log_map, position, position_covariance
+from .light_shift import fit_light_shift
 from .maps import fit_smooth_map
 from .model import FingerModel, cross_basis
 from .equidistant_map import fit_equidistant_map
@@ -45,10 +46,10 @@ class FingerFit:
 def fit_finger(presses: Presses) -> FingerFit:
     """The model fitted to presses. Raises BadCalibration without a usable press."""
     segments = presses.segments
-    place, normal, noise, when = _places(segments, presses.noise)
+    place, normal, noise, light, when = _places(segments, presses.noise)
     paper, notes = fit_equidistant_map(place, normal)
     paper_errors = error_angle(paper.normals(place), normal)
-    smooth, errors, more = _smooth(place, normal, noise * paper.beta, paper_errors)
+    smooth, shift, errors, more = _smooth(place, normal, noise * paper.beta, light, paper_errors)
     if smooth is None:
         errors = _leave_one_out_equidistant(place, normal)
     shot = _shot(segments, presses.noise)
@@ -56,7 +57,7 @@ def fit_finger(presses: Presses) -> FingerFit:
     cross, cross_volts = _cross(segments)
     force, force_error, force_notes = _load(segments, segments.force, 'force')
     depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
-    model = FingerModel(paper, smooth, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
+    model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
                         cross_volts, force, depth, shot)
     theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
@@ -68,8 +69,9 @@ def fit_finger(presses: Presses) -> FingerFit:
                      normal, when)
 
 
-def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Detector positions (N, 2), normals (N, 3), standard deviations (N,), half widths, and times (N,); near presses are averaged."""
+def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Detector positions (N, 2), normals (N, 3), standard deviations (N,), half widths, light (N,), V, and times (N,); near presses are
+    averaged."""
     free = np.ones(len(segments.normal), bool)
     found = []
     while free.any():
@@ -80,24 +82,37 @@ def _places(segments: Segments, noise: np.ndarray) -> tuple[np.ndarray, np.ndarr
         place = position(sums)
         normal = np.average(segments.normal[same], axis=0, weights=weight)
         covariance = position_covariance(place[0], float(sums[0, TOTAL]), noise, 0.0) / weight.sum()
-        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)), segments.when[first]))
+        found.append((place[0], normal / np.linalg.norm(normal), np.sqrt(0.5 * np.trace(covariance)),
+                      sums[0, TOTAL], segments.when[first]))
         free &= ~same
     chosen = np.unique(np.linspace(0, len(found) - 1, min(len(found), _MOST)).round().astype(int))
     return tuple(np.array(part) for part in zip(*(found[k] for k in chosen)))
 
 
-def _smooth(place, normal, noise, paper_errors):
-    """(SmoothMap, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well."""
+def _smooth(place, normal, noise, light, paper_errors):
+    """(SmoothMap, LightShift, leave-one-out errors (N,), notes); None in place of the map where the equidistant one predicts as well, and
+    in place of the shift where the light tells nothing."""
     count = len(place)
     if count < _SMOOTH or np.linalg.matrix_rank(place - place.mean(0), tol=0.05) < 2:
-        return None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
+        return None, None, paper_errors, [f'{count} positions: too few for a map of the distortion; using offset and scale of the paper']
     terms = 5 if count >= _RADIAL else 3
-    smooth, left_out = fit_smooth_map(place, log_map(normal), noise, terms)
-    errors = np.linalg.norm(left_out, axis=1)
+    smooth, shift, errors = _with_shift(place, log_map(normal), noise, light, terms)
     if errors.mean() > paper_errors.mean():
-        return None, paper_errors, [f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
+        return None, None, paper_errors, [
+            f'{count} positions: a map of the distortion predicts no better than offset and scale of the paper']
     notes = [] if terms == 5 else [f'{count} positions: affine trend; {_RADIAL} allow a radial one']
-    return smooth, errors, notes
+    return smooth, shift, errors, notes
+
+
+def _with_shift(place, values, noise, light, terms):
+    """(SmoothMap, LightShift or None, leave-one-out errors (N,)): the shift stays if it lowers the criterion of Akaike."""
+    smooth, left_out = fit_smooth_map(place, values, noise, terms)
+    shift = fit_light_shift(place, values, light, smooth)
+    moved = shift.relative(place, light)[:, None] * shift.bend(place)
+    better, left = fit_smooth_map(place, values - moved, noise, terms)
+    if left_out.size * np.log((left**2).sum() / (left_out**2).sum()) + 2 * shift.slopes.size < 0:
+        return better, shift, np.linalg.norm(left, axis=1)
+    return smooth, None, np.linalg.norm(left_out, axis=1)
 
 
 def _leave_one_out_equidistant(place: np.ndarray, normal: np.ndarray) -> np.ndarray:

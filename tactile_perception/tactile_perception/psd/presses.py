@@ -11,6 +11,9 @@ from ..errors import BadCalibration
 from .geometry import MIX, TOTAL
 
 _REST_S, _CLEAR_S, _AFTER_S = 0.6, 0.03, 0.1  # s, untouched time before a press: its length, gap to the press, gap to the last one. Chosen
+_FEWEST_REST, _FEWEST_LINE = 5, 4  # untouched samples before a press, and presses for a line of the offset. Chosen
+_AROUND_S = 2.0  # s around a press in which untouched samples tell its offset. Chosen: drift of a room is straight within it
+_STRAIGHT = 3.0  # mean squared deviation from a straight line, of its noise, up to which the offset drifts evenly. Chosen
 _SAME_PLACE = 0.005  # rad within which normals count as one position. Chosen: 0.3 degrees, under the error of a map
 _LONGEST_S = 0.05  # s, longest segment. Chosen: force changes little within it
 _DARK = 4.0  # standard deviations above the darkest samples within which samples count as untouched. Chosen
@@ -78,12 +81,10 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
     a usable press."""
     rows, onsets, rests, left_out = [], [], [], []
     for recording in recordings:
-        offset = None
-        for begin, end in _runs(recording.touching):
-            rest = _rest_before(recording, begin)
-            if len(rest) >= 5:
-                offset = rest.mean(0)
-                rests.append((rest - offset) @ MIX)
+        runs = _runs(recording.touching)
+        untouched = [_rest_before(recording, begin) for begin, _ in runs]
+        for k, (begin, end) in enumerate(runs):
+            offset = _offset(recording, runs, untouched, k)
             if offset is None:
                 left_out.append(f'press in {recording.when(begin)}: no untouched samples before it')
                 continue
@@ -95,6 +96,7 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
             rows += segments
             light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
+        rests += [(rest - rest.mean(0)) @ MIX for rest in untouched if len(rest) >= _FEWEST_REST]
     if not any(recording.touching.any() for recording in recordings):
         raise BadCalibration('no usable press: the ground truth holds no contact')
     if not rests:
@@ -111,6 +113,26 @@ def _runs(touching: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist()))
 
 
+def _offset(recording: Recording, runs: list[tuple[int, int]], untouched: list[np.ndarray], press: int) -> np.ndarray | None:
+    """Untouched outputs (4,), V, at a press: a line through the means of the untouched samples before the presses around, if they drift
+    evenly, else the mean before it; None where nothing precedes it."""
+    known = [k for k, rest in enumerate(untouched) if len(rest) >= _FEWEST_REST]
+    if not known or known[0] > press:
+        return None
+    own = untouched[max(k for k in known if k <= press)].mean(0)
+    times = np.array([runs[k][0] - runs[press][0] for k in known]) * recording.period_s
+    near = [(t, untouched[k]) for t, k in zip(times, known) if abs(t) < _AROUND_S]
+    if len(near) < _FEWEST_LINE:
+        return own
+    count = np.array([len(rest) for _, rest in near])
+    means = np.array([rest.mean(0) for _, rest in near])
+    noise = np.mean([rest.var(0) for _, rest in near])
+    basis = np.column_stack([np.ones(len(near)), [t for t, _ in near]])
+    line = np.linalg.lstsq(basis * np.sqrt(count)[:, None], means * np.sqrt(count)[:, None], rcond=None)[0]
+    off = (count[:, None] * (means - basis @ line) ** 2).sum() / (means.size - line.size)
+    return line[0] if off < _STRAIGHT * noise else own
+
+
 def _rest_before(recording: Recording, begin: int) -> np.ndarray:
     """The darkest finite samples (N, 4) between the last press and this one. A stage reports contact once it stands still, so the object
     may touch earlier than labelled."""
@@ -119,7 +141,7 @@ def _rest_before(recording: Recording, begin: int) -> np.ndarray:
     first = max(begin - long, before[-1] + 1 + after if len(before) else 0)
     rest = recording.volts[first:max(begin - clear, first)]
     rest = rest[np.isfinite(rest).all(1)]
-    if len(rest) < 5:
+    if len(rest) < _FEWEST_REST:
         return rest
     total = rest.sum(1)
     noise = 1.05 * np.median(np.abs(np.diff(total)))  # standard deviation from sample to sample: 1.4826 / sqrt(2) times the median

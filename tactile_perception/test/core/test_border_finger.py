@@ -7,7 +7,7 @@ from border_checks import check_any_array, check_memory, check_wrong_type
 from tactile_perception import _core
 
 VOLTS = np.random.default_rng(3).uniform(0, 2, (40, 4))
-TABLE = np.random.default_rng(4).uniform(0.5, 1.5, (5, 5, 9))
+TABLE = np.random.default_rng(4).uniform(0.5, 1.5, (5, 5, 13))
 INSIDE, SATURATED, FOUR = np.arange(40) % 3 > 0, np.arange(40) % 7 == 0, np.full(4, 0.1)
 PLACES = np.random.default_rng(5).uniform(-1, 1, (40, 2))
 HELD = _core.held_begin(_core.held_before(), FOUR)

@@ -25,6 +25,14 @@ def at(values, place):
     return (1 - t) * ((1 - s) * values[r, c] + s * values[r, c + 1]) + t * ((1 - s) * values[r + 1, c] + s * values[r + 1, c + 1])
 
 
+def finger(rng, nodes=5):
+    """The table of a finger, whose normals bend with the light."""
+    values = table(rng, nodes, 13)
+    values[..., 9] *= 3
+    values[..., 10:] -= 1
+    return values
+
+
 def mixed(net):
     """Differences along x and y, total, cross term (eq 1) of outputs x1, y1, x2, y2."""
     x1, y1, x2, y2 = net
@@ -58,17 +66,19 @@ OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
 RADIUS, SHOT, CROSS_VOLTS = 0.016, 1e-4, 0.05
 
 
-def contact_of(mean, values):
-    """(place, unit normal) of mean sums."""
+def contact_of(mean, values, relative=None):
+    """(place, unit normal) of mean sums; relative: light over the typical one, less 1, None for that at the place."""
     place = np.clip(mean[:2] / mean[2], -1, 1)
-    normal = at(values, place)[:3]
+    row = at(values, place)
+    relative = np.clip(mean[2] / row[9] - 1, -1, 1) if relative is None else relative
+    normal = row[:3] + relative * row[10:]
     return place, normal / np.linalg.norm(normal)
 
 
 def covariance_of(place, normal, total, count, values, noise):
     """Covariance (3, 3) of the position, m^2, by differences: that of the light's noise and the deviation of the map along the surface."""
-    step = 1e-6
-    slopes = np.column_stack([(contact_of(np.r_[(place + d) * total, total], values)[1] - normal) / step
+    step, relative = 1e-6, np.clip(total / at(values, place)[9] - 1, -1, 1)
+    slopes = np.column_stack([(contact_of(np.r_[(place + d) * total, total], values, relative)[1] - normal) / step
                               for d in (np.array([step, 0]), np.array([0, step]))])
     of_place = place_covariance(place, total, noise, SHOT) / count
     along = np.eye(3) - np.outer(normal, normal)
@@ -84,11 +94,11 @@ def touch(sums, inside, saturated, values, noise, loads, stuck=False):
 @settings(max_examples=80, deadline=None)
 def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed, count, calibrated):
     rng = np.random.default_rng(seed)
-    values, inside, saturated = table(rng, 3, 9), rng.random(count) < 0.8, rng.random(count) < 0.2
+    values, inside, saturated = finger(rng, 3), rng.random(count) < 0.8, rng.random(count) < 0.2
     inside[0], saturated[0] = True, False
     values[..., 3:5] *= [0.01, 0.5]
     if not calibrated:
-        values[..., 6:] = np.nan
+        values[..., 6:9] = np.nan
     sums = rng.uniform(-0.4, 0.4, (count, 4)) + [0, 0, 3, 3 + 0.3 * rng.standard_normal()]
     spread = rng.normal(0, 0.01, (4, 4))
     noise, loads = spread @ spread.T, rng.normal(0, 0.3, (2, 8)) if calibrated else np.full((2, 8), np.nan)
@@ -101,14 +111,14 @@ def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed
     np.testing.assert_allclose(position, RADIUS * expected_normal, atol=1e-14)
     expected = covariance_of(expected_place, expected_normal, mean[2], used.sum(), values, noise)
     np.testing.assert_allclose(covariance, expected, atol=1e-4 * np.abs(covariance).max())
-    expected_loads = [np.exp(part + c[1] * light + c[2] * light**2 + c[7] * square * light) for part, c in zip(row[7:], loads)]
+    expected_loads = [np.exp(part + c[1] * light + c[2] * light**2 + c[7] * square * light) for part, c in zip(row[7:9], loads)]
     np.testing.assert_allclose([force, depth], expected_loads, rtol=1e-9)
     two = abs(mean[3] - row[6] * mean[2]) > 6 * np.hypot(np.sqrt(noise[3, 3] / used.sum()), CROSS_VOLTS)
     assert flags == SATURATED * saturated.any() + AMBIGUOUS * (two and calibrated) + OUT_OF_RANGE * (row[4] < 0.5)
 
 
 def test_a_touch_without_usable_samples_or_light_is_not_known():
-    values, three, none = table(np.random.default_rng(0), 5, 9), np.ones(3, bool), np.zeros(3, bool)
+    values, three, none = finger(np.random.default_rng(0)), np.ones(3, bool), np.zeros(3, bool)
     known = values, np.eye(4), np.ones((2, 8))
     for sums, saturated, stuck, expected in ((np.ones((3, 4)), three, False, SATURATED), (-np.ones((3, 4)), none, False, 0),
                                              (np.full((3, 4), np.nan), none, False, 0), (np.ones((3, 4)), none, True, AMBIGUOUS),
@@ -120,7 +130,7 @@ def test_a_touch_without_usable_samples_or_light_is_not_known():
 
 
 def test_light_on_the_detectors_edge_is_out_of_range():
-    values, one, none = table(np.random.default_rng(0), 5, 9), np.ones(1, bool), np.zeros(1, bool)
+    values, one, none = finger(np.random.default_rng(0)), np.ones(1, bool), np.zeros(1, bool)
     assert touch(np.array([[1.2, 0.0, 1.0, 1.0]]), one, none, values, np.eye(4), np.ones((2, 8)))[-1] & OUT_OF_RANGE
 
 
@@ -158,5 +168,5 @@ def test_limits_are_checked(number):
 
 
 def test_a_touch_needs_a_fingers_table():
-    with pytest.raises(ValueError, match='^table: 9 channels'):
+    with pytest.raises(ValueError, match='^table: 13 channels'):
         touch(np.ones((1, 4)), np.ones(1, bool), np.zeros(1, bool), table(np.random.default_rng(0), 5, 8), np.eye(4), np.ones((2, 8)))

@@ -19,7 +19,7 @@ ROOM = np.array([0.30, 0.26, 0.36, 0.40])  # V, of the untouched outputs
 def table(calibrated=True):
     """A finger's table with the cross term of that detector."""
     y, x = np.mgrid[-1:1:9j, -1:1:9j]
-    values = np.ones((9, 9, 9))
+    values = np.ones((9, 9, 13))
     values[..., CROSS] = x * y if calibrated else np.nan
     return values
 

@@ -37,3 +37,13 @@ def test_fewer_places_are_less_exact_but_never_worse_than_the_paper():
     from tactile_perception.psd.geometry import error_angle
     assert np.degrees(error_angle(few.model.normals(grid), many.model.normals(grid))).mean() < 0.6
     assert few.errors.mean() <= few.paper_errors.mean()
+
+
+def test_the_light_of_a_contact_moves_its_place():
+    """A strong press looks nearer to the pole than it is; at the typical light nothing moves."""
+    model = fitted(slice(None)).model
+    place = np.array([[0.4, 0.0], [0.0, -0.4]])
+    light = model.shift.light(place)
+    dim, typical, bright = (np.arccos(model.normals(place, part * light)[:, 2]) for part in (0.5, 1.0, 1.5))
+    assert (np.degrees(bright - dim) > 0.3).all()
+    assert typical == pytest.approx(np.arccos(model.normals(place)[:, 2]))

@@ -6,7 +6,7 @@ import pytest
 
 from tactile_perception.errors import BadCalibration
 from tactile_perception.psd.geometry import TOTAL
-from tactile_perception.psd.presses import Recording, find_presses
+from tactile_perception.psd.presses import Recording, _offset, _rest_before, _runs, find_presses
 
 
 def test_presses_are_cut_into_stretches_with_their_loads():
@@ -44,3 +44,17 @@ def test_unusable_recordings_are_refused():
     unknown = np.full_like(recording.normal, np.nan)
     with pytest.raises(BadCalibration, match='no usable press'):
         find_presses([Recording(recording.volts, played.PERIOD, recording.touching, unknown, recording.force, recording.depth)], 4.9)
+
+
+@pytest.mark.parametrize(('room', 'better'), [(lambda t: 0.05 * t, 0.6), (lambda t: 0.3 * (t > 5.0), 1.01)])
+def test_the_offset_follows_drift_by_the_presses_around_and_a_step_at_once(room, better):
+    """Net light of presses by a known offset: an even drift is told better than by the samples before each press alone."""
+    recording = played.recording('grid')
+    volts = recording.volts + 0.25 * room(played.PERIOD * np.arange(len(recording.volts)))[:, None]
+    spoilt = Recording(volts, played.PERIOD, recording.touching, recording.normal, recording.force, recording.depth)
+    runs = _runs(recording.touching)
+    untouched = [_rest_before(spoilt, begin) for begin, _ in runs]
+    true = 0.25 * room(played.PERIOD * np.array([begin for begin, _ in runs])) + recording.volts[:400].mean()
+    own = [rest.mean() - offset for rest, offset in zip(untouched, true)]
+    found = [_offset(spoilt, runs, untouched, k).mean() - offset for k, offset in enumerate(true)]
+    assert np.std(found) < better * np.std(own)

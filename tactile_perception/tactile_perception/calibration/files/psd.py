@@ -10,14 +10,15 @@ import numpy as np
 
 from ...errors import BadCalibration
 from .format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ...psd.light_shift import LightShift
 from ...psd.maps import SmoothMap
 from ...psd.model import FingerModel
 from ...psd.model_fit import FingerFit
 from ...psd.equidistant_map import EquidistantMap
 
 SENSOR = 'psd_finger'
-UNITS = {'places': 'half widths of the detector', 'angles and errors': 'rad', 'light, level': 'V', 'force': 'logarithm of N',
-         'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
+UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level': 'V', 'typical': 'logarithm of V',
+         'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,)}
 _NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
@@ -30,6 +31,8 @@ def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: S
     if model.smooth is not None:
         fitted['map'] = {name: float(getattr(model.smooth, name)) for name in _SMOOTH_NUMBERS} | {
             name: getattr(model.smooth, name).tolist() for name in _SMOOTH_ARRAYS}
+    if model.shift is not None:
+        fitted['light_shift'] = {'typical': model.shift.typical.tolist(), 'slopes': model.shift.slopes.tolist()}
     fitted |= {name: float(getattr(model, name)) for name in _NUMBERS}
     fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
     if model.level is not None:
@@ -46,12 +49,13 @@ def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
     try:
         paper = EquidistantMap(_array(fitted['paper']['offset'], (2,)), float(fitted['paper']['beta']))
         smooth = _smooth(fitted['map']) if 'map' in fitted else None
+        shift = _shift(fitted['light_shift']) if 'light_shift' in fitted else None
         arrays = {name: _array(fitted[name], shape) for name, shape in _ARRAYS.items() if name in fitted}
         limits = tuple(_array(fitted['level_limits'], (3,)).tolist()) if 'level' in arrays else FingerModel.level_limits
         numbers = {name: float(fitted[name]) for name in _NUMBERS}
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None
-    return FingerModel(paper=paper, smooth=smooth, level_limits=limits, **numbers, **arrays)
+    return FingerModel(paper=paper, smooth=smooth, shift=shift, level_limits=limits, **numbers, **arrays)
 
 
 def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
@@ -59,6 +63,10 @@ def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
     if shape is not None and found.shape != shape or found.ndim == 0:
         raise ValueError(f'shape {found.shape} instead of {shape}')
     return found
+
+
+def _shift(fitted: dict) -> LightShift:
+    return LightShift(_array(fitted['typical'], (5,)), _array(fitted['slopes'], (4, 2)))
 
 
 def _smooth(fitted: dict) -> SmoothMap:
