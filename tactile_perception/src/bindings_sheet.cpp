@@ -54,6 +54,7 @@ class Table {
         const double* x = numbers_.data();
         const std::int64_t* size = sizes_.data();
         for (int k = 0; k < 8; ++k) within(x[k], "table", 1e-6, LARGEST_PLACE_M);
+        for (int k = 0; k < 2; ++k) within(x[2 + k] / x[k], "table", 0, 0.9999);  // presses within the clamp
         table_ = {{x[0], x[1]}, {x[2], x[3]}, x[4], x[5], x[6], x[7], size[0], size[1], size[2], {}, coefficients_.data(), shapes_.data()};
         within(size[0], "table", 1, 100), within(size[1], "table", 1, 8), within(size[2], "table", 1, 1000);
         py::ssize_t coefficients = 0, shapes = 0;

@@ -10,11 +10,14 @@ namespace {
 
 constexpr std::ptrdiff_t MOST_ORDER = 8;  // of the polynomials; checked at the border
 
-// Chebyshev polynomials at a place along an axis, and their derivatives, 1/m: T_k(cos t) = cos(k t).
+// Chebyshev polynomials, T_k(cos t) = cos(k t), of the nearness to the clamp of a place along an axis, and their derivatives, 1/m. A
+// press gets stiffer in proportion to that nearness, the inverse hyperbolic tangent of place over half side.
 struct Polynomials {
     float value[2 * MOST_ORDER], slope[2 * MOST_ORDER];
-    Polynomials(double place, double reach, std::ptrdiff_t order) {
-        const double angle = std::acos(std::clamp(place / reach, -1 + 1e-6, 1 - 1e-6)), around = 1 / (std::sin(angle) * reach);
+    Polynomials(double place, double half, double reach, std::ptrdiff_t order) {
+        const double share = std::clamp(place / half, -reach / half, reach / half), whole = std::atanh(reach / half);
+        const double angle = std::acos(std::clamp(std::atanh(share) / whole, -1 + 1e-6, 1 - 1e-6));
+        const double around = 1 / (std::sin(angle) * whole * half * (1 - share * share));
         for (std::ptrdiff_t k = 0; k < 2 * order; ++k) {
             const double degree = static_cast<double>(k);
             value[k] = static_cast<float>(std::cos(degree * angle));
@@ -154,7 +157,8 @@ constexpr int ORDER_X[ORDERS] = {0, 1, 0, 2, 1, 0}, ORDER_Y[ORDERS] = {0, 0, 1, 
 void look_up(const SheetTable& table, const double* press, PressedSheet& found) {
     std::copy(press, press + PRESS_SIZE, found.press);
     found.field.assign(table.side() * table.side() * CHANNELS, 0.0f);
-    const Polynomials along(press[0], table.reach[0], table.order), across(press[1], table.reach[1], table.order);
+    const Polynomials along(press[0], table.half[0], table.reach[0], table.order);
+    const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
     const DepthSplines down(press[2], table);
     const TermWeights weights(press, table);
     const float *coefficients = table.coefficients, *shapes = table.shapes;

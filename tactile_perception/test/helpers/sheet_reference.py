@@ -9,7 +9,8 @@ from tactile_perception.markers.mechanics.reduced_model import DEPTH_POWER, MIRR
 def looked_up(library, press):
     """Splines (side * side, 3), m, and the wrench (6,) of a press."""
     plan = library.plan
-    angle = np.arccos(np.clip(press.place / plan.reach, -1, 1))
+    near = np.arctanh(np.stack([np.clip(press.place, -plan.reach, plan.reach), plan.reach]) / plan.half)
+    angle = np.arccos(near[0] / near[1])
     polynomial = np.cos(angle[:, None] * np.arange(2 * plan.order))
     level = (press.depth / plan.depth) ** (1 / DEPTH_POWER) * plan.levels
     f, first = level % 1, int(level)

@@ -66,8 +66,15 @@ class LibraryPlan:
 
     @property
     def nodes(self) -> np.ndarray:
-        """(order,) Chebyshev nodes over reach, between 0 and 1."""
+        """(order,) Chebyshev nodes between 0 and 1, of the nearness to the clamp over its largest."""
         return np.cos((2 * np.arange(self.order) + 1) * np.pi / (4 * self.order))
+
+    @property
+    def places(self) -> np.ndarray:
+        """(2, order) m: of the nodes along x and along y. Nearness is the inverse hyperbolic tangent of place over half side: near the
+        clamp, a press gets stiffer in proportion to it."""
+        half = np.asarray(self.half)[:, None]
+        return half * np.tanh(np.arctanh(self.reach[:, None] / half) * self.nodes)
 
 
 @dataclass
@@ -101,7 +108,7 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
 
     Raises BadCalibration where too many do not converge.
     """
-    places = plan.reach * np.stack(np.meshgrid(plan.nodes, plan.nodes, indexing='ij'), axis=-1).reshape(-1, 2)
+    places = np.stack(np.meshgrid(*plan.places, indexing='ij'), axis=-1).reshape(-1, 2)
     pressed = in_parallel(partial(_pressed, plan, material), list(places), 'places simulated for the library')
     shape = plan.order, plan.order, TERMS, plan.levels
     fields, wrenches = (np.reshape(part, (*shape, *part[0].shape[2:])) for part in zip(*pressed))
@@ -213,15 +220,17 @@ def library_numbers(library: SheetLibrary) -> dict:
     """The library as plain numbers."""
     classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
                 'coefficients': [pack(part.coefficients[..., k]) for k in range(part.coefficients.shape[-1])]} for part in library.classes]
-    return {'half': list(library.plan.half), **{name: getattr(library.plan, name) for name in _PLAN}, 'classes': classes}
+    return {'half': list(library.plan.half), 'places': library.plan.places.tolist(), **{name: getattr(library.plan, name) for name in _PLAN}, 'classes': classes}
 
 
 def library_from_numbers(numbers: Mapping) -> SheetLibrary:
     """Inverse of library_numbers. Raises BadCalibration for an invalid mapping."""
     try:
         plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
+        if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
+            raise BadCalibration('the library in the calibration file was simulated at other places; run calibrate again')
         classes = [_mode_class(part, plan) for part in numbers['classes']]
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
     return SheetLibrary(plan, classes)
 

@@ -11,11 +11,12 @@ from sheet_scenes import EYE, GRID, MATERIAL, PLAN, library
 from tactile_perception.calibration.files.format import check_numbers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.mechanics import reduced_model
-from tactile_perception.markers.mechanics.membrane_fem import press_sheet
+from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial, press_sheet
 from tactile_perception.markers.mechanics.mesh import SheetMesh, uniform
 from tactile_perception.markers.mechanics.projection import Press
 from tactile_perception.markers.mechanics.solver import show
-from tactile_perception.markers.mechanics.reduced_model import build_library, library_from_numbers, library_numbers, pack, unpack
+from tactile_perception.markers.mechanics.reduced_model import (
+    LibraryPlan, build_library, library_from_numbers, library_numbers, pack, unpack)
 
 
 @pytest.mark.parametrize('place, depth, radius', [((0.0, 0.0), 3e-3, 7e-3), ((0.011, -0.006), 5e-3, 8e-3), ((-0.014, 0.009), 2e-3, 6e-3)])
@@ -25,6 +26,16 @@ def test_a_press_looked_up_is_one_worked_out(place, depth, radius):
     exact = read_field(uniform(solved.reshape(mesh.side, mesh.side, 3)).reshape(-1, 3), PLAN, place, GRID)[:, 0]
     found = show(library(), [Press(np.array(place), depth, np.log(radius / PLAN.radius))], GRID, EYE)[1][:, 0]
     assert np.sqrt(np.mean((found - exact)**2)) < 0.01 * depth and np.abs(found - exact).max() < 0.05 * depth
+
+
+def test_the_force_on_a_large_sheet_is_told_between_the_simulated_places_too():
+    plan = LibraryPlan((0.07, 0.05), 7e-3, 4e-3, n=5, order=4, levels=3, substeps=1)
+    material = SheetMaterial(1.05, 3e-7, 0.4)
+    large = build_library(plan, material)
+    for place in ((0.0, 0.0), (0.04, 0.028), (0.03, 0.0), (-0.05, 0.01)):
+        wrench = press_sheet(SheetMesh(place, plan.half, plan.scale, plan.n), plan.depths, plan.radius, material)[1][1]
+        told = looked_up(large, Press(np.array(place), plan.depths[1]))[1]
+        assert told[0] == pytest.approx(np.log(-wrench[2] / plan.depths[1]), abs=0.012)
 
 
 @pytest.mark.parametrize('place, depth, drag', [((0.0, 0.0), 4e-3, (0.4, 0.0)), ((0.011, -0.006), 3e-3, (-0.3, 0.2))])
@@ -73,7 +84,7 @@ def test_a_few_that_cannot_be_solved_go_on_in_a_straight_line(monkeypatch):
         field[(way > 0.99 * plan.depth) & (mesh.place[0] > 0.9 * plan.reach[0]) & (mesh.place[1] > 0.9 * plan.reach[1])] = np.nan
         return field, np.ones((len(way), 6)) * -way[:, None]
     monkeypatch.setattr(reduced_model, 'press_sheet', ramp)
-    deep = Press(plan.reach * plan.nodes[0], 0.999999 * plan.depth)
+    deep = Press(plan.places[:, 0], 0.999999 * plan.depth)
     nodes = looked_up(build_library(plan, MATERIAL), deep)[0].reshape(6, 6, 3)
     assert nodes[1:-1, 1:-1] == pytest.approx(np.full((4, 4, 3), plan.depth), rel=1e-4)
 
@@ -113,6 +124,13 @@ def test_the_library_survives_a_calibration_file():
 def test_what_is_no_library_is_refused(broken):
     with pytest.raises(BadCalibration, match='calibrate again'):
         library_from_numbers(broken)
+
+
+def test_a_library_of_other_places_is_refused():
+    numbers = library_numbers(library())
+    numbers['places'] = (PLAN.reach[:, None] * PLAN.nodes).tolist()
+    with pytest.raises(BadCalibration, match='other places; run calibrate again'):
+        library_from_numbers(numbers)
 
 
 def test_a_shortened_number_is_refused():
