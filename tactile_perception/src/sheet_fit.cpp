@@ -52,11 +52,13 @@ struct Whole {
     double value[3][3], slope[MOST_STATE][3][3];
 };
 
-void add_up(const Deformed* alone, int count, double mixed, bool slopes, Whole& whole) {
+// numbers: of a press, by which slopes are wanted.
+void add_up(const Deformed* alone, int count, double mixed, int numbers, Whole& whole) {
+    const bool slopes = numbers > 0;
     for (int o = 0; o < 3; ++o)
         for (int c = 0; c < 3; ++c) whole.value[o][c] = alone[0].value[o][c] + (count > 1 ? alone[1].value[o][c] : 0.0);
-    for (int press = 0; press < count && slopes; ++press)
-        for (int k = 0; k < PRESS_SIZE; ++k)
+    for (int press = 0; press < count; ++press)
+        for (int k = 0; k < numbers; ++k)
             for (int o = 0; o < 3; ++o)
                 for (int c = 0; c < 3; ++c) whole.slope[press * PRESS_SIZE + k][o][c] = alone[press].slope[k][o][c];
     if (count < 2) return;
@@ -65,42 +67,44 @@ void add_up(const Deformed* alone, int count, double mixed, bool slopes, Whole& 
         whole.value[o][2] += mixed * lacks.value[o];
         for (int press = 0; press < count && slopes; ++press) {
             const auto& by = press == 0 ? lacks.first : lacks.second;
-            for (int k = 0; k < PRESS_SIZE; ++k)
+            for (int k = 0; k < numbers; ++k)
                 for (int p = 0; p < 3; ++p) whole.slope[press * PRESS_SIZE + k][o][2] += mixed * by[o][p] * alone[press].slope[k][p][2];
         }
         for (int c = 0; c < 3 && slopes; ++c) whole.slope[count * PRESS_SIZE][o][c] = c == 2 ? lacks.value[o] : 0.0;
     }
 }
 
-// Presses looked up at one state, and what markers show of them.
+// Presses looked up at one state, and what markers show of them. drags: as of look_up.
 class Scene {
  public:
-    Scene(const SheetTable& table, const SeenMarkers& seen, int count, double near)
-        : table_(table), seen_(seen), count_(count), near_(near) {}
+    Scene(const SheetTable& table, const SeenMarkers& seen, int count, bool drags, double near)
+        : table_(table), seen_(seen), count_(count), drags_(drags), near_(near) {}
 
     void set(const double* state) {
-        for (int press = 0; press < count_; ++press) look_up(table_, state + press * PRESS_SIZE, pressed_[press]);
+        for (int press = 0; press < count_; ++press) look_up(table_, state + press * PRESS_SIZE, drags_, pressed_[press]);
         mixed_ = state[count_ * PRESS_SIZE];
     }
     const PressedSheet& pressed(int press) const { return pressed_[press]; }
 
-    // Marker n: shift and growth shown (3,), their derivatives by the state unless null, and squared displacements by each press,
-    // and how the sheet is deformed there (3, 3).
+    // Marker n: shift and growth shown (3,), their derivatives by the state (by drags only if they are looked up) unless null, and
+    // squared displacements by each press, and how the sheet is deformed there (3, 3).
     void show(std::ptrdiff_t n, double* shown, double (*slopes)[3], double* moved_squares, double (*deformed)[3]) const {
+        const int numbers = slopes ? pressed_[0].variants - 1 : 0;
         const double *rest = seen_.rest + 2 * n, *eye = seen_.eye + 3 * n;
         Deformed alone[MOST_PRESSES];
         for (int press = 0; press < count_; ++press) {
-            read_point(table_, pressed_[press].press, pressed_[press].field.data(), CHANNELS, rest, alone[press]);
+            read(press, 1 + numbers, rest, alone[press]);
             const double* moved = alone[press].value[0];
             moved_squares[press] = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2];
         }
         Whole whole;
         double by[3][3][3];
-        add_up(alone, count_, mixed_, slopes != nullptr, whole);
+        add_up(alone, count_, mixed_, numbers, whole);
         appear(whole.value, rest, eye, shown, slopes ? by : nullptr);
         for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[o]);
         const int states = count_ * PRESS_SIZE + (count_ > 1);
         for (int k = 0; k < states && slopes; ++k) {
+            if (k < count_ * PRESS_SIZE && k % PRESS_SIZE >= numbers) continue;
             for (int q = 0; q < 3; ++q) {
                 double sum = 0;
                 for (int o = 0; o < 3; ++o)
@@ -112,6 +116,11 @@ class Scene {
     }
 
  private:
+    void read(int press, int variants, const double* rest, Deformed& found) const {
+        const PressedSheet& sheet = pressed_[press];
+        read_point(table_, sheet.press, sheet.field.data(), sheet.variants, variants, rest, found);
+    }
+
     bool is_near(const double* rest) const {
         bool near = false;
         for (int press = 0; press < count_; ++press) {
@@ -128,9 +137,8 @@ class Scene {
         for (int p = 0; p < DISC_POINTS; ++p) {
             Deformed alone[MOST_PRESSES];
             Whole whole;
-            for (int press = 0; press < count_; ++press)
-                read_point(table_, pressed_[press].press, pressed_[press].field.data(), CHANNELS, points[p], alone[press]);
-            add_up(alone, count_, mixed_, false, whole);
+            for (int press = 0; press < count_; ++press) read(press, 1, points[p], alone[press]);
+            add_up(alone, count_, mixed_, 0, whole);
             for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[p][o]);
         }
         disc_appear(deformed, rest, eye, seen_.radius, disc);
@@ -141,6 +149,7 @@ class Scene {
     const SheetTable& table_;
     const SeenMarkers& seen_;
     int count_;
+    bool drags_;
     double near_, mixed_ = 0;
     PressedSheet pressed_[MOST_PRESSES];
 };
@@ -192,7 +201,7 @@ class Fit {
  public:
     Fit(const SheetTable& table, const SeenMarkers& seen, const MarkerNoise& noise, const TipPrior& tip, const double* start, int count,
         bool drags, double near)
-        : table_(table), seen_(seen), noise_(noise), tip_(tip), scene_(table, seen, count, near), count_(count) {
+        : table_(table), seen_(seen), noise_(noise), tip_(tip), scene_(table, seen, count, drags, near), count_(count) {
         std::fill(found_.state, found_.state + MOST_STATE, 0.0);
         std::copy(start, start + count * PRESS_SIZE, found_.state);
         for (int k = 0; k < count * PRESS_SIZE; ++k) {
@@ -220,7 +229,7 @@ class Fit {
             take(step);
         }
         for (int press = 0; press < count_; ++press)
-            std::copy(scene_.pressed(press).wrench[0], scene_.pressed(press).wrench[0] + WRENCH_SIZE, found_.wrench[press]);
+            std::copy(scene_.pressed(press).wrench, scene_.pressed(press).wrench + WRENCH_SIZE, found_.wrench[press]);
         return found_;
     }
 
@@ -310,7 +319,7 @@ void show_presses(const SheetTable& table, const SeenMarkers& seen, const double
     double state[MOST_STATE] = {}, squares[MOST_PRESSES];
     std::copy(presses, presses + count * PRESS_SIZE, state);
     state[count * PRESS_SIZE] = mixed;
-    Scene scene(table, seen, count, near);
+    Scene scene(table, seen, count, true, near);
     scene.set(state);
     for (std::ptrdiff_t n = 0; n < seen.count; ++n) scene.show(n, shown + 3 * n, nullptr, squares, deformed[n]);
 }
@@ -321,7 +330,7 @@ void show_field(const SheetTable& table, const SeenMarkers& seen, const double* 
         disc_points(seen.rest + 2 * n, seen.radius, points);
         for (int p = 0; p < DISC_POINTS; ++p) {
             Deformed point;
-            read_point(table, place, field, 3, points[p], point);
+            read_point(table, place, field, 1, 1, points[p], point);
             for (int o = 0; o < 3; ++o) std::copy(point.value[o], point.value[o] + 3, deformed[p][o]);
         }
         disc_appear(deformed, seen.rest + 2 * n, seen.eye + 3 * n, seen.radius, shown + 3 * n);

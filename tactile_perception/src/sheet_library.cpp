@@ -56,13 +56,13 @@ struct TermWeights {
 
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0};  // terms that a mirror turns round
 
-// Columns of one class at a press: (VARIANTS, columns).
+// Columns of one class at a press: (variants, columns).
 void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns, const Polynomials& along,
-         const Polynomials& across, const DepthSplines& down, const TermWeights& weights, std::vector<float>& mixed) {
+         const Polynomials& across, const DepthSplines& down, const TermWeights& weights, int variants, std::vector<float>& mixed) {
     const std::ptrdiff_t order = table.order, layer = table.levels + 3;
-    mixed.assign(VARIANTS * columns, 0.0f);
-    std::vector<float> here(columns), deeper(columns), sums(4 * columns);
-    for (int term = 0; term < TERMS; ++term) {
+    mixed.assign(variants * columns, 0.0f);
+    std::vector<float> sums(4 * columns);
+    for (int term = 0; term < (variants == VARIANTS ? TERMS : STRAIGHT_TERMS); ++term) {
         const int shift_x = odd_x ^ ODD_X[term], shift_y = odd_y ^ ODD_Y[term];
         std::fill(sums.begin(), sums.end(), 0.0f);
         float *value = sums.data(), *by_x = value + columns, *by_y = by_x + columns, *by_depth = by_y + columns;
@@ -84,7 +84,7 @@ void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_
         }
         const auto weight = static_cast<float>(weights.value[term]);
         for (std::ptrdiff_t c = 0; c < 4 * columns; ++c) mixed[c] += weight * sums[c];
-        for (int k = 0; k < 3; ++k) {
+        for (int k = 0; k < variants - 4; ++k) {
             const auto slope = static_cast<float>(weights.slope[k][term]);
             for (std::ptrdiff_t c = 0; c < columns; ++c) mixed[(4 + k) * columns + c] += slope * value[c];
         }
@@ -93,10 +93,10 @@ void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_
 
 // Adds the modes of a class, mirrored from their quarter to the whole mesh.
 void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, std::ptrdiff_t columns,
-               const std::vector<float>& mixed, std::vector<float>& field) {
+               const std::vector<float>& mixed, int variants, std::vector<float>& field) {
     const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter;
-    std::vector<float> sums(VARIANTS * count, 0.0f);
-    for (int v = 0; v < VARIANTS; ++v) {
+    std::vector<float> sums(variants * count, 0.0f);
+    for (int v = 0; v < variants; ++v) {
         for (std::ptrdiff_t m = 0; m < modes; ++m) {
             const float share = mixed[v * columns + m];
             const float* shape = shapes + m * count;
@@ -111,8 +111,8 @@ void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_
             const std::ptrdiff_t from = 3 * ((far_x ? side - 1 - i : i) * quarter + (far_y ? side - 1 - j : j));
             const float whole = (far_x ? sign_x : 1.0f) * (far_y ? sign_y : 1.0f);
             const float signs[3] = {far_x ? -whole : whole, far_y ? -whole : whole, whole};
-            float* target = field.data() + (i * side + j) * CHANNELS;
-            for (int v = 0; v < VARIANTS; ++v)
+            float* target = field.data() + (i * side + j) * 3 * variants;
+            for (int v = 0; v < variants; ++v)
                 for (int c = 0; c < 3; ++c) target[3 * v + c] += signs[c] * sums[v * count + from + c];
         }
     }
@@ -154,9 +154,10 @@ constexpr int ORDER_X[ORDERS] = {0, 1, 0, 2, 1, 0}, ORDER_Y[ORDERS] = {0, 0, 1, 
 
 }  // namespace
 
-void look_up(const SheetTable& table, const double* press, PressedSheet& found) {
+void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found) {
     std::copy(press, press + PRESS_SIZE, found.press);
-    found.field.assign(table.side() * table.side() * CHANNELS, 0.0f);
+    found.variants = drags ? VARIANTS : 1 + STRAIGHT_SIZE;
+    found.field.assign(table.side() * table.side() * 3 * found.variants, 0.0f);
     const Polynomials along(press[0], table.half[0], table.reach[0], table.order);
     const Polynomials across(press[1], table.half[1], table.reach[1], table.order);
     const DepthSplines down(press[2], table);
@@ -165,33 +166,33 @@ void look_up(const SheetTable& table, const double* press, PressedSheet& found) 
     std::vector<float> mixed;
     for (int part = 0; part < 4; ++part) {
         const std::ptrdiff_t modes = table.modes[part], columns = modes + WRENCH_COLUMNS[part];
-        mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, mixed);
-        add_modes(table, shapes, part / 2, part % 2, modes, columns, mixed, found.field);
-        for (int v = 0; v < VARIANTS; ++v)
-            for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[v][WRENCH_NUMBERS[part][k]] = mixed[v * columns + modes + k];
+        mix(table, coefficients, part / 2, part % 2, columns, along, across, down, weights, found.variants, mixed);
+        add_modes(table, shapes, part / 2, part % 2, modes, columns, mixed, found.variants, found.field);
+        for (int k = 0; k < WRENCH_COLUMNS[part]; ++k) found.wrench[WRENCH_NUMBERS[part][k]] = mixed[modes + k];
         coefficients += TERMS * table.order * table.order * (table.levels + 3) * columns;
         shapes += modes * 3 * (table.n + 1) * (table.n + 1);
     }
 }
 
-void read_point(const SheetTable& table, const double* press, const float* field, std::ptrdiff_t channels, const double* rest,
+void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
                 Deformed& found) {
+    const std::ptrdiff_t channels = 3 * read;
     const Splines x(table, 0, rest[0], press[0]), y(table, 1, rest[1], press[1]);
     float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
-            const float* node = field + ((x.first + i) * table.side() + y.first + j) * channels;
+            const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
             float products[ORDERS];
             for (int o = 0; o < ORDERS; ++o) products[o] = x.weights[ORDER_X[o]][i] * y.weights[ORDER_Y[o]][j];
             for (int o = 0; o < 3; ++o) {
                 for (std::ptrdiff_t c = 0; c < channels; ++c) sums[o][c] += products[o] * node[c];
-                for (int c = 0; c < 3; ++c) bends[o][c] += products[3 + o] * node[c];
+                for (int c = 0; c < 3 && read > 1; ++c) bends[o][c] += products[3 + o] * node[c];
             }
         }
     }
     for (int o = 0; o < 3; ++o) std::copy(sums[o], sums[o] + 3, found.value[o]);
-    if (channels != CHANNELS) return;
-    for (int k = 0; k < PRESS_SIZE; ++k)
+    if (read == 1) return;
+    for (int k = 0; k < read - 1; ++k)
         for (int o = 0; o < 3; ++o) std::copy(sums[o] + 3 * k + 3, sums[o] + 3 * k + 6, found.slope[k][o]);
     for (int c = 0; c < 3; ++c) {  // the mesh moves with the place pressed
         found.slope[0][0][c] += sums[1][c] * x.carried;

@@ -12,11 +12,11 @@ namespace tactile {
 // of a straight press.
 constexpr int PRESS_SIZE = 6;
 
-// What is looked up: a value, then its derivatives by the six numbers of a press.
-constexpr int VARIANTS = 1 + PRESS_SIZE;
+// What is looked up: a value, then its derivatives by the numbers of a press; of a straight one the first four.
+constexpr int VARIANTS = 1 + PRESS_SIZE, STRAIGHT_SIZE = 4;
 
 // Terms of a table: three polynomials of the radius, then x, y, x^2, x y and y^2 of the drag.
-constexpr int TERMS = 8;
+constexpr int TERMS = 8, STRAIGHT_TERMS = 3;
 
 // Log of normal force over depth; tangential over normal force, x and y; moment about the tip over normal force, m, x, y and z.
 constexpr int WRENCH_SIZE = 6;
@@ -39,24 +39,25 @@ constexpr int WRENCH_NUMBERS[4][2] = {{0, 0}, {2, 3}, {1, 4}, {5, 5}};
 
 constexpr int CHANNELS = 3 * VARIANTS;
 
-// A press looked up: coefficients of uniform quadratic B-splines (side * side, VARIANTS, 3), m, and the wrench (VARIANTS, WRENCH_SIZE).
+// A press looked up: coefficients of uniform quadratic B-splines (side * side, variants, 3), m, and the wrench.
 struct PressedSheet {
     double press[PRESS_SIZE];
+    int variants;
     std::vector<float> field;
-    double wrench[VARIANTS][WRENCH_SIZE];
+    double wrench[WRENCH_SIZE];
 };
 
-// Numbers beyond the table are clamped to it.
-void look_up(const SheetTable& table, const double* press, PressedSheet& found);
+// Numbers beyond the table are clamped to it. drags: whether derivatives by the drag are wanted; without, the drag counts as zero.
+void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found);
 
 // A point of the sheet: displacement, its derivatives by x and by y (3, 3); and the derivatives of these by the press (PRESS_SIZE, 3, 3).
 struct Deformed {
     double value[3][3], slope[PRESS_SIZE][3][3];
 };
 
-// Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, channels) with channels 3 (then without
-// slopes) or CHANNELS.
-void read_point(const SheetTable& table, const double* press, const float* field, std::ptrdiff_t channels, const double* rest,
+// Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, variants, 3), of which so many variants are
+// read: 1 for the value alone.
+void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
                 Deformed& found);
 
 }  // namespace tactile

@@ -50,20 +50,23 @@ class SheetPresses:
         self.forget()
 
     def forget(self) -> None:
-        """The next press may be by another tip."""
-        self._tip = ANY_TIP
+        """The next press may be by another tip, and comes straight down first."""
+        self._tip, self._dragged = ANY_TIP, False
 
     def explain(self, field: MarkerField, begin: Press) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press. A drag is by the tip of the last straight press. Each
-        straight press tells its own: frames share the errors of the model, so many of them tell no more than one."""
+        """The presses that explain a field; begin: coarse place of one press. A drag is by the tip of the last straight press, and lasts
+        until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own tip: frames share the
+        errors of the model, so many of them tell no more than one."""
         seen = Seen(field)
         straight = self._inverse.solve(seen, [begin])
-        if straight.misfit < RIGHT:
+        if straight.misfit < RIGHT and not self._dragged:
             self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
             return straight
         dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
-        single = dragged if dragged.misfit < DRAGGED * straight.misfit else straight
+        drags = self._dragged or dragged.misfit < DRAGGED * straight.misfit
+        single = dragged if drags else straight
         if single.misfit < WRONG:
+            self._dragged = drags
             return single
         enough = FAR_BETTER * single.misfit
         two = self._two(field, seen, straight, enough)

@@ -22,6 +22,11 @@ START = SheetStart(library(), NOISE.shift, NOISE.growth)
 PRESSES = SheetPresses(library(), SheetInverse(library(), NOISE, 0.0, PITCH), START, PITCH)
 
 
+@pytest.fixture(autouse=True)
+def _another_touch():
+    PRESSES.forget()
+
+
 def explained(field):
     found = PRESSES.explain(field, START.best(field)[0])
     return found, tips_of(library(), found)
@@ -64,6 +69,15 @@ def test_a_drag_is_told_from_a_press_elsewhere_and_from_two():
     found, tips = explained(together([press]))
     assert len(tips) == 1 and found.presses[0].drag == pytest.approx(press.drag, abs=0.03)
     assert np.abs(tips[0].vector - [0.005, -0.003, 4e-3]).max() < 2e-4
+
+
+def test_a_dragged_tip_drags_until_the_touch_ends():
+    lifted = together([Press(np.array([0.005, -0.003]), 1e-3, drag=(0.15, -0.1))])
+    assert not any(explained(lifted)[0].presses[0].drag)
+    explained(together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))]))
+    assert explained(lifted)[0].presses[0].drag == pytest.approx((0.15, -0.1), abs=0.06)
+    PRESSES.forget()
+    assert not any(explained(lifted)[0].presses[0].drag)
 
 
 def test_a_straight_press_has_no_drag():
