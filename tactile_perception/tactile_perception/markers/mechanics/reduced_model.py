@@ -220,7 +220,8 @@ def library_numbers(library: SheetLibrary) -> dict:
     """The library as plain numbers."""
     classes = [{'odd': list(part.odd), 'modes': len(part.modes), 'shapes': pack(part.modes),
                 'coefficients': [pack(part.coefficients[..., k]) for k in range(part.coefficients.shape[-1])]} for part in library.classes]
-    return {'half': list(library.plan.half), 'places': library.plan.places.tolist(), **{name: getattr(library.plan, name) for name in _PLAN}, 'classes': classes}
+    plan = library.plan
+    return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
 
 
 def library_from_numbers(numbers: Mapping) -> SheetLibrary:

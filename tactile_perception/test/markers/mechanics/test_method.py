@@ -189,9 +189,8 @@ def test_a_straight_press_that_lasts_tells_its_tip_as_its_first_frame_does():
 
 def test_a_drag_is_by_the_tip_of_the_press_before():
     drag = together([Press(np.array([0.005, -0.003]), 4e-3, drag=(0.4, -0.25))])
-    PRESSES.forget()
     unknown = explained(drag)[0].presses[0]
+    PRESSES.forget()
     straight = explained(field_of(pressed(0.004, -0.003, 4e-3, 8.75e-3), 5e-6, 5e-3))[0].presses[0]
     known = explained(drag)[0].presses[0]
-    PRESSES.forget()
     assert known.drag[0] > 0.2 and abs(known.log_radius - straight.log_radius) < 0.9 * abs(unknown.log_radius - straight.log_radius)
