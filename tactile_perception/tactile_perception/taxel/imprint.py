@@ -26,6 +26,7 @@ _LOOSENED, _SMOOTHEST = 0.8, 0.08
 # Parts of the friction that the pad is said to have: traction over pressure before a motion, and when the object slides, up to which it is
 # smoother. Chosen: a traction that is released, and the rim that slips first, look alike.
 _LOOSE, _SMOOTH = 0.25, 0.6
+_RELEASED = 0.05  # traction over pressure, up to which an object at rest is without. Chosen: the least that traction_watch sees
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
 _BOUND = 2.5  # standard deviations: see steady_motion. Chosen
 _EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
@@ -190,13 +191,19 @@ class ImprintTracker:
         if velocity is None or not same_load:
             self._pulled_at_rest = pulled
             self._watch.rest(seen.pressure, same_load)
-            if pulled < _LOOSE * self._pad.friction:
+            if pulled < _RELEASED:
                 self._watch.release()
             return False
         found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2])
         if found.slides and self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction:
             self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
-        return found.rolls and isinstance(self._key, Keyframe)
+        return found.rolls and isinstance(self._key, Keyframe) and not self._turns_mostly(velocity)
+
+    def _turns_mostly(self, velocity: np.ndarray) -> bool:
+        """Whether the edges of a contact that moves by velocity (3,) turn faster than its middle moves: it does not roll."""
+        x, y = (self._key.middle - self._middle) * self._array.pitch
+        along_x, along_y, turn = velocity.tolist()
+        return abs(turn) * self._key.reach * self._array.pitch > math.hypot(along_x - turn * y, along_y + turn * x)
 
     def _lagging(self, steady: int) -> np.ndarray:
         """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""

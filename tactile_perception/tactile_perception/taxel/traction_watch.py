@@ -22,6 +22,7 @@ _MEAN = 10  # frames at rest that are averaged for the picture before the motion
 _FEWEST = 5  # of them, without which nothing is told. Chosen
 _STRAIGHT = 0.5  # cosine of the angle to the first direction, within which an object moves on: after a turn back traction falls. Chosen
 _FARTHEST = 0.5  # taxels from that picture, from which a new one is taken: slopes hold for parts of a taxel. Chosen
+_OFTEN = 0.5  # part of that way, while an object rolls: its contact grows and its load varies on the way. Chosen
 # Traction over pressure that is missing where an object slides: at least, and in standard deviations of the noise. Chosen.
 _MISSING, _SIGMAS = 0.05, 5.0
 _WENT = 0.03  # thicknesses, up to which a motion was none but noise. Chosen
@@ -61,7 +62,7 @@ class TractionWatch:
     def reset(self) -> None:
         """Forget; the next picture is the one before a motion, of which no traction is known."""
         self._forget()
-        self._pulls = self._rolls = False
+        self._pulls = self._rolls = self._loose = False
 
     def _forget(self) -> None:
         self._before: np.ndarray | None = None
@@ -79,8 +80,8 @@ class TractionWatch:
         self._before += (pressure - self._before) / np.float32(self._frames)
 
     def release(self) -> None:
-        """The object rests without traction: that of the next motion is told anew."""
-        self._pulls = False
+        """The object of the last picture at rest has hardly any traction: that of the next motion is told anew."""
+        self._pulls, self._loose = False, True
 
     def follow(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray) -> TractionState:
         """What the traction of an object does that moves in a direction (2,).
@@ -108,8 +109,11 @@ class TractionWatch:
         self._went = max(self._went, way)
         least = max(_MISSING, _SIGMAS * self._noise * sigma)
         slides = self._straight and way > self._from and self._most > least and self._most - now > least
-        rolls = self._roll(now, least, float(np.hypot(*shift)), is_curved(pressure, touched, along))
-        if np.hypot(*shift) > _FARTHEST:
+        went = float(np.hypot(*shift))
+        towards = shift / went if went > 0 else along
+        rolls = self._roll(float(traction @ towards), least, went, is_curved(pressure, touched, towards))
+        if went > (_OFTEN if self._rolls else 1.0) * _FARTHEST:
+            self._loose = False
             self._forget()
             self.rest(pressure, True)
         return TractionState(slides, rolls)
@@ -118,7 +122,9 @@ class TractionWatch:
         """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels."""
         if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
             self._pulls, self._rolls = True, False
-        if self._pulls or self._rolls or not (curved and self._straight and least <= _SEEN):
+        if shift > _ROLLED and not curved:
+            self._rolls = False
+        if self._pulls or self._rolls or not (curved and self._loose and least <= _SEEN):
             return self._rolls
         self._rolls = shift > _ROLLED
         return True
