@@ -56,6 +56,7 @@ class FrictionalContact:
         self._held = np.zeros((0, 3))
         self._moved = np.zeros((len(self._inner), 3))
         self._was_touching = np.zeros(len(self._inner), bool)
+        self._rubbing = np.zeros(0)
 
     def step(self, tool: Tool, before: Pose, now: Pose) -> SkinState:
         """Move the tool from the pose before to the pose now. Returns the new state, which is also kept in state."""
@@ -66,7 +67,8 @@ class FrictionalContact:
             return self.state
         self._choose_near(gap)
         self._slack = self.skin.slack_at(self.state.shape)
-        anchor = now.to_sensor(before.to_tool(inner_shape[self._near]))
+        sticks, on_tool = self._met(tool, before.to_tool(inner_shape[self._near]), now.to_tool(inner_shape[self._near]))
+        self._rubbing, anchor = sticks * self.friction, now.to_sensor(on_tool)
         places = inner_shape + self._moved
         for _ in range(_LINEARISATIONS):
             last, (places, pressure) = places, self._solve_linearised(tool, now, places, anchor)
@@ -75,6 +77,16 @@ class FrictionalContact:
         self._moved = places - inner_shape
         self._keep(places, pressure)
         return self.state
+
+    def _met(self, tool: Tool, before: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which near nodes friction holds (k,), and where (k, 3), m, in the tool frame, if they go from before to now (k, 3), m, there.
+
+        Nodes that touched are held where they are, others where the tool meets them. Without friction in the step of first contact, an
+        oblique tool would slip by the length of that step.
+        """
+        touched, gap, later = self._was_touching[self._near], tool.distance(before), tool.distance(now)
+        share = np.where(touched, 0.0, np.clip(gap / np.maximum(gap - later, 1e-12), 0, 1))
+        return touched | (later < 0), before + share[:, None] * (now - before)
 
     def _choose_near(self, gap: np.ndarray):
         """Choose the nodes that take part and invert their compliance; both are kept while they cover all nodes that may touch."""
@@ -115,7 +127,6 @@ class FrictionalContact:
         free: (k, 3) m, positions without contact; lift: (k, 3) m/Pa, and rise, m^3/Pa: response of nodes and volume to the pressure;
         normal: (k, 3) and offset: (k,) m, of the tool's tangent planes; anchor: (k, 3) m, positions of sticking nodes.
         """
-        rubbing = self._was_touching[self._near] * self.friction
         back = self._answer @ lift
         back /= np.sqrt(rise - float((lift * back).sum()))
         held = self._held
@@ -130,7 +141,7 @@ class FrictionalContact:
             way = anchor - place
             way -= np.einsum('ij,ij->i', normal, way)[:, None] * normal
             length = np.sqrt(np.einsum('ij,ij->i', way, way))
-            place += way * np.minimum(1, rubbing * inside / np.maximum(length, 1e-15))[:, None]
+            place += way * np.minimum(1, self._rubbing * inside / np.maximum(length, 1e-15))[:, None]
             held = trial - place
         self._held = held
 

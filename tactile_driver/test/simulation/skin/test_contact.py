@@ -53,6 +53,14 @@ def test_pressed_block_is_in_balance_keeps_the_volume_and_touches_the_face(membr
     assert np.abs(gap[state.touching]).max() < 5e-6 and gap.min() > -5e-6
 
 
+def test_an_oblique_press_in_one_step_is_that_in_many(membrane):
+    keys = [Key(0, x=0.01, press=0), Key(0.1, x=0.01, press=0.002)]
+    one, many = (play(membrane, 'sphere', keys, 0.1, rate)[0].state for rate in (10, 300))
+    moved = [(state.shape - membrane.rest).reshape(-1, 3)[membrane.inner][many.touching].mean(axis=0) for state in (one, many)]
+    assert moved[1][2] < -1.5e-3 and np.abs(moved[0] - moved[1]).max() < 5e-5
+    np.testing.assert_allclose(one.force.sum(axis=0)[[0, 2]], many.force.sum(axis=0)[[0, 2]], rtol=0.15)
+
+
 def test_force_on_a_face_is_the_pressure_over_it_and_the_skin_s_pull_at_its_rim(membrane):
     contact, _, _ = play(membrane, 'disc', [Key(0, press=0), Key(0.6, press=0.0015), Key(0.8, press=0.0015)], 0.8)
     state = contact.state
