@@ -22,6 +22,7 @@ SEEN = 12            # markers needed
 STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of noise
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
+FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
 WRONG = 3.0          # misfit from which other starts, and two presses, are tried
 BETTER = 0.5         # largest misfit of two presses over that of one
 APART = 2.0          # least distance of two tips, of the smaller radius
@@ -74,11 +75,18 @@ class DomeModelMethod:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
-        if field.seen.sum() < SEEN or not self.solver.score(field) > self._threshold:
+        score = self.solver.score(field) if field.seen.sum() >= SEEN else 0.0
+        if not score > self._threshold:
             self._last = None
             return None
         self._last = self._explained(field, self._last)
-        return self._last
+        return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
+
+    def _faint(self, field: MarkerField, found: DomeFound) -> DomeFound:
+        """The press with the places in its covariance that explain the frame as well."""
+        covariance = found.covariance.copy()
+        covariance[:3, :3] += self.solver.elsewhere(field, found.presses[0])
+        return replace(found, covariance=covariance)
 
     def raised(self, field: MarkerField) -> tuple[np.ndarray, None] | None:
         """Upward displacement (K,), m, of the markers; None without contact."""

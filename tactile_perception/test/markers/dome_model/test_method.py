@@ -57,6 +57,14 @@ def test_what_moves_the_markers_too_little_is_not_told(method):
     assert method.estimate(library_field(press(0.02, 0.0, 1e-4))) == []
 
 
+def test_a_faint_press_that_may_be_elsewhere_is_not_told_at_a_wrong_place(method):
+    told = [(touch, one) for one in [press(0.02, 0.0, depth) for depth in (2e-4, 8e-4, 2e-3)] for seed in range(8)
+            for touch in method.estimate(library_field(one, seed=seed))]
+    off = np.array([touch.position[:2] - one[:2] for touch, one in told]).reshape(-1, 2)
+    sigma = np.sqrt([np.trace(touch.covariance[:2, :2]) for touch, _ in told])
+    assert len(told) >= 8 and (np.hypot(*off.T) < 4 * sigma).all()
+
+
 def test_what_no_press_explains_widens_the_covariance_and_deep_presses_are_flagged(method):
     plain, = method.estimate(library_field(press(0.02, 0.01, 0.02)))
     field = library_field(press(0.02, 0.01, 0.02))

@@ -20,6 +20,22 @@ def test_a_press_is_found_with_an_honest_covariance():
     assert 0.2 < np.mean(squares) < 2
 
 
+@pytest.mark.parametrize('depth', [2e-4, 8e-4])
+def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth):
+    faint, squares = press(0.022, -0.031, depth), []
+    for seed in range(20):
+        field = library_field(faint, seed=seed)
+        found = inverse().solve(field, inverse().start(field))
+        off, near, far = found.presses[0, :2] - faint[:2], found.covariance[:2, :2], inverse().elsewhere(field, found.presses[0])
+        squares.append([off @ np.linalg.solve(covariance, off) / 2 for covariance in (near, near + far[:2, :2])])
+    alone, spread = np.mean(squares, axis=0)
+    assert alone > 10 and 0.2 < spread < 2
+
+
+def test_a_deep_press_is_nowhere_else():
+    assert np.abs(inverse().elsewhere(library_field(PRESS), PRESS)).max() < 1e-9
+
+
 def test_without_noise_it_is_found_exactly_but_for_the_prior():
     field = library_field(PRESS, noise=1e-8)
     field.sigma[:] = 1e-7
