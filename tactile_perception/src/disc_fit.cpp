@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "wide.hpp"
+
 namespace tactile {
 namespace {
 
@@ -47,7 +49,7 @@ DiscNode nearest_node(const Disc& disc, const DiscModel& model) {
             nearest(disc.u * farthest, -farthest, farthest)};
 }
 
-Disc estimate(const float* patch, const DiscNode& node, const DiscModel& model) {
+TACTILE_WIDE Disc estimate(const float* patch, const DiscNode& node, const DiscModel& model) {
     const Quadrant quadrant(patch, node, model);
     const float* rows = model.estimators + quadrant.index * ESTIMATES * DIMENSIONS;
     double answer[ESTIMATES];
@@ -72,7 +74,7 @@ Disc fit_disc(const float* patch, Disc start, int steps, const DiscModel& model,
     return disc;
 }
 
-double residual_variance(const float* patch, const DiscNode& node, const DiscModel& model) {
+TACTILE_WIDE double residual_variance(const float* patch, const DiscNode& node, const DiscModel& model) {
     const Quadrant quadrant(patch, node, model);
     double rest = quadrant.times(quadrant.values);
     for (std::ptrdiff_t mode = 0; mode < MODES; ++mode) {

@@ -35,7 +35,7 @@ DiscPatch::DiscPatch(const DiscModel& model)
       down_(2 * side_ * quarter_),
       folded_(SECTORS * sector_) {}
 
-void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level) {
+TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level) {
     const bool inside = column >= half_ && column + half_ < image.columns;
     std::int16_t* out = values_.data();
     for (std::ptrdiff_t r = row - half_; r <= row + half_; ++r, out += side_) {
@@ -52,7 +52,7 @@ void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t ro
     }
 }
 
-void DiscPatch::subtract(double u, double v, double diameter, double amplitude) {
+TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, double amplitude) {
     const double per_diameter = static_cast<double>(model_.profiles - 1) / (model_.largest - model_.smallest);
     const double at = std::clamp((diameter - model_.smallest) * per_diameter + 0.5, 0.0, static_cast<double>(model_.profiles - 1));
     const float* profile = model_.profile + static_cast<std::ptrdiff_t>(at) * model_.profile_length;

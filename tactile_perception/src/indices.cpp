@@ -13,9 +13,8 @@ namespace {
 
 using Links = std::vector<std::int32_t>;
 
-constexpr int WAYS = 4;  // right, below, left, above
-constexpr std::ptrdiff_t BRIDGES =
-    2;  // links that connect two parts of a grid without a closed cell between them. Chosen: one may be wrong
+constexpr int WAYS = 4;                // right, below, left, above
+constexpr std::ptrdiff_t BRIDGES = 2;  // links that connect two parts of a grid without a closed cell between them. Chosen: one may err
 constexpr std::ptrdiff_t NEVER = std::numeric_limits<std::ptrdiff_t>::min();  // number of links of a part whose links disagree
 constexpr int OUTWARDS = 3;  // steps from closed cells along links. Chosen: round a dot that is lost beside another
 constexpr std::int64_t ROW_STEP[WAYS] = {0, 1, 0, -1}, COLUMN_STEP[WAYS] = {1, 0, -1, 0};

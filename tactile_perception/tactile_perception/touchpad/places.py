@@ -73,10 +73,12 @@ class DotPlaces:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
         grey image. Raises BadFrame if too few dots have a rest position.
         """
-        seen = np.isfinite(tracks.uv).all(axis=1)
-        xyz = np.full((len(tracks), 3), np.nan)
+        finite = np.isfinite(tracks.uv)
+        if image.ndim == 3 and len(tracks) and finite.all():
+            return self._located(image, tracks)
+        seen, xyz = finite.all(axis=1), np.full((len(tracks), 3), np.nan)
         if image.ndim == 3 and seen.any():
-            xyz[seen] = self._located(image, tracks if seen.all() else tracks.take(seen))
+            xyz[seen] = self._located(image, tracks.take(seen))
         return xyz
 
     def _located(self, image: np.ndarray, tracks: DotTracks) -> np.ndarray:
@@ -89,7 +91,7 @@ class DotPlaces:
                 self._glare.set_rest(self._rest.xyz, self._light.normals)
         rays, colours = self._camera.rays(tracks.uv), log_ratios(image, tracks.uv, self._water.ring)
         ranges, sigma = self._water.solve(colours, rays, self._light.take(tracks.id), tracks, self._glaring(colours, rays, tracks))
-        if not np.isfinite(ranges).any() or (len(tracks) > 1 and np.abs(tracks.uv - tracks.uv[0]).max() < _AT_ONE_PLACE):
+        if not np.isfinite(ranges).any() or _are_at_one_place(tracks.uv):
             return np.full((len(tracks), 3), np.nan)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]
@@ -130,3 +132,8 @@ class DotPlaces:
         if bled is not None:
             self._bled = np.zeros(len(self._rest.xyz))
             self._bled[tracks.id] = bled
+
+
+def _are_at_one_place(uv: np.ndarray) -> bool:
+    """Whether more than one dot, at uv (N, 2) px, are at one place; the first and the last are compared first."""
+    return len(uv) > 1 and all(np.abs(some - uv[0]).max() < _AT_ONE_PLACE for some in (uv[-1], uv))

@@ -50,9 +50,10 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     left the image. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
-    good = np.flatnonzero((np.abs(uv) < _FARTHEST).all(axis=1))
-    if len(good) == len(uv):
+    near = np.abs(uv) < _FARTHEST
+    if near.all():
         return _number(uv, (rows, columns), previous, image_size)
+    good = np.flatnonzero(near.all(axis=1))
     numbers = _number(uv[good], (rows, columns), previous, image_size)
     id = np.full(len(uv), -1)
     id[good] = numbers.id

@@ -44,10 +44,10 @@ class Reference:
         position count as not seen.
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
-        seen = np.isfinite(uv).all(axis=1)
-        if seen.all():
+        finite = np.isfinite(uv)
+        if finite.all():
             return self._update(id, uv, sigma, stamp_s, columns, touched)
-        duv = np.full(uv.shape, np.nan)
+        seen, duv = finite.all(axis=1), np.full(uv.shape, np.nan)
         duv[seen] = self._update(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
         return duv
 
