@@ -27,7 +27,7 @@ import numpy as np
 from tactile_driver.stitching.calibration import Stitching
 from tactile_driver.stitching.methods import STITCHERS
 from tactile_perception.errors import BadFrame, TactileError
-from tactile_perception.markers.methods import make_method, methods_for
+from tactile_perception.markers.methods import make_method, methods_for, sheet_model
 from tactile_perception.markers.touches.region import region_of
 from tactile_perception.markers.touches.tracker import TouchTracker
 from tactile_perception.markers.view.camera_views import view_maker
@@ -88,7 +88,8 @@ class Chain:
         self._rest = RestMarkers(known.sensor.rows * known.sensor.columns,
                                  lambda uv: view_maker(known.sensor, frames.matrices, stitching, pose)(uv))
         self._methods = {name: (make_method(name, numbers, known.sensor), TouchTracker()) for name, numbers in known.methods.items()}
-        self._wrench = WrenchMap(known.wrench) if known.wrench else None
+        self._wrench = known.wrench and {name: WrenchMap(known.wrench, sheet_model(name, known.methods, known.sensor))
+                                         for name in known.methods}
         self._turn = 0
 
     def process(self, frame: touch_sources.Frame) -> None:
@@ -104,12 +105,12 @@ class Chain:
         for name in np.roll(list(self._methods), self._turn).tolist():
             method, tracker = self._methods[name]
             touches, telling = _timed(lambda: method.estimate(field))
-            wrench, pushing = _timed(lambda: self._wrench_of(field, touches))
+            wrench, pushing = _timed(lambda: self._wrench_of(name, field, touches))
             _, following = _timed(lambda: self._follow(tracker, touches, field, frame.stamp))
             self._scores[name].add(touches, wrench, frame.contacts, frame.wrench, [finding, placing, telling, pushing, following])
 
-    def _wrench_of(self, field, touches) -> np.ndarray:
-        return self._wrench.wrench(field, touches[0]) if self._wrench and len(touches) == 1 else np.full(6, np.nan)
+    def _wrench_of(self, name: str, field, touches) -> np.ndarray:
+        return self._wrench[name].wrench(field, touches[0]) if self._wrench and len(touches) == 1 else np.full(6, np.nan)
 
     def _follow(self, tracker: TouchTracker, touches: list, field, stamp: float) -> None:
         """Numbers, filter and region: part of the time, but not judged."""

@@ -69,3 +69,9 @@ def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod
     if name not in TOUCH_METHODS:
         raise BadArgument(f'unknown touch method {name!r}; choose one of {", ".join(sorted(TOUCH_METHODS))}')
     return TOUCH_METHODS[name].from_fitted(fitted, sensor)
+
+
+def sheet_model(name: str, methods: Mapping, sensor: MarkerSensor) -> TouchMethod | None:
+    """The model of a sheet, which tells the wrench of the touches of the method of that name; None where that is the model itself, where
+    methods, fitted numbers by name, hold none, and for a dome."""
+    return make_method('model', methods['model'], sensor) if sensor.is_sheet and name != 'model' and 'model' in methods else None

@@ -16,7 +16,7 @@ from ..common.dot_grid import scatter
 from ..common.surface_points import UNKNOWN, SurfacePoints, dot_points
 from ..dots.reference.calibrated_rest import CalibratedRest
 from ..errors import BadFrame
-from ..markers.methods import make_method
+from ..markers.methods import make_method, sheet_model
 from ..markers.touches.region import region_of
 from ..markers.touches.touch import TouchEstimate
 from ..markers.touches.tracker import Touch, TouchTracker
@@ -51,7 +51,7 @@ class TouchStage:
         name = calibration.best if values['touch'] == AUTO else values['touch']
         self._sensor, self._tip_radius = sensor, values['tip_radius']
         self._method = make_method(name, calibration.fitted(name), sensor)
-        self._wrench = WrenchMap(calibration.wrench) if calibration.wrench else None
+        self._wrench = WrenchMap(calibration.wrench, sheet_model(name, calibration.methods, sensor)) if calibration.wrench else None
         count = sensor.rows * sensor.columns if calibration.pattern is None else len(calibration.pattern)
         known = None if calibration.rest is None else CalibratedRest(calibration.rest)
         self._rest = RestMarkers(count, make_view if known is None else partial(_checked, make_view, known))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from dome_scenes import DOME, FEW, dome_field, dome_presses
 from tactile_perception.errors import BadArgument, BadCalibration
-from tactile_perception.markers.methods import RegressionTouch, make_method
+from tactile_perception.markers.methods import TOUCH_METHODS, RegressionTouch, make_method, sheet_model
 from tactile_perception.markers.regression import dome as regression_dome
 from tactile_perception.markers.regression.dome import DomeRegression
 from tactile_perception.markers.regression.sheet import SheetRegression
@@ -36,3 +36,13 @@ def test_numbers_of_the_other_kind_are_refused(bell_presses):
 def test_an_unknown_method_is_refused():
     with pytest.raises(BadArgument, match='unknown touch method'):
         make_method('magic', {}, MARKER_SENSORS['areal_single'])
+
+
+def test_a_sheet_has_a_model_beside_another_method(monkeypatch):
+    class Model:
+        from_fitted = staticmethod(lambda fitted, sensor: (fitted, sensor))
+    monkeypatch.setitem(TOUCH_METHODS, 'model', Model)
+    methods = {'regression': {}, 'model': {'a': 1}}
+    assert sheet_model('regression', methods, SHEET) == ({'a': 1}, SHEET)
+    assert sheet_model('model', methods, SHEET) is None and sheet_model('regression', methods, DOME) is None
+    assert sheet_model('regression', {'regression': {}}, SHEET) is None

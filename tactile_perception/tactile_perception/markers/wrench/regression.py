@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrench of a touch from its place, its depth and the lateral displacement of the markers around it, fitted to recorded wrenches.
 
-A touch method that knows the mechanics of its sheet gives the wrench but for the sheet's stiffness, which the recorded wrenches determine.
+A touch method that knows the mechanics of its sheet gives the wrench but for the sheet's stiffness, which the recorded wrenches determine;
+a sheet's model also gives that of touches which another method tells.
 Else the normal force follows from place and depth, and the lateral force from the mean displacement of the markers around
 the tip. The log of the normal force, the direction of the force and the moment
 about the tip over the normal force are linear in features of place and drag that have the sensor's mirror symmetries, with coefficients
@@ -89,9 +90,11 @@ def _plain(depth: float) -> np.ndarray:
 
 
 class WrenchMap:
-    """A fitted map. numbers: result of fit_wrench_map. Raises BadCalibration where something is missing."""
+    """A fitted map. numbers: result of fit_wrench_map; model: method that tells the wrench of a touch which has none of its own, as by
+    another method. Raises BadCalibration where something is missing."""
 
-    def __init__(self, numbers: Mapping):
+    def __init__(self, numbers: Mapping, model: TouchMethod | None = None):
+        self._model = model
         try:
             self._features = _Features(numbers['half'], float(numbers['deepest']), float(numbers['width']), bool(numbers['is_sheet']))
             self._stiffness = float(numbers.get('stiffness', np.nan))
@@ -111,8 +114,10 @@ class WrenchMap:
     def wrench(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
         """(6,) N and N m at the sensor frame's origin, of a frame with this touch alone; NaN for an axis that the calibration did not
         excite, where too few markers are seen around the touch, and beyond BEYOND times the calibrated depth."""
-        if np.isfinite(self._stiffness) and np.isfinite(touch.wrench).all():
-            return self._stiffness * touch.wrench
+        if np.isfinite(self._stiffness):
+            told = self._told(field, touch)
+            if np.isfinite(told).all():
+                return self._stiffness * told
         if not 0 < touch.depth < BEYOND * self._features.deepest:
             return np.full(6, np.nan)
         place = np.asarray(touch.position, float)
@@ -123,6 +128,13 @@ class WrenchMap:
         outputs[0] += self._scale
         wrench = _assembled(outputs, _plain(touch.depth), place)
         return np.where(self._reported, wrench, np.nan)
+
+    def _told(self, field: MarkerField, touch: TouchEstimate) -> np.ndarray:
+        """(6,) wrench over the stiffness: of the touch itself, else of the one touch that the model finds; NaN without."""
+        if self._model is None or np.isfinite(touch.wrench).all():
+            return touch.wrench
+        found = self._model.estimate(field)
+        return found[0].wrench if len(found) == 1 else np.full(6, np.nan)
 
 
 def _outputs(wrench: np.ndarray, plain: np.ndarray, place: np.ndarray) -> np.ndarray:

@@ -141,6 +141,22 @@ def test_a_dome_is_told_too():
     assert force < 0.03 and moment < 0.03
 
 
+def test_a_model_tells_the_wrench_of_touches_that_have_none(numbers):
+    presses, unit = recording(count=1), np.array([0.1, 0.0, -1.0, 0.0, 2e-3, 0.0])
+    field, found = presses.fields[0], touch(presses.position[0])
+
+    class Model:
+        said = [replace(found, wrench=unit)]
+
+        def estimate(self, _field):
+            return self.said
+    told = WrenchMap(numbers | {'stiffness': 3.0}, Model())
+    assert told.wrench(field, found) == pytest.approx(3 * unit)
+    assert told.wrench(field, replace(found, wrench=2 * unit)) == pytest.approx(6 * unit)
+    Model.said = []
+    assert told.wrench(field, found) == pytest.approx(WrenchMap(numbers).wrench(field, found), nan_ok=True)
+
+
 def test_what_cannot_be_fitted_or_read_is_refused(numbers):
     with pytest.raises(BadCalibration, match='too few'):
         fit_wrench_map(recording(count=5), SENSOR)
