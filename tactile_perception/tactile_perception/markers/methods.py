@@ -72,6 +72,6 @@ def make_method(name: str, fitted: Mapping, sensor: MarkerSensor) -> TouchMethod
 
 
 def sheet_model(name: str, methods: Mapping, sensor: MarkerSensor) -> TouchMethod | None:
-    """The model of a sheet, which tells the wrench of the touches of the method of that name; None where that is the model itself, where
-    methods, fitted numbers by name, hold none, and for a dome."""
-    return make_method('model', methods['model'], sensor) if sensor.is_sheet and name != 'model' and 'model' in methods else None
+    """The model of a sheet, which also tells the wrench of the regression's touches; None for another method of that name (published
+    ones stand for themselves), where methods, fitted numbers by name, hold no model, and for a dome."""
+    return make_method('model', methods['model'], sensor) if sensor.is_sheet and name == 'regression' and 'model' in methods else None

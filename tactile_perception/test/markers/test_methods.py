@@ -38,11 +38,11 @@ def test_an_unknown_method_is_refused():
         make_method('magic', {}, MARKER_SENSORS['areal_single'])
 
 
-def test_a_sheet_has_a_model_beside_another_method(monkeypatch):
+def test_a_sheet_has_a_model_beside_the_regression(monkeypatch):
     class Model:
         from_fitted = staticmethod(lambda fitted, sensor: (fitted, sensor))
     monkeypatch.setitem(TOUCH_METHODS, 'model', Model)
     methods = {'regression': {}, 'model': {'a': 1}}
     assert sheet_model('regression', methods, SHEET) == ({'a': 1}, SHEET)
-    assert sheet_model('model', methods, SHEET) is None and sheet_model('regression', methods, DOME) is None
-    assert sheet_model('regression', {'regression': {}}, SHEET) is None
+    assert sheet_model('model', methods, SHEET) is None and sheet_model('paper', methods, SHEET) is None
+    assert sheet_model('regression', methods, DOME) is None and sheet_model('regression', {'regression': {}}, SHEET) is None

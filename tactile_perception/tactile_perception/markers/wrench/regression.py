@@ -3,7 +3,7 @@
 """Wrench of a touch from its place, its depth and the lateral displacement of the markers around it, fitted to recorded wrenches.
 
 A touch method that knows the mechanics of its sheet gives the wrench but for the sheet's stiffness, which the recorded wrenches determine;
-a sheet's model also gives that of touches which another method tells.
+a sheet's model also gives that of the touches which the regression tells.
 Else the normal force follows from place and depth, and the lateral force from the mean displacement of the markers around
 the tip. The log of the normal force, the direction of the force and the moment
 about the tip over the normal force are linear in features of place and drag that have the sensor's mirror symmetries, with coefficients
