@@ -74,6 +74,31 @@ std::int32_t label_inside(const double* place, const std::vector<std::int32_t>& 
     return 0;
 }
 
+// Components that one outline surrounds, since it passes over a corner where they meet, become one: labels, boxes and counts are those of
+// the first. Returns the label of each region.
+std::vector<std::int32_t> join(const Loops& loops, const TaxelRule& rule, std::vector<std::int32_t>& labels,
+                               std::vector<Component>& parts) {
+    std::vector<std::int32_t> joined(parts.size() + 1), regions;
+    std::iota(joined.begin(), joined.end(), 0);
+    for (std::size_t k = 0; k < loops.region.size(); ++k) {
+        if (loops.region[k] == static_cast<std::int64_t>(regions.size())) regions.push_back(0);
+        std::int32_t& first = regions.back();
+        for (std::int64_t at = loops.start[k]; at < loops.start[k + 1]; ++at) {
+            const std::int32_t label = label_inside(&loops.places[2 * at], labels, rule);
+            if (label == 0) continue;
+            if (first == 0) first = label;
+            if (label == first || joined[label] != label) continue;
+            joined[label] = first;
+            Component &whole = parts[first - 1], part = parts[label - 1];
+            whole.count += part.count;
+            whole.box = {std::min(whole.box.top, part.box.top), std::min(whole.box.left, part.box.left),
+                         std::max(whole.box.bottom, part.box.bottom), std::max(whole.box.right, part.box.right)};
+        }
+    }
+    for (std::int32_t& label : labels) label = joined[label];
+    return regions;
+}
+
 void add_load(const float* pressure, const std::vector<std::int32_t>& near, const TaxelRule& rule, TaxelRegion& region) {
     const Box wide = region.box.grown(rule.around, rule.rows, rule.columns);
     double total = 0, x = 0, y = 0;
@@ -126,7 +151,7 @@ TaxelRegions taxel_regions(const float* score, const float* pressure, const Taxe
     std::vector<std::uint8_t> touched(taxels);
     for (std::ptrdiff_t k = 0; k < taxels; ++k) touched[k] = score[k] > rule.level;
     TaxelRegions found;
-    const std::vector<Component> parts = components(touched.data(), rule.rows, rule.columns, false, found.labels);
+    std::vector<Component> parts = components(touched.data(), rule.rows, rule.columns, false, found.labels);
     found.near = found.labels;
     if (parts.empty()) return found;
     found.broken = static_cast<std::ptrdiff_t>(parts.size()) > rule.most;
@@ -134,12 +159,13 @@ TaxelRegions taxel_regions(const float* score, const float* pressure, const Taxe
     const Box box{inside.top - 1, inside.left - 1, inside.bottom + 1, inside.right + 1};
     found.loops = outlines_in(score, rule, box, found.labels, largest(parts, rule.most), found.broken);
     found.points = points_on_array(found.loops, rule);
+    const std::vector<std::int32_t> regions = join(found.loops, rule, found.labels, parts);
     found.near = spread(found.labels, inside, rule);
     for (std::size_t k = 0; k < found.loops.region.size(); ++k) {
         const std::int64_t first = found.loops.start[k], last = found.loops.start[k + 1];
         if (found.loops.region[k] == static_cast<std::int64_t>(found.regions.size())) {
             TaxelRegion region;
-            region.label = label_inside(&found.loops.places[2 * first], found.labels, rule);
+            region.label = regions[found.regions.size()];
             if (region.label > 0) {
                 region.box = parts[region.label - 1].box;
                 region.count = parts[region.label - 1].count;

@@ -25,11 +25,12 @@ def test_labels_and_loads_are_those_of_plain_loops(seed, size):
     labels, near, broken, table, *_ = taxel_regions(score, pressure, **RULE)
     expected, count = ndimage.label(score > 0.5)
     pairs = {(int(one), int(other)) for one, other in zip(labels.ravel(), expected.ravel())}
-    assert len(pairs) == len({one for one, _ in pairs}) == count + bool((expected == 0).any()) and not broken
+    assert len(pairs) == count + bool((expected == 0).any()) and not broken
+    assert {one for one, _ in pairs} - {0} == {int(row[0]) for row in table}  # one outline joins taxels that touch at a corner
     around = ndimage.maximum_filter(labels, 5, mode='constant')
     np.testing.assert_array_equal(near, np.where(labels > 0, labels, around))
     y, x = 1e-3 * (np.mgrid[:size[0], :size[1]] - 0.5 * (np.array(size) - 1)[:, None, None])
-    assert len(table) == len({row[0] for row in table.tolist()}) <= count  # one outline may join taxels that touch at a corner
+    assert len(table) == len({row[0] for row in table.tolist()}) <= count
     for label, taxels, top, left, bottom, right, force, centre_x, centre_y, peak, *_ in table.tolist():
         mine = labels == label
         box, = ndimage.find_objects(mine.astype(int))
@@ -66,6 +67,16 @@ def test_a_block_has_its_corners_cut():
     assert row[10:13] == pytest.approx([area * 1e-6, *(area * moved * 1e-9)], rel=1e-9)
     assert row[[13, 15]] == pytest.approx((spread + area * moved**2) * 1e-12, rel=1e-9)
     assert row[14] == pytest.approx(area * moved.prod() * 1e-12, rel=1e-9)
+
+
+def test_blocks_that_meet_at_a_corner_are_one_region_with_the_load_of_both():
+    score = np.full((20, 20), 0.4, np.float32)
+    score[3:6, 3:6] = score[6:14, 6:14] = 1
+    labels, near, _, table, *_ = taxel_regions(score, score, **RULE)
+    row, = table
+    assert row[1:6].tolist() == [9 + 64, 3, 3, 14, 14] and len(np.unique(labels)) == 2
+    assert row[6] == pytest.approx(1e-6 * score[near > 0].sum()) and row[6] > 73e-6
+    assert row[10] == pytest.approx(((2 + 5 / 3)**2 + (7 + 5 / 3)**2) * 1e-6, rel=0.03)  # sides to where the score is 0.5
 
 
 def test_of_too_many_regions_the_largest_are_told():
