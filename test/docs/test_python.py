@@ -50,4 +50,4 @@ def test_press_and_drag_shows_contact_then_slip_then_nothing(run):
     area, pull = [int(line[0]) for line in found], [float(line[1]) for line in found]
     assert area[0] == 0 and max(area) > 100 and area[-1] > 0
     assert pull[0] == 0 and min(pull) < -0.5
-    assert found[0][2] == 'none' and found[-1][2] == 'gross'
+    assert list(dict.fromkeys(line[2] for line in found)) == ['none', 'incipient', 'gross']
