@@ -22,6 +22,8 @@ namespace {
 // Standard deviation of a free dot's load in each step from nothing and from the last frame. Chosen: from loose to the mesh's
 // discretisation error.
 constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
+// From the last frame, as many steps more at most, while dots become touched or free: the border of a contact moves by a dot a step. Chosen.
+constexpr int MORE = 2;
 constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
 constexpr double HOLD = 1e6;  // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm
 constexpr double TAIL = 4.0;  // standard deviations of a range beyond which it loses weight; chosen
@@ -46,6 +48,7 @@ class Steps {
             const bool first = misfit == misfits, last = misfit + 1 == end;
             step(*misfit, !first || !cold_, !first || last, last);
         }
+        for (int more = cold_ ? 0 : MORE; more > 0 && turned_; --more) step(end[-1], true, true, true);
         respond();
         return std::move(found_);
     }
@@ -135,12 +138,15 @@ class Steps {
     // Contact probabilities from the measurements alone: in the loads, the pull of the dot's own prior in the last step is undone.
     void update_touched(double misfit, bool last) {
         std::vector<double> gain(size_);
+        const std::vector<double> before = found_.touched;
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             const double pull = expectation(balance_.load[k], found_.touched[k], misfit_).pull;
             gain[k] = log_likelihood_ratio(balance_.load[k] + variance_[k] * pull, misfit, variance_[k]);
         }
         update_probabilities(grid_, gain.data(), found_.touched.data());
         if (last) drop_weak_patches(grid_, gain.data(), found_.touched.data());
+        turned_ = false;
+        for (std::ptrdiff_t k = 0; k < size_; ++k) turned_ |= (before[k] > 0.5) != (found_.touched[k] > 0.5);
     }
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
@@ -205,7 +211,7 @@ class Steps {
     const MembraneFrame& frame_;
     const std::ptrdiff_t size_;
     MembraneSolution found_;
-    bool cold_ = true;
+    bool cold_ = true, turned_ = false;  // turned_: dots became touched or free in the last step
     std::vector<double> anchor_, variance_, trust_;
     double misfit_ = 1.0;
     Balance balance_;
