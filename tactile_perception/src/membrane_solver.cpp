@@ -22,7 +22,8 @@ namespace {
 // Standard deviation of a free dot's load in each step from nothing and from the last frame. Chosen: from loose to the mesh's
 // discretisation error.
 constexpr double COLD[] = {1.0, 0.7, 0.4, 0.25, 0.15, 0.2}, WARM[] = {0.4, 0.2};
-// From the last frame, as many steps more at most, while dots become touched or free: the border of a contact moves by a dot a step. Chosen.
+// From the last frame, as many steps more at most, while dots become touched or free: the border of a contact moves by a dot a step.
+// Chosen.
 constexpr int MORE = 2;
 constexpr double LARGEST_STEP = 4e-4, LARGEST_PRESSURE_STEP = 400.0;  // m and Pa a step; chosen, about 0.3 pitches, 0.2 rest pressures
 constexpr double HOLD = 1e6;  // 1/m^2, weight of the prior at the start, for dots without other constraints; chosen, of 1 mm

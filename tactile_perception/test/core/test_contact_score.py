@@ -29,7 +29,10 @@ def beside(values):
 def reference(load, xyz, normal):
     carried = np.where(load > 0.5, load, 0.0)
     mean = beside(carried**2) / np.maximum(beside(carried), 1e-9)
-    share = np.clip(load / np.where(beside((load > 0.5).astype(float)) == 8, 1.0, np.maximum(mean, 1.0)), 0, 1)
+    surrounded = beside((load > 0.5).astype(float)) == 8
+    inside = (surrounded & (load > 0.5)).astype(float)
+    full = np.where(surrounded, 1.0, np.maximum(mean, 1.0))
+    share = np.clip(load / np.where(inside + beside(inside) > 0, full, full**1.2), 0, 1)
     loaded = share > 0.5
     count, patches = cv2.connectedComponents(loaded.astype(np.uint8))
     for number in range(1, count):
@@ -92,3 +95,10 @@ def test_one_dot_alone_is_no_contact_and_what_is_unknown_is_free():
     load[4, 4], load[2, 2] = 1.5, np.nan
     found = score(load, *scene((9, 9)))
     assert found.max() == 0.5 and found[2, 2] == 0
+
+
+def test_of_two_rows_under_an_edge_the_one_with_less_than_its_half_is_free():
+    load = np.zeros((8, 12))
+    load[3, 2:10], load[4, 2:10] = 4.0, 1.8
+    found = score(load, *scene((8, 12)))
+    assert found[3, 3:9].min() > 0.9 and found[4, 3:9].max() < 0.5
