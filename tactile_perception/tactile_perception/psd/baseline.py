@@ -9,10 +9,11 @@ from collections import deque
 import numpy as np
 
 from ..errors import BadArgument
-from .geometry import MIX, TOTAL
+from .drift import DriftFilter
+from .geometry import MIX, TOTAL, X, Y
 
-_SLOW_S = 0.1  # s, time constant of drift. Chosen: drift of 0.1 V/s then lags by 10 mV, and noise of a sample counts a tenth
-_UNSEEN_S = 0.5  # s, longest time for which drift under a contact is made up for at once. Chosen
+_SLOW_S = 0.1  # s of the fastest drift that are no object. Chosen: 10 mV of 0.1 V/s
+_UNSEEN_S = 0.5  # s, longest time for which drift goes on under a contact. Chosen: a lasting one tells nothing of it
 _BEFORE = 3  # updates before a contact that may hold the object's shade. Chosen: 60 ms, in which it comes near
 _SHADE = 0.15  # part of the light that an object shades at most. Chosen
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
@@ -26,23 +27,27 @@ _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps threshold
 class Reference:
     """Offset and noise of the untouched outputs, measured over some seconds and tracked while nothing touches.
 
-    offset: (4,) V; noise: (4, 4) covariance of the sums, V^2; fastest: V/s, fastest drift of the total; what rises faster is an approaching
-    object. Raises BadArgument for seconds or fastest that are not positive.
+    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; fastest: V/s,
+    fastest drift of the total; what rises faster is an approaching object. Raises BadArgument for seconds or fastest that are not positive.
     """
 
     def __init__(self, seconds: float, fastest: float):
         if not (seconds > 0 and fastest > 0):
             raise BadArgument(f'reference: {seconds} s and {fastest} V/s must be positive')
         self._seconds, self._fastest = seconds, fastest
-        self.offset, self.noise = np.zeros(4), np.zeros((4, 4))
+        self.noise = np.zeros((4, 4))
+        self._use(DriftFilter(np.zeros(4), 0.0, fastest / 4))
         self.begin()
 
     def begin(self) -> None:
         """Measure it anew from the next samples."""
         self._taken: list[np.ndarray] = []
-        self._have_s, self._flat_s, self._flat_at, self._unseen_s = 0.0, 0.0, 0.0, 0.0
+        self._ahead_s, self._have_s, self._flat_s, self._flat_at, self._unseen_s = 0.0, 0.0, 0.0, 0.0, 0.0
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
         self.ready = False
+
+    def _use(self, drift: DriftFilter) -> None:
+        self._drift, self.offset, self.uncertainty = drift, drift.offset, 2 * math.sqrt(drift.variance)
 
     @property
     def sigma(self) -> float:
@@ -63,11 +68,12 @@ class Reference:
         """Average. Where the total varies beyond its noise, only the darker half, so that a contact at the start does less harm."""
         total = volts.sum(1)
         chosen = volts[total <= np.median(total)] if np.std(total) > 4 * _difference_noise(total) else volts
-        self.offset = chosen.mean(0)
-        sums = (chosen - self.offset) @ MIX
+        offset = chosen.mean(0)
+        sums = (chosen - offset) @ MIX
         self.noise = sums.T @ sums / max(len(sums) - 1, 1) + _MIN_SIGMA**2 * np.eye(4)
         self._taken, self.ready = [], True
-        self._earlier: deque[np.ndarray] = deque([self.offset], _BEFORE)
+        self._use(DriftFilter(offset, self.sigma**2 / (4 * len(sums)), self._fastest / 4))
+        self._earlier: deque[tuple] = deque([(0.0, self._drift.state)], _BEFORE)
 
     def follow(self, sums: np.ndarray, period_s: float) -> None:
         """Track with untouched samples: sums (N, 4) relative to the present offset."""
@@ -81,28 +87,37 @@ class Reference:
 
     def hold(self, seconds: float) -> None:
         """Something touches for so many seconds: the offset stays, and may have drifted when it is seen again."""
-        self._unseen_s = min(self._unseen_s + seconds, _UNSEEN_S)
+        if self._unseen_s < _UNSEEN_S:
+            self._unseen_s, self._ahead_s = self._unseen_s + seconds, self._ahead_s + seconds
+            if self._ahead_s >= _STEP_S:
+                self._drift.predict(self._ahead_s)
+                self._ahead_s = 0.0
+                self._use(self._drift)
 
     def recall(self) -> None:
         """A contact begins: return to the offset before the object came near and shaded a part of the ambient light."""
-        before, now = self._earlier[0], self.offset
-        if before.sum() * (1 - _SHADE) < now.sum():
-            self.offset = before
+        self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
+        before, now = self._earlier[0][1], self.offset
+        if (self._drift.weights @ before[0]).sum() * (1 - _SHADE) < now.sum():
+            self._drift.recall(before, sum(seconds for seconds, _ in list(self._earlier)[1:]))
+            self._use(self._drift)
 
     def _update(self, mean: np.ndarray, square: np.ndarray, count: int, seconds: float) -> None:
         scatter = self.sigma / math.sqrt(count)
         change, slack = MIX @ mean / 4, self._fastest * (_SLOW_S + self._unseen_s)
         if mean[TOTAL] < -_QUIET * scatter - self._fastest * seconds:
-            self.offset = self.offset + change * (1 - math.exp(-seconds / _FAST_S))
+            self._drift.move(change * (1 - math.exp(-seconds / _FAST_S)))
+            self._drift.restart(scatter**2 / 4)
         elif mean[TOTAL] > _QUIET * scatter + slack:
             self._update_brighter(change, mean[TOTAL], scatter, seconds)
         else:
             self._flat_s = 0.0
-            self.offset = self.offset + change * (1 - math.exp(-(seconds + self._unseen_s) / _SLOW_S))
+            self._drift.correct(change, (self.noise[X, X] + self.noise[Y, Y]) / (8 * count), seconds)
             self._unseen_s = 0.0
             part = 1 - math.exp(-seconds / _NOISE_S)
             self.noise = (1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4))
-        self._earlier.append(self.offset)
+        self._use(self._drift)
+        self._earlier.append((seconds, self._drift.state))
 
     def _update_brighter(self, change: np.ndarray, total: float, scatter: float, seconds: float) -> None:
         """Brighter than untouched without contact: an approaching object, or ambient light if it stays constant. Until that is decided the
@@ -112,12 +127,15 @@ class Reference:
         self._flat_s += seconds
         part = 1.0 if self._flat_s >= _FLAT_S else min(self._fastest * seconds / total, 1.0)
         self._flat_s *= self._flat_s < _FLAT_S
-        self.offset = self.offset + part * change
+        self._drift.move(part * change)
+        if part == 1:
+            self._drift.restart(scatter**2 / 4)
 
     def shift(self, change: np.ndarray) -> None:
         """Apply a step of ambient light: change (4,) V."""
-        self.offset = self.offset + change
-        self._earlier = deque([offset + change for offset in self._earlier], _BEFORE)
+        self._drift.move(change)
+        self._use(self._drift)
+        self._earlier = deque([(seconds, (state[0] + change, state[1])) for seconds, state in self._earlier], _BEFORE)
 
 
 def _difference_noise(total: np.ndarray) -> float:

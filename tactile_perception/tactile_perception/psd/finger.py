@@ -3,6 +3,7 @@
 """The PSD finger: voltages in, contacts out, in batches of any size."""
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -178,7 +179,7 @@ class PsdFinger:
             sums += (before - reference.offset) @ MIX
             self._held = held_begin(self._held, reference.offset)
         self._held, sums, shift = held_follow(self._held, sums, contact, saturated, self.model.table, reference.noise,
-                                              cross_volts=self.model.cross_volts, period=period_s)
+                                              cross_volts=math.hypot(self.model.cross_volts, reference.uncertainty), period=period_s)
         if shift is not None:
             reference.shift(shift)
         return sums

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
-from .geometry import TOTAL, error_angle, log_map, position, position_covariance
+from .geometry import CROSS, TOTAL, error_angle, log_map, position, position_covariance
 from .light_shift import fit_light_shift
 from .maps import fit_smooth_map
 from .model import FingerModel, cross_basis
@@ -21,6 +21,7 @@ _SAME_PLACE = 0.006  # rad within which presses count as one position. Chosen: a
 _RADIAL, _SMOOTH = 16, 8  # positions needed for the radial trend, and for a Gaussian process. Chosen: about 3 for each trend coefficient
 _MOST = 250  # positions: bounds the time of the fit, which grows with their cube. Chosen
 _MOST_LOADS = 600  # segments: bounds the memory of the leave-one-out errors. Chosen
+_CROSS_LEAST = 0.1  # part of the cross term's variance that is not noise, at least. Chosen: the noise is known to a tenth
 _CROSS_FEWEST = 12  # segments. Chosen: two for each of the 6 coefficients
 # half widths, see _reach. Chosen: 1.5 spacings of the calibration close its gaps, within fixed bounds.
 _REACH_SPACINGS, _REACH_LEAST, _REACH_MOST = 1.5, 0.02, 0.25
@@ -54,7 +55,7 @@ def fit_finger(presses: Presses) -> FingerFit:
         errors = _leave_one_out_equidistant(place, normal)
     shot = _shot(segments, presses.noise)
     level, level_limits, level_notes = _level(presses)
-    cross, cross_volts = _cross(segments)
+    cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
     force, force_error, force_notes = _load(segments, segments.force, 'force')
     depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
     model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
@@ -155,8 +156,9 @@ def _level(presses: Presses):
     return level, limits, []
 
 
-def _cross(segments: Segments) -> tuple[np.ndarray | None, float]:
-    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them."""
+def _cross(segments: Segments, noise: float) -> tuple[np.ndarray | None, float]:
+    """Coefficients of the cross term over the total, and the standard deviation, V, of the cross term about them beyond that of samples of
+    variance noise, V^2."""
     if len(segments.count) < _CROSS_FEWEST:
         return None, 0.0
     total = segments.sums[:, TOTAL]
@@ -164,7 +166,8 @@ def _cross(segments: Segments) -> tuple[np.ndarray | None, float]:
     weight = total * np.sqrt(segments.count)
     found = segments.sums[:, 3] / total
     fitted = np.linalg.lstsq(basis * weight[:, None], found * weight, rcond=None)[0]
-    return fitted, float(robust_sigma((found - basis @ fitted) * total))
+    whole, part = robust_sigma((found - basis @ fitted) * total) ** 2, float(np.median(noise / segments.count))
+    return fitted, float(np.sqrt(max(whole - part, _CROSS_LEAST * whole)))
 
 
 def _load(segments: Segments, known: np.ndarray, name: str) -> tuple[np.ndarray | None, float, list[str]]:

@@ -1,0 +1,82 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""An offset that drifts: Kalman filters of constant drift, one for each of some accelerations, weighted by how well they predict.
+
+A calm room then gives the mean over seconds, a room whose light changes the line through the last samples, and both go on while something
+touches and nothing is measured (multiple models: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking, section 11.6).
+"""
+from __future__ import annotations
+
+import numpy as np
+
+# 1/sqrt(s): changes of the drift within a second, as parts of the fastest. Chosen on simulated rooms that are calm, and that drift by 0.1 V
+# within seconds: more filters between them tell no better
+_ACCELERATIONS = np.array([0.01, 0.3])
+_MEMORY_S = 5.0  # s in which the weights forget. Chosen: some touches
+_FIRST_DRIFT = 0.3  # standard deviation of the drift beforehand, as part of the fastest. Chosen
+
+
+class DriftFilter:
+    """offset: (4,) V, of variance, V^2, each; fastest: V/s, fastest drift of an output."""
+
+    def __init__(self, offset: np.ndarray, variance: float, fastest: float):
+        count = len(_ACCELERATIONS)
+        self._noise, self._fastest = (_ACCELERATIONS * fastest) ** 2, fastest
+        self._score = np.zeros(count)
+        self._offsets = np.tile(offset, (count, 1))
+        self.restart(variance)
+
+    def restart(self, variance: float) -> None:
+        """The present offset has that variance, V^2, and its drift is not known."""
+        count = len(self._noise)
+        self._drifts = np.zeros((count, 4))
+        self._spread = np.tile(np.diag([variance, (_FIRST_DRIFT * self._fastest) ** 2]), (count, 1, 1))
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(filters,) by how well each has predicted."""
+        part = np.exp(self._score - self._score.max())
+        return part / part.sum()
+
+    @property
+    def offset(self) -> np.ndarray:
+        """(4,) V at the present time."""
+        return self.weights @ self._offsets
+
+    @property
+    def variance(self) -> float:
+        """V^2, of each output's offset."""
+        return float(self.weights @ self._spread[:, 0, 0])
+
+    @property
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Offsets and drifts by each filter, for recall."""
+        return self._offsets, self._drifts
+
+    def recall(self, state: tuple[np.ndarray, np.ndarray], seconds: float) -> None:
+        """Return to a state of some seconds ago, and let it drift on."""
+        self._offsets, self._drifts = state[0] + seconds * state[1], state[1]
+
+    def move(self, change: np.ndarray) -> None:
+        """Add (4,) V."""
+        self._offsets = self._offsets + change
+
+    def predict(self, seconds: float) -> None:
+        """Let the offset drift for some seconds."""
+        step = np.array([[1, seconds], [0, 1]])
+        noise = np.array([[seconds**3 / 3, seconds**2 / 2], [seconds**2 / 2, seconds]])
+        self._offsets = self._offsets + seconds * self._drifts
+        self._spread = step @ self._spread @ step.T + self._noise[:, None, None] * noise
+
+    def correct(self, change: np.ndarray, variance: float, seconds: float) -> None:
+        """The offset was by change (4,), V, higher in the mean of the seconds from now on, with variance, V^2, of each output."""
+        measured = self.offset + change
+        self.predict(seconds)
+        innovation = measured - (self._offsets - 0.5 * seconds * self._drifts)
+        expected = self._spread[:, 0, 0] + variance
+        gain = self._spread[:, 0] / expected[:, None]
+        fit = -0.5 * ((innovation**2).sum(1) / expected + 4 * np.log(expected))
+        self._score = self._score * np.exp(-seconds / _MEMORY_S) + fit - fit.max()
+        self._offsets = self._offsets + gain[:, :1] * innovation
+        self._drifts = self._drifts + gain[:, 1:] * innovation
+        self._spread = self._spread - gain[:, :, None] * self._spread[:, :1]

@@ -1,0 +1,54 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from tactile_perception.psd.drift import DriftFilter
+
+NOISE, STEP = 2.5e-3, 0.02  # V, of the mean of a step; s
+
+
+def followed(truth, seed=0, fastest=0.025):
+    """The filter after outputs with these true offsets (N,), V, a step apart."""
+    rng = np.random.default_rng(seed)
+    drift = DriftFilter(np.full(4, truth[0]), NOISE**2, fastest)
+    for now in truth[1:]:
+        drift.correct(now + rng.normal(0, NOISE, 4) - drift.offset, NOISE**2, STEP)
+    return drift
+
+
+def test_a_calm_room_is_averaged_over_seconds():
+    errors = [followed(np.full(200, 0.1), seed).offset - 0.1 for seed in range(20)]
+    assert np.sqrt(np.mean(np.square(errors))) < 0.25 * NOISE
+
+
+def test_an_even_drift_is_followed_without_lag_and_goes_on_unseen():
+    errors = []
+    for seed in range(20):
+        drift = followed(0.1 + 0.02 * STEP * np.arange(200), seed)
+        drift.predict(0.3)
+        errors.append(drift.offset - (0.1 + 0.02 * (199.5 * STEP + 0.3)))
+    assert np.abs(np.mean(errors)) < 1e-3 and np.sqrt(np.mean(np.square(errors))) < NOISE
+
+
+def test_a_drift_that_turns_is_followed():
+    time = STEP * np.arange(400)
+    truth = 0.1 + 0.03 * np.sin(2 * np.pi * time / 6)
+    assert followed(truth).offset == pytest.approx(np.full(4, truth[-1]), abs=1.5 * NOISE)
+
+
+def test_the_variance_is_that_of_the_errors():
+    drifts = [followed(np.full(100, 0.1), seed) for seed in range(40)]
+    squares = np.mean([(drift.offset - 0.1) ** 2 for drift in drifts])
+    assert 0.5 < squares / np.mean([drift.variance for drift in drifts]) < 2
+
+
+def test_it_returns_to_an_earlier_state_and_is_moved():
+    drift = followed(np.full(50, 0.1))
+    before, offset = drift.state, drift.offset
+    drift.move(np.full(4, 0.5))
+    assert drift.offset == pytest.approx(offset + 0.5)
+    drift.recall(before, 0.0)
+    assert drift.offset == pytest.approx(offset)
+    drift.restart(1.0)
+    drift.correct(np.full(4, 0.2), 1e-6, STEP)
+    assert drift.offset == pytest.approx(offset + 0.2, abs=1e-3)
