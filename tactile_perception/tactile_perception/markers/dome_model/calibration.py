@@ -23,6 +23,7 @@ FARTHER = 1.5         # pitches by which the library reaches farther out than th
 LIKELY = DomeMaterial(0.7, 70.0, 0.5)  # start of the identification: sealed air at 1.5 kPa. Chosen
 RADII = np.arange(2e-3, 0.0801, 5e-4)  # m, candidates for the start of the tip's radius
 LIKELY_MARKER = 0.3   # of the pitch: radius of a marker whose area is unknown. Chosen
+TOP = 0.35            # of the rim's radius: markers nearer to the axis tell their radius. Chosen
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
@@ -96,8 +97,8 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
 def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor, deepest: float,
                reached: float) -> tuple[DomeLibrary, DomeMaterial]:
     """Library and material of the dome."""
-    marker = _marker_radius(presses, sensor)
     points, cap = rest_points(rest, eyes, sensor), dome_cap(sensor)
+    marker = _marker_radius(presses, points, eyes, sensor)
     start = DomeNumbers(LIKELY, _tip_radius(presses, sensor))
     found = identify(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
@@ -105,12 +106,14 @@ def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: Mar
     return build_library(plan, found.material), found.material
 
 
-def _marker_radius(presses: Presses, sensor: MarkerSensor) -> float:
-    """m: median radius of the untouched markers as they appear in the viewing plane, which is little larger than on the dome."""
+def _marker_radius(presses: Presses, points: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor) -> float:
+    """m: median radius of the untouched markers round the top, where they face the camera; points, eyes: (K, 3) m."""
     field = presses.fields[0]
     scale = np.nanmedian(np.hypot(*np.diff(field.rest, axis=0).T) / np.hypot(*np.diff(field.uv - field.duv, axis=0).T))
-    known = field.area[np.isfinite(field.area)]
-    return float(np.sqrt(np.median(known) / np.pi) * scale) if len(known) else LIKELY_MARKER * max(sensor.pitch)
+    nearer = (points[:, 2] - eyes[:, 2]) / (sensor.plane_z - eyes[:, 2])  # on the dome than in the viewing plane
+    radius = np.sqrt(field.area / np.pi) * scale * nearer
+    known = radius[np.isfinite(radius) & (np.hypot(*points[:, :2].T) < TOP * sensor.rim_radius)]
+    return float(np.median(known)) if len(known) else LIKELY_MARKER * max(sensor.pitch)
 
 
 def _tip_radius(presses: Presses, sensor: MarkerSensor) -> float:

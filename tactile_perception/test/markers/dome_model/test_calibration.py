@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dome_library import MATERIAL, library_field, press, small_library
-from dome_scenes import DOME, FEW, dome_presses
+from dome_scenes import DOME, EYE, FEW, PX, dome_presses, markers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.dome_model import calibration
 from tactile_perception.markers.dome_model.calibration import calibrate_dome
@@ -35,6 +35,12 @@ def test_a_sheet_and_too_few_presses_are_refused():
 def test_the_tips_radius_shows_in_the_heights_of_first_contact():
     presses = dome_presses(FEW, (0.012, 0.025), ball=0.018)
     assert calibration._tip_radius(presses.select(presses.touching), DOME) == pytest.approx(0.018, abs=1e-3)
-    assert calibration._marker_radius(presses, DOME) == pytest.approx(0.3 * max(DOME.pitch))
-    presses.fields[0].area[:] = np.pi * 8**2
-    assert calibration._marker_radius(presses, DOME) == pytest.approx(8 / 2000, rel=1e-3)
+
+
+def test_the_radius_of_a_marker_is_that_on_the_dome():
+    presses, points = dome_presses(FEW, (0.012,)), markers()
+    eyes = np.tile(EYE, (len(points), 1))
+    assert calibration._marker_radius(presses, points, eyes, DOME) == pytest.approx(0.3 * max(DOME.pitch))
+    larger = (DOME.plane_z - EYE[2]) / (points[:, 2] - EYE[2])  # in the viewing plane than on the dome
+    presses.fields[0].area[:] = np.pi * (4.6e-3 * PX * larger)**2
+    assert calibration._marker_radius(presses, points, eyes, DOME) == pytest.approx(4.6e-3, rel=1e-3)
