@@ -55,8 +55,8 @@ class ContactTracker:
     def assign(self, regions: Regions, least: float = 0.0) -> list[TrackedContact]:
         """The contact of each region, in their order; least: peak of a region's pressure from which it is reported at once.
 
-        A lighter one is reported if it was there in the last frame too, or nothing else is: a face that begins or ceases to touch shows
-        as pieces for a frame.
+        A lighter one is reported if it is the largest, or was there in the last frame too: a face that begins or ceases to touch shows as
+        pieces for a frame.
         """
         shared = self._shared(regions)
         chosen = self._split_by_position(_greedy_matches(shared), shared, regions)
@@ -69,8 +69,8 @@ class ContactTracker:
                 tracks[chosen[k]] = _Track({}, 1, region.count, region.moments.centroid[:2], region.moments.centroid[:2])
         self._remember(regions, chosen, tracks)
         found = [tracks[chosen[k]] for k in range(len(regions.all))]
-        told = [track.age > 1 or region.peak >= least for track, region in zip(found, regions.all)]
-        return [TrackedContact(chosen[k], bool(track.merged_ids), told[k] or not (k or any(told))) for k, track in enumerate(found)]
+        told = [k == 0 or track.age > 1 or region.peak >= least for k, (track, region) in enumerate(zip(found, regions.all))]
+        return [TrackedContact(chosen[k], bool(track.merged_ids), told[k]) for k, track in enumerate(found)]
 
     def _shared(self, regions: Regions) -> dict[tuple[int, int], int]:
         """(index of a region, id of a contact of the last frame) -> number of taxels in common."""
