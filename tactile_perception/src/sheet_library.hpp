@@ -52,7 +52,7 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
 
 // A point of the sheet: displacement, its derivatives by x and by y (3, 3); and the derivatives of these by the press (PRESS_SIZE, 3, 3).
 struct Deformed {
-    double value[3][3], slope[PRESS_SIZE][3][3];
+    double value[3][3] = {}, slope[PRESS_SIZE][3][3];
 };
 
 // Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, variants, 3), of which so many variants are
