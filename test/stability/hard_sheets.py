@@ -26,7 +26,7 @@ from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.touchpad.places import DotPlaces
 from tactile_perception.touchpad.sensor import Touchpad
 
-SHIPPED = {'sheet, model': ('areal_single', 'model'), 'cushion, regression': ('air_cushion', 'regression')}
+SHIPPED = {'sheet, model': ('areal_single', 'model'), 'cushion, model': ('air_cushion', 'model')}
 FITTED = {'sheet, regression': 'regression', 'sheet, paper': 'paper', 'cushion, paper': 'paper_cushion'}
 SINGLE = MARKER_SENSORS['areal_single']
 GRID, EYE = SINGLE.grid(), np.array([0.0, 0.0, -0.062])
@@ -209,7 +209,7 @@ SHEETS = {
     'sheet, model': _touch('sheet, model', 'uv', 'duv'), 'sheet, model, areas': _touch('sheet, model', 'area'),
     'sheet, regression': _field('sheet, regression', 'shift'), 'sheet, paper': _field('sheet, paper', 'shift'),
     'sheet, paper, growth': _field('sheet, paper', 'growth'),
-    'cushion, regression': _touch('cushion, regression', 'uv', 'duv'), 'cushion, paper': _field('cushion, paper', 'shift'),
+    'cushion, model': _touch('cushion, model', 'uv', 'duv'), 'cushion, paper': _field('cushion, paper', 'shift'),
     'sheet, wrench': Estimator(_pressed, _wrench, ('position',)), 'sheet, wrench by depth': Estimator(_pressed, _wrench, ('depth',)),
     'stitching fit': Estimator(_stitched, _fitted_sides, ('left',), tolerance=1e-6, single=1e-3),
     'pad, places': Estimator(pad_inputs, _located, ('uv', 'duv'), ('id', 'uv', 'duv', 'area', 'sigma', 'xyz'), ('xyz',), tolerance=1e-6,

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Positions of the simulated dome's markers under a press against the simulation's truth; markers far from the contact do not move."""
+"""Positions of the simulated dome's markers under a press against the simulation's truth, near and far from the touch."""
 from functools import partial
 
 import numpy as np
@@ -11,7 +11,7 @@ from tactile_driver.simulation.sensors import scenes
 from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_perception.calibration.files.markers import read_touch
 from tactile_perception.common.dots import DotTracks
-from tactile_perception.markers.methods import RegressionTouch
+from tactile_perception.markers.methods import make_method
 from tactile_perception.markers.places.dome import DomePlaces
 from tactile_perception.markers.view.camera_views import view_maker
 from tactile_perception.parameters.file import read_parameters
@@ -36,9 +36,9 @@ def pressed(request):
             partial(press, 'ball_30mm', *place, DEPTH, move=0.5)])))
         scene = scenes.open_scene('one press', rate=10.0)
     values = read_parameters(share('params', 'air_cushion_sim.yaml'), 'contact_point_node', POINT_PARAMETERS)
-    sensor, fitted = marker_sensor(values), read_touch(share('calibration', 'air_cushion_sim.yaml'), 'air_cushion').fitted('regression')
+    sensor, known = marker_sensor(values), read_touch(share('calibration', 'air_cushion_sim.yaml'), 'air_cushion')
     make_view = view_maker(sensor, (scene.camera.matrix, scene.camera.distortion), None, camera_pose(values))
-    places = DomePlaces(sensor, 17 * 17, make_view, RegressionTouch.from_fitted(fitted, sensor))
+    places = DomePlaces(sensor, 17 * 17, make_view, make_method(known.best, known.fitted(known.best), sensor))
     still, now = (scene.render(t).truth for t in (AT_REST, PRESSED))
     assert np.array_equal(still.dot_id, now.dot_id)
     rest = places.locate(None, tracks_of(still, still.dot_uv, still.dot_uv))
@@ -50,11 +50,11 @@ def pressed(request):
 def test_markers_are_where_the_dent_takes_them(pressed):
     _, found, _, true, _ = pressed
     off = np.linalg.norm(found - true, axis=1)
-    assert np.isfinite(off).all() and np.sqrt(np.mean(off**2)) < 5e-3
+    assert np.isfinite(off).all() and np.sqrt(np.mean(off**2)) < 1.5e-3
 
 
-def test_markers_far_from_the_touch_stay_put(pressed):
+def test_markers_far_from_the_touch_move_as_the_gas_lets_them(pressed):
     rest, found, true_rest, true, distance = pressed
     far = distance > 0.09
     moved, truly = np.linalg.norm(found - rest, axis=1)[far], np.linalg.norm(true - true_rest, axis=1)[far]
-    assert far.sum() > 50 and np.abs(moved - truly).max() < 5e-3 and np.median(moved) < 5e-3
+    assert far.sum() > 50 and np.abs(moved - truly).max() < 1e-3 and np.median(truly) > 1e-3

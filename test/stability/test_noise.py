@@ -178,7 +178,7 @@ RAMPS = {
     'taxels, mechanics': Ramp(_taxels('mechanics'), (0, 0.01, 0.03, 0.1, 0.5, 1, 2), 1e-5, 4e-3, 0.5, 'm'),
     'taxels, paper': Ramp(_taxels('paper'), (0, 0.01, 0.03, 0.1, 0.5), 2e-4, 2e-2, np.inf, 'm'),
     'sheet, model': Ramp(_tracked('sheet, model'), PIXELS, 1e-3, 5e-3, 10, 'm'),
-    'cushion, regression': Ramp(_tracked('cushion, regression'), PIXELS, 6e-3, 5e-2, 10, 'm'),
+    'cushion, model': Ramp(_tracked('cushion, model'), PIXELS, 6e-3, 5e-2, 10, 'm'),
     'sheet, regression': Ramp(_sheet('sheet, regression'), SHIFTS, 3e-3, 10.0, 1e-3, 'm'),
     'sheet, paper': Ramp(_sheet('sheet, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
     'cushion, paper': Ramp(_sheet('cushion, paper'), SHIFTS, ON_SENSOR, 0.0, np.inf, 'm'),
