@@ -11,7 +11,8 @@ from .estimates import GROSS, INCIPIENT, NONE
 
 # Slipping fractions at which a state begins, and below which it ends (hysteresis against single dots). Chosen.
 _INCIPIENT = (0.05, 0.03)
-_GROSS = (0.90, 0.85)
+STILL_GROSS = 0.85
+_GROSS = (0.90, STILL_GROSS)
 _FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
 _COINCIDENT = 1e-24  # m^2: a picometre
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .maps import SmoothMap, precision, trend
+from .maps import SmoothMap, trend
 from .response import level_basis
 
 _TERMS = 5  # of the logarithm of the typical light
@@ -39,6 +39,10 @@ class LightShift:
         """What a contact of twice the typical light adds to the map, (N, 2) rad."""
         return trend(place, 5)[:, 1:] @ self.slopes
 
+    def values(self, place: np.ndarray, light: np.ndarray) -> np.ndarray:
+        """What contacts at positions (N, 2), half widths, with light (N,), V, add to the map, (N, 2) rad."""
+        return self.relative(place, light)[:, None] * self.bend(place)
+
 
 def fit_light_shift(place: np.ndarray, values: np.ndarray, light: np.ndarray, smooth: SmoothMap) -> LightShift:
     """The shift that remains of values (N, 2), rad, at positions (N, 2) with light (N,), V, beside a map of the positions: generalised
@@ -46,5 +50,5 @@ def fit_light_shift(place: np.ndarray, values: np.ndarray, light: np.ndarray, sm
     typical = np.linalg.lstsq(level_basis(place, _TERMS), np.log(light), rcond=None)[0]
     found = LightShift(typical, np.zeros((4, 2)))
     basis = found.relative(place, light)[:, None] * trend(place, 5)[:, 1:]
-    weight = precision(smooth)
+    weight = smooth.precision()
     return LightShift(typical, np.linalg.lstsq(basis.T @ weight @ basis, basis.T @ weight @ values, rcond=None)[0])

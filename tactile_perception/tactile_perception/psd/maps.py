@@ -66,7 +66,7 @@ class SmoothMap:
     def deviation(self, place: np.ndarray) -> np.ndarray:
         """Standard deviation (M,), rad, of either value at positions (M, 2), without the noise of the light: that of the
         process, times what it is wrong by for the positions around, which is less at the pole than at the rim."""
-        inverse = np.linalg.inv(self.covariance())
+        inverse = np.linalg.inv(self._covariance())
         cross = self.amplitude**2 * _kernel(place, self.place, self.length)
         explained = (cross @ inverse * cross).sum(1)
         basis = trend(self.place, len(self.slopes))
@@ -77,8 +77,13 @@ class SmoothMap:
         around = near @ self.left_out**2 / near.sum(1)
         return np.sqrt((np.maximum(variance, 0.0) + self.extra**2) * around)
 
-    def covariance(self) -> np.ndarray:
-        """Covariance (N, N), rad^2, of either value at the training positions, without the trend."""
+    def precision(self) -> np.ndarray:
+        """Inverse covariance (N, N), rad^-2, of either value at the training positions, with the trend projected out."""
+        inverse = np.linalg.inv(self._covariance())
+        basis = trend(self.place, len(self.slopes))
+        return _without_trend(inverse, basis, basis.T @ inverse @ basis)
+
+    def _covariance(self) -> np.ndarray:
         return _covariance_of(self.place, self.noise, self.length, self.amplitude, self.extra)
 
 
@@ -86,11 +91,9 @@ def _covariance_of(place: np.ndarray, noise: np.ndarray, length: float, amplitud
     return amplitude**2 * _kernel(place, place, length) + np.diag(noise**2 + extra**2)
 
 
-def precision(smooth: SmoothMap) -> np.ndarray:
-    """Inverse covariance (N, N) of the values at the training positions, with the trend projected out."""
-    inverse = np.linalg.inv(smooth.covariance())
-    basis = trend(smooth.place, len(smooth.slopes))
-    return inverse - inverse @ basis @ np.linalg.solve(basis.T @ inverse @ basis, basis.T @ inverse)
+def _without_trend(inverse: np.ndarray, basis: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """The inverse covariance (N, N) with the trend of basis (N, terms) projected out; normal: (terms, terms), of its least squares."""
+    return inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
 
 
 def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int, hyper: tuple[float, float, float]):
@@ -103,7 +106,7 @@ def _solved(place: np.ndarray, values: np.ndarray, noise: np.ndarray, terms: int
     slopes = np.linalg.solve(normal, basis.T @ inverse @ values)
     weights = inverse @ (values - basis @ slopes)
     # Leave-one-out residuals in closed form: weights over the diagonal of the precision with the trend projected out.
-    precision = inverse - inverse @ basis @ np.linalg.solve(normal, basis.T @ inverse)
+    precision = _without_trend(inverse, basis, normal)
     left_out = weights / np.diag(precision)[:, None]
     fit = 0.5 * ((values - basis @ slopes) * weights).sum()
     count = values.shape[1]

@@ -50,7 +50,7 @@ class FingerModel:
             return self.paper.normals(place)
         values = self.smooth.values(place)
         if self.shift is not None and light is not None:
-            values = values + self.shift.relative(place, light)[:, None] * self.shift.bend(place)
+            values = values + self.shift.values(place, light)
         return exp_map(values)
 
     def levels(self, place: np.ndarray) -> np.ndarray:

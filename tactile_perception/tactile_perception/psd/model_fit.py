@@ -109,8 +109,7 @@ def _with_shift(place, values, noise, light, terms):
     """(SmoothMap, LightShift or None, leave-one-out errors (N,)): the shift stays if it lowers the criterion of Akaike."""
     smooth, left_out = fit_smooth_map(place, values, noise, terms)
     shift = fit_light_shift(place, values, light, smooth)
-    moved = shift.relative(place, light)[:, None] * shift.bend(place)
-    better, left = fit_smooth_map(place, values - moved, noise, terms)
+    better, left = fit_smooth_map(place, values - shift.values(place, light), noise, terms)
     if left_out.size * np.log((left**2).sum() / (left_out**2).sum()) + 2 * shift.slopes.size < 0:
         return better, shift, np.linalg.norm(left, axis=1)
     return smooth, None, np.linalg.norm(left_out, axis=1)

@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 
 from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
-from ...common.slip import next_state, planar_twist
+from ...common.slip import STILL_GROSS, next_state, planar_twist
 from ...errors import BadArgument, BadFrame
 from .region import ContactDots
 from .object_motion import MotionEstimate
@@ -18,7 +18,6 @@ _SIGNIFICANT = 6.0  # standard deviations above which a contact's drift is used:
 _TIP = 0.15e-3  # m, standard deviation of a contact's place: that of a face or an edge is larger; chosen
 _STEADY = 0.6  # largest change of a drift within the window, of the drift; chosen
 _WINDOW_S = 0.15  # s, over which a contact's drift is measured; chosen
-_WHOLE = 0.85  # of a contact's dots slip: gross slip of this contact; chosen, as in common.slip
 
 
 class SlipEstimator:
@@ -122,7 +121,7 @@ class SlipEstimator:
 
 
 def _slips_grossly(dots: ContactDots, contact: ContactEstimate) -> bool:
-    return bool(np.mean(np.asarray(dots.state)[contact.members] == 2) >= _WHOLE)
+    return bool(np.mean(np.asarray(dots.state)[contact.members] == 2) >= STILL_GROSS)
 
 
 def _drags(dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
