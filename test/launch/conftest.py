@@ -102,6 +102,16 @@ class Listener:
             time.sleep(0.05)
         return condition()
 
+    def ask(self, client, request, seconds=30):
+        """The answer of a service, None after so many s. It asks again every 3 s, since the middleware may lose the answer to a client that
+        the server has only just met; a request may thus come twice."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            answer = client.call_async(request)
+            if self.wait_for(answer.done, 3):
+                return answer.result()
+        return None
+
     def stamps(self, topic):
         """ns of the messages heard on a topic."""
         return [stamp_of(message) for message in list(self.heard[topic])]

@@ -95,19 +95,20 @@ def test_without_autostart_a_driver_waits_for_its_lifecycle_services(ros2, liste
     assert ear.wait_for(lambda: all(client.service_is_ready() for client in clients.values()), 30), launched.log
 
     def called(kind, **request):
-        answer = clients[kind].call_async(kind.Request(**request))
-        assert ear.wait_for(answer.done, 20), launched.log
-        return answer.result()
+        answer = ear.ask(clients[kind], kind.Request(**request))
+        assert answer is not None, launched.log
+        return answer
 
-    def change(number):
-        return called(ChangeState, transition=Transition(id=number)).success
+    def state_after(number):
+        called(ChangeState, transition=Transition(id=number))
+        return called(GetState).current_state.label
     assert called(GetState).current_state.label == 'unconfigured' and not ear.heard['/tip/contacts']
-    assert change(Transition.TRANSITION_CONFIGURE) and change(Transition.TRANSITION_ACTIVATE)
+    assert state_after(Transition.TRANSITION_CONFIGURE) == 'inactive' and state_after(Transition.TRANSITION_ACTIVATE) == 'active'
     assert ear.wait_for(lambda: len(ear.heard['/tip/contacts']) > 20, 30), launched.log
     value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value='taps')
     refused, = called(SetParameters, parameters=[Parameter(name='scene', value=value)]).results
     assert not refused.successful and 'deactivate and clean up first' in refused.reason
-    assert change(Transition.TRANSITION_DEACTIVATE) and called(GetState).current_state.label == 'inactive'
+    assert state_after(Transition.TRANSITION_DEACTIVATE) == 'inactive'
     assert launched.interrupt() == 0, launched.log
     assert launched.complaints == [], launched.log
 

@@ -96,8 +96,8 @@ def take_reference(ear, truth, sensor):
     assert ear.wait_for(lambda: truth and truth[-1].contacts, 30)
     recent = int(RATE / 2)
     assert ear.wait_for(lambda: not any(message.contacts for message in truth[-recent:]), 30)
-    answer = client.call_async(Trigger.Request())
-    assert ear.wait_for(answer.done, 5) and answer.result().success
+    answer = ear.ask(client, Trigger.Request())
+    assert answer and answer.success
     ear.wait_for(lambda: False, 3 / RATE)
 
 

@@ -56,7 +56,16 @@ class Watcher:
         return future.result()
 
     def state(self):
-        return self.call(GetState, f'/{self.name}/get_state', GetState.Request()).current_state.label
+        """Asked again every 3 s: the middleware may lose the answer to a client that the server has only just met."""
+        client, answers = self.node.create_client(GetState, f'/{self.name}/get_state'), []
+        assert client.wait_for_service(timeout_sec=20.0)
+
+        def answered():
+            if not answers or time.monotonic() > answers[-1][0] + 3:
+                answers.append((time.monotonic(), client.call_async(GetState.Request())))
+            return any(answer.done() for _, answer in answers)
+        self.until(answered)
+        return next(answer.result() for _, answer in answers if answer.done()).current_state.label
 
     def change(self, transition):
         request = ChangeState.Request()
