@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from tactile_perception._core import nearest_others
+from tactile_perception._core import nearest_others, reference_places
 
 FEWEST = 30  # dots. Chosen
 NEIGHBOURS = 4
@@ -19,15 +19,18 @@ SHARED_SIZE = 0.1  # px, and its least size: slow sagging is less. Chosen
 ROUNDS, KEPT = 3, 80  # affine fits, and percent of the dots with the least residuals that each uses. Chosen
 STILLEST = 10  # percent of the dots, those that a press moves least. Chosen
 STILL = 0.2  # pitches, their largest motion: a pressed dome leans as a whole. Chosen
+STAYED = 0.05  # px, median distance from the calibrated positions of a camera that has not moved: the noise is less. Chosen
 
 
 @dataclass(frozen=True)
 class RestJudgement:
-    """pressed: whether something pressed; known: whether the calibrated positions can replace the reference; reason: '' without a press."""
+    """pressed: whether something pressed; known: whether the calibrated positions can replace the reference; reason: '' without a press;
+    stayed: whether the dots are where they were calibrated, so that both show the same."""
 
     pressed: bool = False
     known: bool = True
     reason: str = ''
+    stayed: bool = False
 
 
 class CalibratedRest:
@@ -35,6 +38,10 @@ class CalibratedRest:
 
     def __init__(self, uv: np.ndarray):
         self.uv = np.array(uv, float)
+
+    def places(self, id: np.ndarray) -> np.ndarray:
+        """Calibrated positions (N, 2) px of dots id (N,), NaN where unknown."""
+        return reference_places(id, np.arange(len(self.uv)), self.uv)
 
     def judge(self, id: np.ndarray, uv: np.ndarray) -> RestJudgement:
         """Whether reference positions uv (N, 2) px (NaN: not seen) of dots id (N,) are untouched."""
@@ -49,7 +56,7 @@ class CalibratedRest:
         together, square = np.mean(left * np.mean(left[near], axis=1)), np.mean(left**2)
         shared = float(np.sqrt(2 * max(together, 0.0)))
         if together <= SHARED_PART * square or shared <= SHARED_SIZE:
-            return RestJudgement()
+            return RestJudgement(stayed=bool(np.median(np.hypot(*off.T)) <= STAYED))
         known = np.percentile(np.hypot(*off.T), STILLEST) <= STILL * np.median(distance[:, 0])
         seen = f'the first dots are off their calibrated untouched positions ({shared:.2f} px shared by neighbours)'
         if known:

@@ -11,13 +11,16 @@ from tactile_perception.dots.reference.release import Release
 from tactile_perception.dots.reference.untouched_shape import rest_suspicion
 from tactile_perception.errors import BadArgument
 
+CALIBRATED = 10  # untouched frames: weight of calibrated positions where the camera has not moved since. Chosen: as the usual `frames`
+
 
 class Reference:
     """Untouched positions of indexed dots, px.
 
     time_constant_s: of drift; frames: number of untouched frames that are averaged first; known: calibrated positions, used while a sensor
-    that starts under contact is not released; suspicious: why the reference may not be untouched, ''. A dot that appears later gets its
-    position in the next untouched frame. Raises BadArgument for a time constant that is not positive or frames below 1.
+    that starts under contact is not released, and averaged in as CALIBRATED frames where the first dots are at them; suspicious: why the
+    reference may not be untouched, ''. A dot that appears later gets its position in the next untouched frame. Raises BadArgument for a
+    time constant that is not positive or frames below 1.
     """
 
     def __init__(self, time_constant_s: float = 30.0, frames: int = 10, known: CalibratedRest | None = None):
@@ -30,7 +33,7 @@ class Reference:
         """Take the next frame as the reference."""
         self.id = np.zeros(0, np.int64)
         self.uv = np.zeros((0, 2))
-        self._count = np.zeros(0, np.int64)
+        self._count, self._calibrated = np.zeros(0, np.int64), 0
         self._stamp_s = None
         self._release = Release()
         self.touched = False
@@ -78,6 +81,10 @@ class Reference:
             id = np.flatnonzero(np.isfinite(self._known.uv).all(axis=1))
             uv = self._known.uv[id]
         self._insert(id, uv)
+        if judgement.stayed:
+            calibrated = self._known.places(self.id)
+            at = np.isfinite(calibrated).all(axis=1)
+            self.uv[at], self._count[at], self._calibrated = calibrated[at], CALIBRATED, CALIBRATED
 
     def _insert(self, id: np.ndarray, uv: np.ndarray) -> None:
         order = np.argsort(np.r_[self.id, id], kind='stable')
@@ -89,7 +96,8 @@ class Reference:
         """Average over the first frames, then track with the time constant."""
         elapsed = 0.0 if self._stamp_s is None else max(0.0, stamp_s - self._stamp_s)
         slow = min(1.0, elapsed / self._time_constant_s)
-        self.uv, self._count = follow_drift(id, uv, self.id, self.uv, self._count, frames=self._frames, slow=slow)
+        self.uv, self._count = follow_drift(id, uv, self.id, self.uv, self._count, frames=self._calibrated + self._frames,
+                                            slow=slow)
         new = np.isnan(rest[:, 0])
         if new.any():
             self._insert(id[new], uv[new])

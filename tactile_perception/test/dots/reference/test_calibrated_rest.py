@@ -48,3 +48,14 @@ def test_dots_that_are_missing_or_unknown_are_left_out():
     now[100] = np.nan
     assert CalibratedRest(rest).judge(ID[seen], now[seen]).pressed
     assert not CalibratedRest(rest).judge(np.r_[ID[:60], 300], np.vstack([now[:60], [[0, 0]]])).pressed, 'of twenty nothing is said'
+
+
+def test_a_camera_has_stayed_where_the_dots_are_at_their_calibrated_places():
+    assert KNOWN.judge(ID, UV + noise(0.02)).stayed
+    assert not KNOWN.judge(ID, UV + [0.1, 0.0] + noise(0.02)).stayed, 'the camera has moved'
+    assert not KNOWN.judge(ID, UV + press((330.0, 250.0), 5.0)).stayed, 'something presses'
+
+
+def test_places_are_the_calibrated_ones_and_nan_where_there_are_none():
+    found = KNOWN.places(np.array([3, 300, 116]))
+    assert (found[[0, 2]] == UV[[3, 116]]).all() and np.isnan(found[1]).all()

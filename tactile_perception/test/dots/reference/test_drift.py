@@ -157,3 +157,20 @@ def test_an_untouched_start_is_taken_where_it_is():
     reference = Reference(known=CalibratedRest(UV))
     run(reference, 10, move=np.array([1.0, -1.0]))
     assert reference.suspicious == '' and np.abs(reference.uv - UV - [1.0, -1.0]).max() < 0.05
+
+
+def test_a_camera_that_has_not_moved_adds_the_calibrated_places_to_the_first_frames():
+    reference, alone = Reference(frames=1, known=CalibratedRest(UV)), Reference(frames=1)
+    barely = DENT / 100  # a tip that has just begun to press when the only untouched frame is taken: 0.03 px
+    for each in (reference, alone):
+        run(each, 1, move=barely)
+    assert np.sqrt(np.mean((alone.uv - UV)**2)) > 0.02
+    assert np.sqrt(np.mean((reference.uv - UV)**2)) < 0.003
+
+
+def test_without_a_calibrated_place_a_late_dot_gets_its_own():
+    rest = UV.copy()
+    rest[7] = np.nan
+    reference = Reference(known=CalibratedRest(rest))
+    run(reference, 20)
+    assert np.abs(reference.uv[7] - UV[7]).max() < 0.02 and len(reference.id) == 100
