@@ -3,8 +3,6 @@
 """Slip of the object over the sensor, from the states and motions of the dots."""
 from __future__ import annotations
 
-from collections import deque
-
 import numpy as np
 
 from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
@@ -12,20 +10,17 @@ from ...common.slip import STILL_GROSS, next_state, planar_twist
 from ...errors import BadArgument, BadFrame
 from .region import ContactDots
 from .object_motion import MotionEstimate
+from .travel import ContactTravel
 
 _FEWEST = 6  # dots that determine a twist or a centre; chosen
-_SIGNIFICANT = 6.0  # standard deviations above which a contact's drift is used: 17 % of error each
-_TIP = 0.15e-3  # m, standard deviation of a contact's place: that of a face or an edge is larger; chosen
-_STEADY = 0.6  # largest change of a drift within the window, of the drift; chosen
-_WINDOW_S = 0.15  # s, over which a contact's drift is measured; chosen
 
 
 class SlipEstimator:
     """Slip frame by frame.
 
-    While some dots of a contact stick, slip is measured relative to their motion. In gross slip it is the drift of the contact over the
-    dots, where it is steady and known to a sixth: that of a curved tip, whose lowest point follows it. The border of a face lags behind it,
-    so its speed stays unknown. A rotation in place is unobservable; its centre follows from friction.
+    While some dots of a contact stick, slip is measured relative to their motion. In gross slip it is the contact's motion over the dots,
+    known of curved tips that move evenly. The speed of a face stays unknown. A rotation in place is unobservable; its centre follows from
+    friction.
     """
 
     def __init__(self):
@@ -34,15 +29,16 @@ class SlipEstimator:
     def reset(self) -> None:
         """Forget all frames."""
         self._state = NONE
-        self._past: deque[tuple[float, dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]]] = deque()
+        self._stamp, self._travel = -np.inf, ContactTravel()
 
     def process(self, dots: ContactDots, contacts: list[ContactEstimate], motion: MotionEstimate, stamp_s: float) -> SlipEstimate:
         """Slip in one frame. Raises BadFrame for a stamp that is not later than the last, BadArgument where motion is of another frame."""
         if len(motion.slip) != len(dots.ids):
             raise BadArgument(f'slip: motion has {len(motion.slip)} dots, the frame {len(dots.ids)}')
-        if not np.isfinite(stamp_s) or (self._past and stamp_s <= self._past[-1][0]):
+        if not self._stamp < stamp_s < np.inf:
             raise BadFrame(f'slip: stamp {stamp_s} s is not later than the last; frame skipped')
-        self._remember(dots, contacts, stamp_s)
+        self._stamp = stamp_s
+        self._travel.add(dots, contacts, stamp_s)
         state = np.asarray(dots.state)
         if not (state > 0).any():
             self._state = NONE
@@ -65,42 +61,12 @@ class SlipEstimator:
         self._add_twist(estimate, place, velocity, drift, centre)
         return estimate
 
-    def _remember(self, dots: ContactDots, contacts: list[ContactEstimate], stamp_s: float) -> None:
-        """Keep places and dots of the contacts that slip grossly."""
-        places = {contact.id: (contact.position[:2], dots.ids[contact.members], dots.xyz[contact.members, :2]) for contact in contacts
-                  if _slips_grossly(dots, contact)}
-        self._past.append((stamp_s, places))
-        while self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
-            self._past.popleft()
-
     def _gross_velocity(self, dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
-        """(2,) m/s of the object over the surface at the dots of a contact in gross slip, from its drift; NaN if it turns or may turn."""
+        """(2,) m/s of the object over the surface at the dots of a contact in gross slip; NaN if it turns or may turn."""
         centre = None if dots.force is None else friction_centre(dots.xyz[contact.members, :2], _drags(dots, contact))
-        sigma = np.sqrt(np.trace(contact.position_covariance[:2, :2]))
-        if centre is None or np.isfinite(centre).all() or sigma > _TIP:
+        if centre is None or np.isfinite(centre).all():
             return np.full(2, np.nan)
-        drift = self._drift(contact.id)
-        return drift if np.linalg.norm(drift) > _SIGNIFICANT * np.sqrt(2) * sigma / _WINDOW_S else np.full(2, np.nan)
-
-    def _drift(self, number: int) -> np.ndarray:
-        """(2,) m/s of a contact relative to its dots; NaN before it has slipped grossly for half the window, and where it is not steady."""
-        seen = []
-        for stamp, places in self._past:
-            seen = [*seen, (stamp, *places[number])] if number in places else []
-        if len(seen) < 3 or seen[-1][0] - seen[0][0] < 0.5 * _WINDOW_S:
-            return np.full(2, np.nan)
-        stamps, places = np.array([stamp for stamp, *_ in seen]), np.array([place for _, place, *_ in seen])
-        middle = len(seen) // 2
-        early, late = (_slope(stamps[part], places[part]) for part in (slice(None, middle + 1), slice(middle, None)))
-        # Theil-Sen slope: robust to the one step of the position when the object's shape becomes known.
-        first, last = np.triu_indices(len(seen), 1)
-        speed = np.median((places[last] - places[first]) / (stamps[last] - stamps[first])[:, None], axis=0)
-        (_, _, before_id, before), (_, _, now_id, now) = seen[0], seen[-1]
-        _, at, then = np.intersect1d(now_id, before_id, assume_unique=True, return_indices=True)
-        if len(at):
-            speed = speed - np.mean(now[at] - before[then], axis=0) / (stamps[-1] - stamps[0])
-        steady = np.linalg.norm(late - early) < _STEADY * np.linalg.norm(speed)
-        return speed if steady else np.full(2, np.nan)
+        return self._travel.velocity(contact.id)
 
     def _add_twist(self, estimate: SlipEstimate, place: np.ndarray, velocity: np.ndarray, drift: np.ndarray,
                    centre: np.ndarray | None) -> None:
@@ -128,11 +94,6 @@ def _drags(dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
     """(M, 2) N: tangential forces on the dots of a contact, across its normal."""
     force = dots.force[contact.members]
     return (force - np.outer(force @ contact.normal, contact.normal))[:, :2]
-
-
-def _slope(stamps: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """(2,) m/s between the first and the last of places (T, 2), m, at stamps (T,), s."""
-    return (places[-1] - places[0]) / (stamps[-1] - stamps[0])
 
 
 def _relative_velocity(motion: MotionEstimate) -> np.ndarray:
