@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels that find and number dots; see bindings.cpp, whose length they would exceed.
 #include "bindings.hpp"
+#include "blob_fit.hpp"
 #include "border.hpp"
 #include "disc_correlation.hpp"
 #include "dot_judge.hpp"
@@ -39,6 +40,35 @@ py::array_t<double> peaks(const py::object& image, int step, int smooth, int box
         found = find_peaks(as_image(pixels), search);
     }
     return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
+}
+
+py::tuple blobs(const py::object& image, const py::object& small, const py::object& labels, const py::object& box, const py::object& centre,
+                const py::object& label, int step) {
+    const Input<std::uint8_t> pixels(image, "image", {ANY, ANY}), few(small, "small", {ANY, ANY});
+    const Input<std::uint16_t> named(labels, "labels", {few.length(0), few.length(1)});
+    const Input<std::int32_t> boxes(box, "box", {ANY, 4});
+    const Input<double> centres(centre, "centre", {boxes.length(), 2});
+    const Input<std::uint16_t> names(label, "label", {boxes.length()});
+    within(step, "step", 1, 2);
+    check_places(centres, "centre");
+    std::vector<BlobRegion> regions;
+    for (py::ssize_t n = 0; n < boxes.length(); ++n) {
+        const std::int32_t* at = boxes.data() + 4 * n;
+        for (int axis = 0; axis < 2; ++axis) {
+            const double length = static_cast<double>(few.length(1 - axis));
+            within(at[axis], "box", 1, length - 2);
+            within(at[2 + axis], "box", 1, length - 1 - at[axis]);
+        }
+        regions.push_back({at[0], at[1], at[2], at[3], centres.data()[2 * n], centres.data()[2 * n + 1], names.data()[n]});
+    }
+    Blobs found;
+    {
+        py::gil_scoped_release others_run;
+        found = fit_blobs(as_image(pixels), as_image(few), step, named.data(), regions);
+    }
+    std::vector<double> rows;
+    for (const Blob& b : found.blobs) rows.insert(rows.end(), {b.u, b.v, b.area, b.sigma, b.amplitude, b.solidity});
+    return py::make_tuple(output(rows, {boxes.length(), 6}), found.blur);
 }
 
 py::object lattice(const py::object& places, double angle_hint) {
@@ -234,6 +264,14 @@ void bind_dots(py::module_& module) {
         "basis, estimators, modes, gains, levers, profile, half, per_square, smallest, largest, blur: tables and numbers of "
         "disc_model.DiscModel;\n"
         "typical, contrast, ground, noise: of the dots, appearance.Look.");
+    module.def(
+        "fit_blobs", &blobs, py::arg("image"), py::arg("small"), py::arg("labels"), py::arg("box"), py::arg("centre"), py::arg("label"),
+        py::kw_only(), py::arg("step"),
+        "Large bright markers (N, 6) float64 of an image (H, W) uint8: u, v, px, area, px^2, standard deviation of u and v, px, grey\n"
+        "levels over the ground, area over that of the ellipse with the same moments; and the edges' blur, px.\n\n"
+        "small: (h, w) uint8, the image reduced by step (1 or 2); labels: (h, w) uint16, its regions, grown by a pixel; box: (N, 4) "
+        "int32,\n"
+        "left, top, width, height, inside it by a pixel or more; centre: (N, 2) float64; label: (N,) uint16, of each region.");
     module.def(
         "find_disc_peaks", &disc_peaks, py::arg("image"), py::arg("inside"), py::arg("support"), py::kw_only(), py::arg("least"),
         py::arg("apart"), py::arg("margin"), py::arg("radius"), py::arg("line"),

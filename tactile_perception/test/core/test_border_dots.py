@@ -13,6 +13,10 @@ PRINTED = {'places': UV, 'rc': RC + 3, 'member': ID % 3 > 0, 'before': UV + 1, '
 KNOWN = {'known_id': ID, 'known_places': UV - 1}
 SEEN = {'id': ID, 'places': UV, 'sigma': SIGMA, 'before_id': ID, 'before': UV}
 
+SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
+REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
+           'box': np.array([[3, 4, 10, 12]], np.int32), 'centre': np.array([[8.0, 9.0]]), 'label': np.ones(1, np.uint16)}
+
 
 def call_anchor_lattice(**arrays):
     """Indices of most dots of a grid."""
@@ -35,6 +39,7 @@ CALLS = {
     'assign_least': (lambda cost=UV[:2] / 9: [_core.assign_least(cost)], {'cost': UV[:2] / 9}),
     'link_places': (lambda places=UV, dots=UV + 3: [_core.link_places(places, dots, gate=9.0)], {'places': UV, 'dots': UV + 3}),
     'nearest_others': (lambda places=UV: _core.nearest_others(places, count=4), {'places': UV}),
+    'fit_blobs': (lambda **arrays: [_core.fit_blobs(**REGIONS | arrays, step=2)[0]], REGIONS),
     'have_stayed': (lambda **arrays: [_core.have_stayed(**SEEN | arrays)], SEEN),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
