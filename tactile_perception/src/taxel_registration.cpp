@@ -1,7 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Registration of a contact's score with a keyframe: Gauss-Newton on the residuals at the edges (Lucas and Kanade 1981), weighted by
-// Tukey's biweight. The score is the sum of a cubic B-spline at each taxel times its value there.
+// Registration of a contact's image with a keyframe: Gauss-Newton on the residuals at the edges (Lucas and Kanade 1981), weighted by
+// Tukey's biweight. The image (here: score) is the sum of a cubic B-spline at each taxel times its value there.
 #include "taxel_registration.hpp"
 
 #include <algorithm>

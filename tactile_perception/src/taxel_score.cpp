@@ -23,7 +23,9 @@ using Six = std::array<double, 6>;
 constexpr float LEVEL = 0.5f;               // score at the border of a contact
 constexpr float GAP = 0.35f;                // of the level, down to which a dip in a contact is closed. Chosen: well below the share
 constexpr std::ptrdiff_t ENOUGH = 16;       // taxels from which a level is fitted. Chosen: over two for each of the 6 coefficients
-constexpr double CURVED = 0.5;              // part of the plane's residual variance that a quadratic must explain. Chosen
+// Parts of the plane's residual variance that a quadratic explains, from which it has a share in the level, and from which it is the level.
+// Chosen: between them both count, since a hard choice would shift the border of a contact from frame to frame.
+constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
 constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it. Chosen
 constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
 constexpr double PI = 3.14159265358979323846;
@@ -147,7 +149,9 @@ std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const
         for (int i = 0; i < 6; ++i) sum -= share[i] * sums[i];
         return sum;
     };
-    level.share = left(bent) < (1 - CURVED) * left(plane) ? bent : plane;
+    const double explained = 1 - left(bent) / std::max(left(plane), 1e-300);
+    const double curved = std::clamp((explained - BENT_FROM) / (BENT_WHOLLY - BENT_FROM), 0.0, 1.0);
+    for (int i = 0; i < 6; ++i) level.share[i] = plane[i] + curved * (bent[i] - plane[i]);
     const Six unit{1, scale, scale, scale * scale, scale * scale, scale * scale};
     for (int i = 0; i < 6; ++i) level.share[i] *= unit[i];
     return level;

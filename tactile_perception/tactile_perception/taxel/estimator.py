@@ -110,7 +110,7 @@ class MechanicsMethod:
             bound = np.maximum(pressure, 0)
             surface = pressure - np.minimum(np.maximum(traction / np.float32(self._assumed), -bound), bound)
         score = self._score.compute(surface, sigma)
-        self._last, self._seen = score, SeenPressure(pressure, sigma)
+        self._seen = SeenPressure(pressure, sigma)
         return find_regions(score, surface, self._array), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ImprintMotion | None]:
@@ -122,7 +122,7 @@ class MechanicsMethod:
         if not self._known:
             self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction *
                                                                                                 max(float(surface[touched].mean()), 1e-6))
-        motion = self._imprint.process(self._last, surface * np.float32(self._assumed), touched, stamp_s, self._seen)
+        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, self._seen)
         return self._slip.process(motion, touched), motion
 
 

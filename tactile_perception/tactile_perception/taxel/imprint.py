@@ -1,6 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tangential motion of the object from the image of its contact score, and its slip over the pad."""
+"""Tangential motion of the object from the image of its pressure, and its slip over the pad.
+
+Images are registered relative to the mean pressure of the keyframe, grown with the load: the level that is fitted for a contact's border
+(score.ContactScore) varies by itself from frame to frame.
+"""
 from __future__ import annotations
 
 import math
@@ -12,6 +16,7 @@ import numpy as np
 from .._core import noise_of_places, steady_motion
 from .array import SoftPad, TaxelArray
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
+from .score import BORDER_SHARE, LEVEL
 from .shear import BORDER_LEAD, SurfaceShear
 from .traction_watch import TractionWatch
 
@@ -87,7 +92,8 @@ class ImprintTracker:
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
         self._slip_fraction = self._pulled_at_rest = 0.0
         self._waited = False  # since the last frames, for a load that varies
-        self._key_load, self._followed_part = 0.0, 1.0  # sum of pressure in the keyframe, Pa; object's part of the picture's motion
+        self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
+        self._followed_part = 1.0  # object's part of the picture's motion
         self._moves = False
         self._along = np.zeros(3)
 
@@ -95,26 +101,25 @@ class ImprintTracker:
         """(rows, columns) Pa, the part of the next frame's pressure that traction causes; None without traction."""
         return self.shear.traction_pressure()
 
-    def process(self, score: np.ndarray, pressure: np.ndarray, touched: np.ndarray, stamp_s: float,
-                seen: SeenPressure | None = None) -> ImprintMotion:
-        """Motion and slip in one frame with score, pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty; seen: the
+    def process(self, pressure: np.ndarray, touched: np.ndarray, stamp_s: float, seen: SeenPressure | None = None) -> ImprintMotion:
+        """Motion and slip in one frame with pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty; seen: the
         pressure with the part that traction causes, without which sudden slip of a smooth object is told late."""
         inside = pressure[touched]
         load, count = float(inside.sum()), len(inside)
-        now = (pressure, touched) if count <= _FEW else (score,)
-        kind = Keyframe if len(now) == 1 else KeyCentroid
+        kind = KeyCentroid if count <= _FEW else Keyframe
+        now = (pressure, touched, load)
         if not isinstance(self._key, kind):
-            self._rekey(kind, now, load)
-        found = self._key.motion(score, self._expected) if kind is Keyframe else self._key.motion(*now)
+            self._rekey(kind, *now)
+        found = self._key.motion(pressure, touched) if kind is KeyCentroid else self._key.motion(self._image(pressure, load), self._expected)
         if found is None:
-            self._rekey(kind, now, load)
+            self._rekey(kind, *now)
             self._past.clear()
             self._moves = False
             return self._unknown()
         waits, grew = self._load_varies(found, kind, load, stamp_s), self._grew(found)
         same_load = not (waits or grew)
         if grew or self._waited and not waits and abs(load - self._key_load) > _OTHER_LOAD * self._key_load:
-            self._rekey(kind, now, load)
+            self._rekey(kind, *now)
             found = replace(found, fit=np.zeros(4), turn=0 * found.turn)
         self._waited = waits and not grew
         step = np.zeros(3) if self._waited else self._step(found, load / count)
@@ -129,7 +134,7 @@ class ImprintTracker:
         self._lags.append((slip, smooth))
         slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
         if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
-            self._rekey(kind, now, load)
+            self._rekey(kind, *now)
         self._along = self._direction(velocity[:2], float(velocity[2]), found) if moves else np.zeros(3)
         linear, turn = self._velocity()
         self._slip_fraction = np.count_nonzero(slipping) / count
@@ -236,9 +241,15 @@ class ImprintTracker:
         length = math.sqrt(motion @ motion)
         return motion / length if length > 0 else np.zeros(3)
 
-    def _rekey(self, kind: type, now: tuple, load: float) -> None:
-        self._key, self._seen, self._expected, self._pose = kind(*now), None, None, np.zeros(3)
-        self._key_load, self._waited = load, False
+    def _rekey(self, kind: type, pressure: np.ndarray, touched: np.ndarray, load: float) -> None:
+        self._key_load, self._key_count, self._waited = load, int(np.count_nonzero(touched)), False
+        self._key = kind(pressure, touched) if kind is KeyCentroid else kind(self._image(pressure, load))
+        self._seen, self._expected, self._pose = None, None, np.zeros(3)
+
+    def _image(self, pressure: np.ndarray, load: float) -> np.ndarray:
+        """(rows, columns) float32, pressure over that of the keyframe at this load, scaled as the score of a flat face."""
+        mean = max(load / self._key_count, 1e-9)
+        return np.maximum(pressure, 0) * np.float32(LEVEL / BORDER_SHARE / mean)
 
     def _velocity(self) -> tuple[np.ndarray, float]:
         """Velocity (2,) m/s at the origin, and rad/s, that is reported: by a line over _VELOCITY_S; NaN with fewer than _FEWEST frames."""

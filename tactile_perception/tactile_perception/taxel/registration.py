@@ -14,9 +14,9 @@ import numpy as np
 
 from .._core import taxel_edges, taxel_register
 
-_EDGE = 0.08  # gradient of a score, 1/taxel, from which a taxel belongs to an edge. Chosen
+_EDGE = 0.08  # gradient of an image, 1/taxel, from which a taxel belongs to an edge. Chosen
 _FEWEST, _MOST = 6, 250  # edge taxels: needed (4 unknowns), and used at most (bounds the time). Chosen
-_MIN_SIGMA = 0.015  # least standard deviation of the score's residuals. Chosen
+_MIN_SIGMA = 0.015  # least standard deviation of the image's residuals. Chosen
 # Least information on a shift, relative to the best direction: the rough edge of a half plane has up to 0.06, a bar of 5 : 2 has 0.4. And
 # on a rotation: a face of 3 : 2 has 0.06, a ring has only that of its roughness, which is larger where edges are few (plus _ROUGHNESS over
 # their number).
@@ -33,7 +33,7 @@ class KeyframeMotion:
     """Motion since the keyframe: a point p (column, row, taxels) of the contact moves to middle + R(turn) (p - middle) + shift.
 
     fit: (4,) taxels, shift along columns and rows, turn times reach, growth along the edges' normals; turn: rad, NaN where unobservable;
-    spread: standard deviation of the score's residuals; reach: distance of far edges from middle, taxels; sigma: standard deviation of the
+    spread: standard deviation of the image's residuals; reach: distance of far edges from middle, taxels; sigma: standard deviation of the
     registered position, taxels.
     """
 
@@ -66,19 +66,19 @@ class KeyframeMotion:
 
 
 class Keyframe:
-    """An image that later ones are registered with. score: (rows, columns) float32."""
+    """An image that later ones are registered with. image: (rows, columns) float32, about 0.8 in a contact, 0 outside."""
 
-    def __init__(self, score: np.ndarray):
-        rim = 2 if min(score.shape) >= _LARGE else 1  # what moves over the array's border is not seen: ignore it
-        *self._edges, normal, middle, self.reach, count = taxel_edges(score, steep=_EDGE, rim=rim, most=_MOST)
+    def __init__(self, image: np.ndarray):
+        rim = 2 if min(image.shape) >= _LARGE else 1  # what moves over the array's border is not seen: ignore it
+        *self._edges, normal, middle, self.reach, count = taxel_edges(image, steep=_EDGE, rim=rim, most=_MOST)
         self._row_column, self.middle = middle, middle[::-1]
         self._turns = self._determined(normal, count) if count >= _FEWEST else None
 
-    def motion(self, score: np.ndarray, start: np.ndarray | None = None) -> KeyframeMotion | None:
-        """The motion from the keyframe to score (rows, columns) float32; start: predicted fit (4,). None where the fit fails."""
+    def motion(self, image: np.ndarray, start: np.ndarray | None = None) -> KeyframeMotion | None:
+        """The motion from the keyframe to image (rows, columns) float32; start: predicted fit (4,). None where the fit fails."""
         if self._turns is None:
             return None
-        fit, spread, inliers = taxel_register(score, *self._edges, self._row_column, self.reach, turns=self._turns,
+        fit, spread, inliers = taxel_register(image, *self._edges, self._row_column, self.reach, turns=self._turns,
                                               guess=np.zeros(4) if start is None else start)
         along, across, turned, _ = fit.tolist()
         if not (math.hypot(along, across) + abs(turned) <= _FAR and spread <= _MAX_SIGMA and inliers >= _MIN_INLIERS):

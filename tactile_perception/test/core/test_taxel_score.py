@@ -29,7 +29,7 @@ def near(pressure, smooth, reach, least):
 
 
 def fitted(pressure, weight):
-    """Coefficients of 1, y, x, yy, xy, xx, and mean, of a plane or, where it explains half of what is left, of a quadratic."""
+    """Coefficients of 1, y, x, yy, xy, xx, and mean, between a plane and the quadratic that explains more."""
     row, column = np.nonzero(weight > 0)
     if len(row) < 16:
         return None
@@ -40,7 +40,7 @@ def fitted(pressure, weight):
         share = np.linalg.lstsq(terms[:, :count] * root[:, None], value * root, rcond=None)[0]
         found.append((np.append(share, np.zeros(6 - count)), (root**2) @ (value - terms[:, :count] @ share)**2))
     (plane, left), (bent, less) = found
-    return bent if less < 0.5 * left else plane, np.average(value, weights=root**2)
+    return plane + np.clip(5 * (1 - less / left) - 1, 0, 1) * (bent - plane), np.average(value, weights=root**2)
 
 
 def border_of(share, mean, patch_pressure, y, x, share_of_step, ramp):
@@ -113,3 +113,13 @@ def test_what_is_no_pressure_has_scores_of_0_to_1(value):
     score = taxel_score(image, least=1e3, **RULE)
     assert ((score >= 0) & (score <= 1)).all()
     assert not taxel_score(np.full((9, 9), np.nan, np.float32), least=1e3, **RULE).any()
+
+
+def test_the_border_of_a_face_that_is_about_as_curved_as_flat_does_not_jump():
+    y, x = np.mgrid[-12:13, -12:13]
+    noise = np.random.default_rng(3).normal(0, 600, y.shape)
+    scores = []
+    for bend in np.linspace(0, 30, 61):
+        face = np.where((abs(x) < 9) & (abs(y) < 6), 3e4 + bend * x * y + noise, 0).astype(np.float32)
+        scores.append(taxel_score(face, least=1e3, **RULE))
+    assert max(np.abs(b - a).max() for a, b in zip(scores[:-1], scores[1:])) < 0.05
