@@ -110,7 +110,10 @@ class ImprintTracker:
         now = (pressure, touched, load)
         if not isinstance(self._key, kind):
             self._rekey(kind, *now)
-        found = self._key.motion(pressure, touched) if kind is KeyCentroid else self._key.motion(self._image(pressure, load), self._expected)
+        if kind is KeyCentroid:
+            found = self._key.motion(pressure, touched)
+        else:
+            found = self._key.motion(self._image(pressure, load), self._expected)
         if found is None:
             self._rekey(kind, *now)
             self._past.clear()
