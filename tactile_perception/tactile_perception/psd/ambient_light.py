@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,11 @@ _FLAT = 0.02  # part of the light that ambient light may change by between the h
 _UNDECIDED, _NOTHING, _AMBIENT, _OBJECT = 'undecided', 'nothing', 'ambient', 'object'
 
 
+@lru_cache(maxsize=64)
 def filled(count: int, kind: type, value) -> np.ndarray:
-    """An array (count,) of one value; np.full takes three times as long."""
-    made = np.empty(count, kind)
-    made[:] = value
+    """A read-only array (count,) of one value, shared by all who ask for the same one: batches have a few sizes."""
+    made = np.full(count, value, kind)
+    made.setflags(write=False)
     return made
 
 
@@ -82,7 +84,7 @@ class ProximityDetector:
         total."""
         self._most = max(math.ceil(_BEFORE_S / period_s), _BEFORE)
         if self._watched is None and (lowest >= _OFF * sigma if self.near else highest <= _ON * sigma):  # nothing changes
-            self._before = [*self._before[1 - self._most:], total]
+            self._keep(total)
             return LightState(filled(len(total), bool, self.near), None, False)
         on, off = total > _ON * sigma, total < _OFF * sigma
         near = hysteresis(on, off, self.near)
@@ -145,8 +147,16 @@ class ProximityDetector:
 
     def _finished(self, total: np.ndarray, near: np.ndarray, settled: np.ndarray, ambient_step: bool) -> LightState:
         self.near = bool(near[-1])
-        self._before = [] if ambient_step else [*self._before[1 - self._most:], total]
+        if ambient_step:
+            self._before.clear()
+        else:
+            self._keep(total)
         return LightState(near, settled, ambient_step)
+
+    def _keep(self, total: np.ndarray) -> None:
+        """Totals (N,) that the next ones are compared with; as many batches as samples are needed are enough."""
+        self._before.append(total)
+        del self._before[:-self._most]
 
 
 _HALF = 1.5  # standard deviations of the untouched total: half the hysteresis. Chosen

@@ -27,15 +27,15 @@ _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps threshold
 class Reference:
     """Offset and noise of the untouched outputs, measured over some seconds and tracked while nothing touches.
 
-    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; fastest: V/s,
-    fastest drift of the total; what rises faster is an approaching object. Raises BadArgument for seconds or fastest that are not positive.
+    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; sigma: V, standard
+    deviation of the total at rest; fastest: V/s, fastest drift of the total; what rises faster is an approaching object. Raises BadArgument for seconds or fastest that are not positive.
     """
 
     def __init__(self, seconds: float, fastest: float):
         if not (seconds > 0 and fastest > 0):
             raise BadArgument(f'reference: {seconds} s and {fastest} V/s must be positive')
         self._seconds, self._fastest = seconds, fastest
-        self.noise = np.zeros((4, 4))
+        self._take_noise(np.zeros((4, 4)))
         self._use(DriftFilter(np.zeros(4), 0.0, fastest / 4))
         self.begin()
 
@@ -49,10 +49,8 @@ class Reference:
     def _use(self, drift: DriftFilter) -> None:
         self._drift, self.offset, self.uncertainty = drift, drift.offset, 2 * math.sqrt(drift.variance)
 
-    @property
-    def sigma(self) -> float:
-        """Standard deviation of the total at rest, V."""
-        return math.sqrt(self.noise.item(TOTAL, TOTAL))
+    def _take_noise(self, noise: np.ndarray) -> None:
+        self.noise, self.sigma = noise, math.sqrt(noise.item(TOTAL, TOTAL))
 
     def take(self, volts: np.ndarray, period_s: float) -> int:
         """Measure with the first of finite samples (N, 4); returns how many it used."""
@@ -70,7 +68,7 @@ class Reference:
         chosen = volts[total <= np.median(total)] if np.std(total) > 4 * _difference_noise(total) else volts
         offset = chosen.mean(0)
         sums = (chosen - offset) @ MIX
-        self.noise = sums.T @ sums / max(len(sums) - 1, 1) + _MIN_SIGMA**2 * np.eye(4)
+        self._take_noise(sums.T @ sums / max(len(sums) - 1, 1) + _MIN_SIGMA**2 * np.eye(4))
         self._taken, self.ready = [], True
         self._use(DriftFilter(offset, self.sigma**2 / (4 * len(sums)), self._fastest / 4))
         self._earlier: deque[tuple] = deque([(0.0, self._drift.state)], _BEFORE)
@@ -115,7 +113,7 @@ class Reference:
             self._drift.correct(change, (self.noise[X, X] + self.noise[Y, Y]) / (8 * count), seconds)
             self._unseen_s = 0.0
             part = 1 - math.exp(-seconds / _NOISE_S)
-            self.noise = (1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4))
+            self._take_noise((1 - part) * self.noise + part * (square + _MIN_SIGMA**2 * np.eye(4)))
         self._use(self._drift)
         self._earlier.append((seconds, self._drift.state))
 

@@ -120,10 +120,8 @@ class PsdFinger:
         if not 0 < period_s < np.inf:
             raise BadFrame(f'sample period is {period_s} s; it must be positive and finite')
         self._last, self._same = count_repeats(volts, self._last, self._same, saturation=self.settings.saturation)
-        chunk = max(int(_CHUNK_S / period_s), 1)
-        parts = [self._chunk(volts[:chunk], period_s)]
-        begin = len(parts[0].id)
-        while begin < len(volts):
+        count, chunk, begin, parts = len(volts), max(int(_CHUNK_S / period_s), 1), 0, []
+        while begin < count:
             parts.append(self._chunk(volts[begin:begin + chunk], period_s))
             begin += len(parts[-1].id)
         return parts[0] if len(parts) == 1 else _joined(parts)
