@@ -62,17 +62,29 @@ const std::uint8_t* bytes(const Input<bool>& flags) {
     return reinterpret_cast<const std::uint8_t*>(flags.data());
 }
 
+// The state of a contact's light, which Python holds as one array.
+HeldState as_held(const Input<double>& numbers) {
+    HeldState state;
+    std::memcpy(&state, numbers.data(), sizeof(state));
+    within(state.bins, "state", 0, RESTS);
+    return state;
+}
+
 py::object touch(const py::object& sums, const py::object& in_contact, const py::object& saturated, const py::object& table,
-                 const py::object& noise, const py::object& loads, double shot, double cross_volts, double radius, bool stuck) {
+                 const py::object& noise, const py::object& loads, const py::object& state, double shot, double cross_volts,
+                 double offset_volts, double radius, bool stuck) {
     const Input<double> given(sums, "sums", {ANY, 4}), values(table, "table", {ANY, ANY, ANY}), spread(noise, "noise", {4, 4}),
-        terms(loads, "loads", {2, 8});
+        terms(loads, "loads", {2, 8}), numbers(state, "state", {HELD_NUMBERS});
     const Input<bool> inside(in_contact, "in_contact", {given.length()}), clipped(saturated, "saturated", {given.length()});
+    const HeldState held = as_held(numbers);
     const FingerRules finger{as_finger(values),
                              spread.data(),
                              terms.data(),
                              within(shot, "shot", 0, LARGEST_VOLTAGE),
                              within(cross_volts, "cross_volts", 0, LARGEST_VOLTAGE),
                              within(radius, "radius", 0, LARGEST_RADIUS),
+                             held.room,
+                             std::hypot(within(offset_volts, "offset_volts", 0, LARGEST_VOLTAGE), shaded_volts(held)),
                              stuck};
     FingerTouch found;
     {
@@ -82,14 +94,6 @@ py::object touch(const py::object& sums, const py::object& in_contact, const py:
     if (found.samples == 0) return py::none();
     return py::make_tuple(output(found.position, {3}), output(found.normal, {3}), found.force, found.depth,
                           output(found.covariance, {3, 3}), found.flags);
-}
-
-// The state of a contact's light, which Python holds as one array.
-HeldState as_held(const Input<double>& numbers) {
-    HeldState state;
-    std::memcpy(&state, numbers.data(), sizeof(state));
-    within(state.bins, "state", 0, RESTS);
-    return state;
 }
 
 py::array_t<double> held_numbers(const HeldState& state) {
@@ -168,12 +172,14 @@ void bind_finger(py::module_& module) {
                "same: (4,) the same of the samples before.");
     module.def(
         "finger_touch", &touch, py::arg("sums"), py::arg("in_contact"), py::arg("saturated"), py::arg("table"), py::arg("noise"),
-        py::arg("loads"), py::kw_only(), py::arg("shot"), py::arg("cross_volts"), py::arg("radius"), py::arg("stuck"),
+        py::arg("loads"), py::arg("state"), py::kw_only(), py::arg("shot"), py::arg("cross_volts"), py::arg("offset_volts"),
+        py::arg("radius"), py::arg("stuck"),
         "The contact of the mean of those sums (N, 4) float64 that are in contact (N,) bool and not saturated (N,) bool; None where none\n"
         "is in contact. Its position (3,), m, normal (3,), force, N, depth, m, covariance (3, 3) of the position, m^2, and flags. table:\n"
         "with the channels of a finger; noise: (4, 4) covariance of a sample's sums, V^2; loads: (2, 8) coefficients of log N and log m,\n"
-        "NaN where not calibrated; shot: V, variance of an output per V of its signal; cross_volts: V, standard deviation of the cross\n"
-        "term of a single contact; radius: m; stuck: whether an output has stopped changing. NaN where it cannot be told.");
+        "NaN where not calibrated; state: of the held light; shot: V, variance of an output per V of its signal; cross_volts: V, standard\n"
+        "deviation of the cross term of a single contact; offset_volts: V, of the total of the untouched outputs; radius: m; stuck:\n"
+        "whether an output has stopped changing. NaN where it cannot be told.");
     module.def("held_before", &held_before,
                "The state of held light before the first contact, an array of numbers for the functions below.");
     module.def("held_begin", &held_begin, py::arg("state"), py::arg("offset"),

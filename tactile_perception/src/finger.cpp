@@ -57,7 +57,18 @@ double mean_of_used(const double* sums, const std::uint8_t* in_contact, const st
     return used;
 }
 
-// Position, normal and covariance: that of the light's noise, and the deviation of the map along the surface.
+// Adds to the covariance of a place (xx, xy, yy) that of light of the room which is taken off wrongly: it moves the place towards or away
+// from the room's centroid.
+void add_room(std::array<double, 3>& covariance, Place place, double total, const FingerRules& finger) {
+    const Place room = place_of(finger.room.data());
+    if (std::isnan(room.x + room.y)) return;
+    const double part = finger.room_volts / total, x = part * (room.x - place.x), y = part * (room.y - place.y);
+    covariance[0] += x * x;
+    covariance[1] += x * y;
+    covariance[2] += y * y;
+}
+
+// Position, normal and covariance: that of the light's noise and of the room's light, and the deviation of the map along the surface.
 void place_touch(const TableCell& cell, const FingerSums& mean, double used, Place place, const FingerRules& finger, FingerTouch& found) {
     const double relative = relative_light(cell, mean[TOTAL]), deviation = cell.value(DEVIATION);
     double row[3];
@@ -69,6 +80,7 @@ void place_touch(const TableCell& cell, const FingerSums& mean, double used, Pla
     }
     std::array<double, 3> of_place = place_covariance(place.x, place.y, mean[TOTAL], finger.noise, finger.shot);
     for (double& part : of_place) part /= used;
+    add_room(of_place, place, mean[TOTAL], finger);
     found.covariance = spread(cell, 0.5 * static_cast<double>(finger.table.nodes - 1) / length, relative, found.normal, of_place);
     for (int k = 0; k < 9; ++k) {
         const double along = (k % 4 == 0) - found.normal[k / 3] * found.normal[k % 3];

@@ -72,6 +72,8 @@ struct FingerRules {
     double shot;          // V, variance of an output per V of its signal
     double cross_volts;   // V, standard deviation of the cross term of a single contact
     double radius;        // m, of the cover
+    FingerSums room;      // V, light of the room, whose centroid an error of it has; 0 where it is not known
+    double room_volts;    // V, standard deviation of the total that is taken off as the room's light
     bool stuck;           // an output has stopped changing
 };
 

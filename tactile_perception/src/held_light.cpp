@@ -160,6 +160,10 @@ void interrupt_held(HeldState& state) {
     state.sum.fill(0);
 }
 
+double shaded_volts(const HeldState& state) {
+    return std::abs(state.room[TOTAL]) / std::sqrt(1 / (SHADE * SHADE) + std::max(state.gained, 0.0));
+}
+
 bool follow_held(HeldState& state, double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,
                  const HeldFinger& finger, FingerSums& shift) {
     FingerSums mean{};

@@ -40,6 +40,9 @@ void begin_held(HeldState& state, const double* offset);
 // Samples are missing: what came before them is no longer compared with what follows.
 void interrupt_held(HeldState& state);
 
+// V, standard deviation of the room's light that the object shades.
+double shaded_volts(const HeldState& state);
+
 struct HeldFinger {
     PlaceTable table;     // with the channels of a finger
     const double* noise;  // (4, 4) V^2, covariance of one sample's sums

@@ -27,8 +27,9 @@ _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps threshold
 class Reference:
     """Offset and noise of the untouched outputs, measured over some seconds and tracked while nothing touches.
 
-    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; sigma: V, standard
-    deviation of the total at rest; fastest: V/s, fastest drift of the total; what rises faster is an approaching object. Raises BadArgument for seconds or fastest that are not positive.
+    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; sigma: V,
+    standard deviation of the total at rest; fastest: V/s, fastest drift of the total; what rises faster is an approaching object. Raises
+    BadArgument for seconds or fastest that are not positive.
     """
 
     def __init__(self, seconds: float, fastest: float):

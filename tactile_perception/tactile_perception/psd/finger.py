@@ -83,13 +83,16 @@ class PsdFinger:
     """The finger's state between batches. detector: of contact, None for ContactDetector. Raises BadArgument for a radius or saturation
     that is not positive."""
 
+    #: whether ambient light that changes during a contact is told from the contact's
+    holds_light = True
+
     def __init__(self, model: FingerModel, settings: FingerSettings = FingerSettings(), detector: ContactDetector | None = None):
         if not (settings.radius > 0 and settings.saturation > 0):
             raise BadArgument(f'PSD finger: radius {settings.radius} m and saturation {settings.saturation} V must be positive')
         self.model, self.settings = model, settings
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id = detector or ContactDetector(), 0
-        self._held: np.ndarray | None = held_before()  # light of the contact, see src/held_light.hpp
+        self._held = held_before()  # light of the contact, see src/held_light.hpp
         self._last, self._same = np.full(4, np.nan), np.zeros(4)
 
     def set_reference(self) -> None:
@@ -102,8 +105,7 @@ class PsdFinger:
         if seconds > _GAP_S:
             self._touch.interrupt()
             self._last, self._same = np.full(4, np.nan), np.zeros(4)
-            if self._held is not None:
-                self._held = held_interrupt(self._held)
+            self._held = held_interrupt(self._held)
         if seconds > _LOST_S:
             self._touch.begin()
 
@@ -143,7 +145,7 @@ class PsdFinger:
             sums, place, saturated = sums[:used], place[:used], saturated[:used]
             self._wait(sums, contact, state, period_s)
             place[~contact] = np.nan
-        if inside and self._held is not None:
+        if inside and self.holds_light:
             sums = self._hold(sums, contact, saturated, was_touching, period_s)
         one_run = inside == 0 or (inside == used and was_touching)
         ids = filled(used, np.int64, self._id if inside else 0) if one_run else self._contact_ids(contact, was_touching)
@@ -193,7 +195,8 @@ class PsdFinger:
         or stuck. Raises BadArgument for a slice without contact."""
         model = self.model
         found = finger_touch(samples.sums[run], samples.contact[run], samples.saturated[run], model.table, self.reference.noise,
-                             model.load_terms, shot=model.shot, cross_volts=model.cross_volts, radius=self.settings.radius,
+                             model.load_terms, self._held, shot=model.shot, cross_volts=model.cross_volts,
+                             offset_volts=2 * self.reference.uncertainty, radius=self.settings.radius,
                              stuck=max(self._same.tolist()) >= _STUCK)
         if found is None:
             raise BadArgument(f'samples {run.start} to {run.stop} are not in contact')

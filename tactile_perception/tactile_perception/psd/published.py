@@ -39,6 +39,7 @@ class FixedThreshold:
 class PaperFinger(PsdFinger):
     """PsdFinger with the paper's map and threshold, V. Raises BadArgument for a threshold that is not positive."""
 
+    holds_light = False
+
     def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
         super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
-        self._held = None

@@ -21,7 +21,8 @@ def call_finger_samples(volts=VOLTS, offset=FOUR, table=TABLE):
 
 def call_finger_touch(**arrays):
     """The arrays of the touch of some samples."""
-    found = _core.finger_touch(**TOUCH | {'loads': np.ones((2, 8))} | arrays, shot=0.0, cross_volts=0.1, radius=0.016, stuck=False)
+    found = _core.finger_touch(**TOUCH | {'loads': np.ones((2, 8)), 'state': HELD} | arrays, shot=0.0, cross_volts=0.1, offset_volts=0.1,
+                               radius=0.016, stuck=False)
     return [] if found is None else [found[0], found[1], found[4]]
 
 
@@ -33,7 +34,7 @@ def call_held_follow(**arrays):
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'finger_samples': (call_finger_samples, {'volts': VOLTS, 'offset': FOUR, 'table': TABLE}),
-    'finger_touch': (call_finger_touch, TOUCH | {'loads': np.ones((2, 8))}),
+    'finger_touch': (call_finger_touch, TOUCH | {'loads': np.ones((2, 8)), 'state': HELD}),
     'held_before': (lambda: [_core.held_before()], {}),
     'held_begin': (lambda state=HELD, offset=FOUR: [_core.held_begin(state, offset)], {'state': HELD, 'offset': FOUR}),
     'held_interrupt': (lambda state=HELD: [_core.held_interrupt(state)], {'state': HELD}),
@@ -53,8 +54,8 @@ def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(func
     check(*CALLS[function], name)
 
 
-@pytest.mark.parametrize('wrong', [{'shot': -1.0}, {'cross_volts': np.nan}, {'radius': np.inf}])
+@pytest.mark.parametrize('wrong', [{'shot': -1.0}, {'cross_volts': np.nan}, {'offset_volts': -1.0}, {'radius': np.inf}])
 def test_numbers_of_finger_touch_are_checked(wrong):
-    numbers = {'shot': 0.0, 'cross_volts': 0.1, 'radius': 0.016, 'stuck': False} | wrong
+    numbers = {'shot': 0.0, 'cross_volts': 0.1, 'offset_volts': 0.1, 'radius': 0.016, 'stuck': False} | wrong
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        _core.finger_touch(**TOUCH, loads=np.ones((2, 8)), **numbers)
+        _core.finger_touch(**TOUCH, loads=np.ones((2, 8)), state=HELD, **numbers)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tactile_perception._core import count_repeats, finger_samples, finger_touch, place_covariance, place_values
+from tactile_perception._core import count_repeats, finger_samples, finger_touch, held_before, held_begin, place_covariance, place_values
 
 LIMITS = {'lit': 0.1, 'least': 0.2, 'saturation': 4.5, 'level': 3}
 seeds = st.integers(0, 2**32 - 1)
@@ -63,7 +63,8 @@ def test_samples_are_those_of_one_after_the_other(seed, count, nodes, spoil):
 
 
 OUT_OF_RANGE, AMBIGUOUS, SATURATED = 1, 4, 8
-RADIUS, SHOT, CROSS_VOLTS = 0.016, 1e-4, 0.05
+RADIUS, SHOT, CROSS_VOLTS, OFFSET_VOLTS = 0.016, 1e-4, 0.05, 0.03
+SHADE = 0.05  # part of the room's light, standard deviation before it is measured
 
 
 def contact_of(mean, values, relative=None):
@@ -75,24 +76,29 @@ def contact_of(mean, values, relative=None):
     return place, normal / np.linalg.norm(normal)
 
 
-def covariance_of(place, normal, total, count, values, noise):
-    """Covariance (3, 3) of the position, m^2, by differences: that of the light's noise and the deviation of the map along the surface."""
+def covariance_of(place, normal, total, count, values, noise, room):
+    """Covariance (3, 3) of the position, m^2, by differences: that of the light's noise, of room (4,) sums, V, that are taken off wrongly,
+    and the deviation of the map along the surface."""
     step, relative = 1e-6, np.clip(total / at(values, place)[9] - 1, -1, 1)
     slopes = np.column_stack([(contact_of(np.r_[(place + d) * total, total], values, relative)[1] - normal) / step
                               for d in (np.array([step, 0]), np.array([0, step]))])
     of_place = place_covariance(place, total, noise, SHOT) / count
+    if room[2] > 0:
+        moved = (place * total + 1e-6 * np.clip(room[:2] / room[2], -1, 1)) / (total + 1e-6) - place
+        of_place += (OFFSET_VOLTS**2 + (SHADE * room[2])**2) * np.outer(moved, moved) / 1e-12
     along = np.eye(3) - np.outer(normal, normal)
     return RADIUS**2 * (slopes @ of_place @ slopes.T + at(values, place)[3] ** 2 * along)
 
 
-def touch(sums, inside, saturated, values, noise, loads, stuck=False):
+def touch(sums, inside, saturated, values, noise, loads, stuck=False, state=held_before()):
     """finger_touch of this finger."""
-    return finger_touch(sums, inside, saturated, values, noise, loads, shot=SHOT, cross_volts=CROSS_VOLTS, radius=RADIUS, stuck=stuck)
+    return finger_touch(sums, inside, saturated, values, noise, loads, state, shot=SHOT, cross_volts=CROSS_VOLTS, offset_volts=OFFSET_VOLTS,
+                        radius=RADIUS, stuck=stuck)
 
 
-@given(seed=seeds, count=st.integers(1, 30), calibrated=st.booleans())
+@given(seed=seeds, count=st.integers(1, 30), calibrated=st.booleans(), lit=st.booleans())
 @settings(max_examples=80, deadline=None)
-def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed, count, calibrated):
+def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed, count, calibrated, lit):
     rng = np.random.default_rng(seed)
     values, inside, saturated = finger(rng, 3), rng.random(count) < 0.8, rng.random(count) < 0.2
     inside[0], saturated[0] = True, False
@@ -102,14 +108,16 @@ def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed
     sums = rng.uniform(-0.4, 0.4, (count, 4)) + [0, 0, 3, 3 + 0.3 * rng.standard_normal()]
     spread = rng.normal(0, 0.01, (4, 4))
     noise, loads = spread @ spread.T, rng.normal(0, 0.3, (2, 8)) if calibrated else np.full((2, 8), np.nan)
-    position, normal, force, depth, covariance, flags = touch(sums, inside, saturated, values, noise, loads)
+    offset = rng.uniform(0.05, 0.4, 4)
+    state, room = (held_begin(held_before(), offset), mixed(offset)) if lit else (held_before(), np.zeros(4))
+    position, normal, force, depth, covariance, flags = touch(sums, inside, saturated, values, noise, loads, state=state)
     used = inside & ~saturated
     mean = sums[used].mean(0)
     expected_place, expected_normal = contact_of(mean, values)
     row, light, square = at(values, expected_place), np.log(mean[2]), expected_place @ expected_place
     np.testing.assert_allclose(normal, expected_normal, atol=1e-12)
     np.testing.assert_allclose(position, RADIUS * expected_normal, atol=1e-14)
-    expected = covariance_of(expected_place, expected_normal, mean[2], used.sum(), values, noise)
+    expected = covariance_of(expected_place, expected_normal, mean[2], used.sum(), values, noise, room)
     np.testing.assert_allclose(covariance, expected, atol=1e-4 * np.abs(covariance).max())
     expected_loads = [np.exp(part + c[1] * light + c[2] * light**2 + c[7] * square * light) for part, c in zip(row[7:9], loads)]
     np.testing.assert_allclose([force, depth], expected_loads, rtol=1e-9)

@@ -7,7 +7,8 @@ from tactile_driver.simulation.psd.scene import Act, PsdScene, PsdScript, open_p
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.parameters.psd import PSD_PARAMETERS
-from tactile_perception.pipeline.psd_stage import PsdStage
+from tactile_perception.pipeline.psd_stage import ContactSpeed, PsdStage
+from tactile_perception.psd.finger import Touch
 from tactile_perception.psd.model import FingerModel
 
 VALUES = defaults(PSD_PARAMETERS)
@@ -85,6 +86,33 @@ def test_single_samples_of_unknown_rate(taps):
 def test_invalid_periods_are_refused(taps, period, count):
     with pytest.raises(BadFrame, match='sample_period'):
         PsdStage(FingerModel(), VALUES).process(taps[0][:count], 1.0, period)
+
+
+def touched(x, number=1):
+    """A touch at (x, 0, 0), m."""
+    return Touch(number, np.array([x, 0, 0]), np.array([0.0, 0, 1]), np.nan, np.nan, np.zeros((3, 3)), 0)
+
+
+def test_the_speed_of_a_contact_is_that_over_the_least_time():
+    speed = ContactSpeed(0.005)
+    assert [speed.update(touched(0.2 * t), t) for t in (0.0, 0.001, 0.006, 0.007)] == pytest.approx([0, 0, 0.2, 0.2])
+    assert speed.update(touched(0.5, number=2), 0.02) == 0
+    assert speed.update(touched(np.nan, number=2), 0.03) == 0 and speed.update(touched(0.5, number=2), 0.04) == 0
+    assert speed.update(touched(0.4, number=2), 0.01) == 0, 'the clock was set back'
+
+
+def test_the_covariance_of_a_contact_that_slides_holds_the_lag_of_the_cover():
+    def script(degrees):
+        return PsdScript([Act(0.4, 0.6, (0.3, -np.radians(degrees)), (0.3, np.radians(degrees)), 3.2e-4, 0.02)], 0.7)
+    spread = []
+    for degrees in (0, 50):
+        scene, stage = PsdScene(script(degrees), 5000.0), PsdStage(FingerModel(), VALUES)
+        volts = scene.play(0, scene.samples)[0] * (5 / 4096)
+        touches = [touch for k in range(0, len(volts), 25) for _, some in stage.process(volts[k:k + 25], k / 5000, 1 / 5000)
+                   for touch in some if 2400 < k < 2600]
+        spread.append(np.mean([np.trace(touch.covariance) for touch in touches]))
+    speed = np.linalg.norm(np.diff([touch.position for touch in touches], axis=0), axis=1).mean() / 0.005  # m/s
+    assert speed > 0.07 and spread[1] - spread[0] == pytest.approx(2 * (1e-3 * speed)**2, rel=0.1), '1 ms in two directions'
 
 
 def test_a_stuck_output_is_reported(taps):

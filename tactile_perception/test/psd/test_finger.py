@@ -255,6 +255,38 @@ def test_ambient_steps_during_a_contact_are_rejected(model, light):
         assert np.degrees(error_angle(finger.touch(samples, some).normal, truth.normal[some.start])) < 0.4
 
 
+def told(finger, volts):
+    """[(middle sample, touch)] of blocks of five samples."""
+    found = []
+    for first in range(0, len(volts), 5):
+        samples = finger.process(volts[first:first + 5], PERIOD)
+        found += [(first + (run.start + run.stop - 1) // 2, finger.touch(samples, run)) for run in samples.runs() if samples.id[run.start]]
+    return found
+
+
+@pytest.mark.parametrize('rise, light, place', [(0.002, 0.5, (0.6, 0.9)), (0.01, 0.9, (3.5, 0.5)), (0.02, 0.5, (5.0, 0.7)),
+                                                (0.02, -0.25, (1.5, 0.6))])
+def test_a_lamp_that_is_switched_while_an_object_rests_ends_with_it_and_moves_it_little(model, rise, light, place):
+    room = Ambient(0.4, steps=((1.5, light),), rise=rise, shade=0.04)
+    volts, truth = played.script(PsdScript([Act(0.5, 2.5, place, place, 2.9e-4)], 4.0, room))
+    found, leaves = told(PsdFinger(model), volts), int(np.flatnonzero(truth.touching)[-1])
+    assert found[-1][0] < leaves + 300
+    normals = np.array([touch.normal for k, touch in found if 1500 <= k < leaves - 20])
+    assert len(normals) > 180
+    worst = [error_angle(some.mean(0) / np.linalg.norm(some.mean(0)), truth.normal[1500]) for some in np.array_split(normals, 18)]
+    assert np.degrees(worst).max() < 1
+
+
+def test_in_a_bright_room_the_covariance_holds_what_is_not_known_of_the_room(model):
+    volts, truth = played.scene('bright')
+    squares = []
+    for k, touch in told(PsdFinger(model), volts):
+        if truth.touching[k]:
+            off = touch.position - 0.016 * truth.normal[k]
+            squares.append(off @ np.linalg.pinv(touch.covariance, rcond=1e-5) @ off / 2)
+    assert len(squares) > 1000 and 0.5 < np.mean(squares) < 2
+
+
 def test_with_modulated_light_lamps_and_flicker_are_no_contacts_and_touches_are_found(model):
     lamps = Ambient(1.2, 0.2, 3.0, 0.08, ((0.8, 0.7), (1.5, -0.9), (2.2, 2.0)))
     place, rate = (2.0, 0.9), 10_000.0
