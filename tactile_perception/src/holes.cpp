@@ -34,7 +34,7 @@ void fill_holes(double* values, const bool* known, std::ptrdiff_t rows, std::ptr
     for (const std::ptrdiff_t k : holes) std::fill_n(values + k * count, count, 0.0);
     if (size == 0 || size == rows * columns) return;
     // Neighbours are at most columns + 1 dots apart, so the matrix is a band.
-    Band matrix(size, std::min(size - 1, columns + 1));
+    Band<double> matrix(size, std::min(size - 1, columns + 1));
     std::vector<double> right(size * count);  // one row for each of the values
     for (std::ptrdiff_t h = 0; h < size; ++h) {
         visit_neighbours(holes[h], rows, columns, [&](std::ptrdiff_t near) {

@@ -152,14 +152,14 @@ class Steps {
 
     // Builds the normal equations at the balance and moves ranges and pressure by their solution.
     void solve_for(bool robust) {
-        Band matrix(size_, 2 * grid_.columns + 2);
+        Band<float> matrix(size_, 2 * grid_.columns + 2);
         std::vector<double> gradient(size_), border(size_);
         double stiffness = 0, slope = 0;  // second and first derivative by the pressure
         trust_.resize(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
             trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (TAIL * TAIL)) : weight;
-            matrix.column(k)[0] += trust_[k] + HOLD;
+            matrix.column(k)[0] += static_cast<float>(trust_[k] + HOLD);
             gradient[k] += trust_[k] * misfit + HOLD * (found_.ranges[k] - anchor_[k]);
             if (!grid_.inner(k / grid_.columns, k % grid_.columns)) continue;
             const Expectation load = expectation(balance_.load[k], found_.touched[k], misfit_);
@@ -168,8 +168,8 @@ class Steps {
                 const std::ptrdiff_t i = neighbour(k, a);
                 gradient[i] += slopes[a] * load.pull;
                 border[i] += slopes[a] * load.weight * by_pressure;
-                double* column = matrix.column(i);
-                for (int b = a; b < 9; ++b) column[neighbour(k, b) - i] += slopes[a] * load.weight * slopes[b];
+                float* column = matrix.column(i);
+                for (int b = a; b < 9; ++b) column[neighbour(k, b) - i] += static_cast<float>(slopes[a] * load.weight * slopes[b]);
             }
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
@@ -217,7 +217,7 @@ class Steps {
     double misfit_ = 1.0;
     Balance balance_;
     std::vector<double> slopes_;
-    Band factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
+    Band<float> factor_;  // of the last step's equations, with the pressure's column, the solution for it, and its Schur complement
     std::vector<double> border_, by_border_;
     double stiffness_ = 1.0;
 };

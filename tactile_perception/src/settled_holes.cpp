@@ -40,7 +40,7 @@ std::vector<double> settle_holes(const Membrane& membrane, const double* places,
     const Balance balance = find_balance(membrane, places, pressure);
     const std::vector<double> slopes = find_slopes(membrane, places, rays.data(), pressure, balance, beside.data());
     const auto size = static_cast<std::ptrdiff_t>(holes.size());
-    Band normal(size, std::min(size - 1, 2 * grid.columns + 2));  // dots beside the same one are at most so far apart
+    Band<double> normal(size, std::min(size - 1, 2 * grid.columns + 2));  // dots beside the same one are at most so far apart
     std::vector<double> right(size);
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
         if (!beside[k]) continue;
