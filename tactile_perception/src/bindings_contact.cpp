@@ -236,6 +236,16 @@ py::array_t<double> inliers(const py::object& before, const py::object& after, c
     return output(found, {from.length()});
 }
 
+py::tuple motion(const py::object& before, const py::object& after, const py::object& weights) {
+    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    RigidMotion found;
+    {
+        py::gil_scoped_release others_run;
+        found = rigid_motion(from.data(), to.data(), base.data(), from.length());
+    }
+    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), found.second, found.third);
+}
+
 }  // namespace
 
 void bind_contact(py::module_& module) {
@@ -292,6 +302,11 @@ void bind_contact(py::module_& module) {
         py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),
         "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
         "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
+    module.def(
+        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"),
+        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); the second\n"
+        "singular value of the sum of products of their coordinates, m^2, and the third, negative where after is a mirror image of "
+        "before.");
     module.def(
         "rigid_inliers", &inliers, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
         "Weights (N,) of points before and after (N, 3), m, in the rigid motion that most share, by Tukey's biweight in at most steps\n"

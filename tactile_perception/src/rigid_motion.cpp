@@ -25,9 +25,10 @@ constexpr int SWEEPS = 12;                        // of Jacobi's method: four by
 
 using Points = std::vector<std::ptrdiff_t>;
 
-// after = turn before + shift; turn's rows.
+// after = turn before + shift; turn's rows. The second singular value of the products, and the third, negative for mirrored points.
 struct Motion {
     Vec3 turn[3], shift;
+    double second, third;
     Vec3 apply(Vec3 place) const { return Vec3{dot(turn[0], place), dot(turn[1], place), dot(turn[2], place)} + shift; }
 };
 
@@ -60,13 +61,18 @@ Motion rotation(const double (&c)[3][3]) {
             for (int j = i + 1; j < 4; ++j) annihilate(matrix, axes, i, j);
         }
     }
-    int most = 0;
-    for (int k = 1; k < 4; ++k) most = matrix[k][k] > matrix[most][most] ? k : most;
+    int order[] = {0, 1, 2, 3};
+    std::stable_sort(order, order + 4, [&](int i, int j) { return matrix[i][i] > matrix[j][j]; });
+    const auto value = [&](int k) { return matrix[order[k]][order[k]]; };
+    const int most = order[0];
     const double w = axes[0][most], x = axes[1][most], y = axes[2][most], z = axes[3][most];
+    // With singular values a, b, c the eigenvalues are a + b + c, a - b - c, b - a - c and c - a - b.
     return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
              {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
              {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}},
-            {0, 0, 0}};
+            {0, 0, 0},
+            (value(0) + value(2)) / 2,
+            (value(0) + value(3)) / 2};
 }
 
 class Fit {
@@ -75,8 +81,7 @@ class Fit {
         : before_(before), after_(after), base_(base), count_(count) {}
 
     std::vector<double> run(int steps) const {
-        Points all(count_);
-        std::iota(all.begin(), all.end(), std::ptrdiff_t{0});
+        const Points all = this->all();
         std::vector<double> weights(base_, base_ + count_);
         Motion motion = best_start(all);
         for (int step = 0; step < steps; ++step) {
@@ -93,7 +98,15 @@ class Fit {
         return weights;
     }
 
+    Motion least_squares() const { return least_squares(all(), base_); }
+
  private:
+    Points all() const {
+        Points points(count_);
+        std::iota(points.begin(), points.end(), std::ptrdiff_t{0});
+        return points;
+    }
+
     // Squared residual of point i over the variance of a coordinate.
     double scaled(const Motion& motion, std::ptrdiff_t i) const {
         const Vec3 left = vec3_at(after_, i) - motion.apply(vec3_at(before_, i));
@@ -168,6 +181,16 @@ class Fit {
 
 std::vector<double> rigid_inliers(const double* before, const double* after, const double* base, std::ptrdiff_t count, int steps) {
     return Fit(before, after, base, count).run(steps);
+}
+
+RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count) {
+    const Motion found = Fit(before, after, weights, count).least_squares();
+    RigidMotion motion{{}, {found.shift.x, found.shift.y, found.shift.z}, found.second, found.third};
+    for (int row = 0; row < 3; ++row) {
+        const Vec3& turn = found.turn[row];
+        motion.rotation[3 * row] = turn.x, motion.rotation[3 * row + 1] = turn.y, motion.rotation[3 * row + 2] = turn.z;
+    }
+    return motion;
 }
 
 }  // namespace tactile

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._core import rigid_inliers
+from .._core import rigid_inliers, rigid_motion
 from .rotations import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
@@ -49,7 +49,7 @@ class RigidFit:
 
 
 def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -> RigidFit:
-    """Least squares over p (N, 3) and q (N, 3), m, by SVD (Kabsch; Umeyama without scale).
+    """Least squares over p (N, 3) and q (N, 3), m, by quaternions (Horn 1987). Kernel: src/rigid_motion.cpp.
 
     weights (N,): 1 / variance of a coordinate, m^-2; without them all are equal and the covariance is scaled by the residuals.
     Raises BadArgument for wrong shapes, NaN or negative weights; DegenerateFit where the points leave the motion open.
@@ -94,31 +94,21 @@ def _check_count(w: np.ndarray) -> None:
 
 def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     _check_count(w)
-    rotation, translation, s, sign = _kabsch(p, q, w)
+    rotation, translation, *singular = rigid_motion(p, q, w)
     share = w / w.sum()
-    _check_rank(p - share @ p, q - share @ q, share, s, sign)
+    _check_rank(p - share @ p, q - share @ q, share, *singular)
     return rotation, translation
 
 
-def _kabsch(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Rotation (3, 3), translation (3,), singular values (3,) and their sign of p, q (N, 3) with weights w (N,)."""
-    share = w / w.sum()
-    p_mean, q_mean = share @ p, share @ q
-    u, s, vt = np.linalg.svd(((q - q_mean) * share[:, None]).T @ (p - p_mean))
-    sign = np.sign(np.linalg.det(u @ vt))
-    u[:, 2] *= sign
-    rotation = u @ vt
-    return rotation, q_mean - rotation @ p_mean, s, sign
-
-
-def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, s: np.ndarray, sign: float) -> None:
+def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, second: float, third: float) -> None:
+    """second, third: singular values, the third negative for mirror images."""
     for name, off in (('p', p_off), ('q', q_off)):
         spread = np.linalg.eigvalsh((share[:, None] * off).T @ off)
         if spread[2] <= 1e-24:  # a picometre: the points coincide in any sensor
             raise DegenerateFit('coincident', f'all points of {name} are at one place')
         if spread[1] <= _NARROW * spread[2]:
             raise DegenerateFit('collinear', f'the points of {name} lie on a line; the turn about it is open')
-    if sign < 0 and s[2] > _MIRRORED * s[1]:
+    if -third > _MIRRORED * second:
         raise DegenerateFit('reflection', 'q is a mirror image of p, no rigid motion makes it')
 
 

@@ -80,6 +80,8 @@ CALLS = {
     'contact_point': (call_contact_point, PATCH),
     'contact_depth': (lambda points=DOTS, gap=np.linspace(0, 1e-3, 42): [_core.contact_depth(points, gap, pitch=1.3e-3)],
                       {'points': DOTS, 'gap': np.linspace(0, 1e-3, 42)}),
+    'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights)[:2],
+                     {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),
     'rigid_inliers': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): [
         _core.rigid_inliers(before, after, weights, steps=10)], {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),
 }

@@ -1,9 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel rigid_inliers (src/rigid_motion.cpp) against a reference in NumPy."""
+"""The kernels rigid_motion and rigid_inliers (src/rigid_motion.cpp) against references in NumPy."""
 import numpy as np
 import pytest
-from tactile_perception._core import rigid_inliers
+from tactile_perception._core import rigid_inliers, rigid_motion
 
 TUKEY, NEAR, PATCH, STARTS = 4.685, 2.0, 9, 24
 SIGMA = 20e-6
@@ -43,6 +43,25 @@ def reference(p, q, base, steps):
             break
         motion = kabsch(p, q, weights)
     return weights
+
+
+@pytest.mark.parametrize('seed', range(20))
+@pytest.mark.parametrize('flat', [1.0, 1e-2, 0.0])
+@pytest.mark.parametrize('mirror', [1, -1])
+def test_least_squares_are_those_of_singular_values(seed, flat, mirror):
+    rng = np.random.default_rng(seed)
+    p = rng.normal(0, 3e-3, (rng.integers(4, 120), 3)) * [1, 0.7, flat]
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn[0] *= np.sign(np.linalg.det(turn))
+    q = p * [1, 1, mirror] @ turn.T + rng.normal(0, 1e-3, 3) + rng.normal(0, SIGMA, p.shape)
+    w = rng.uniform(0.5, 2, len(p)) / SIGMA**2
+    rotation, translation, second, third = rigid_motion(p, q, w)
+    expected, shift = kabsch(p, q, w)
+    share = w / w.sum()
+    u, values, vt = np.linalg.svd((share[:, None] * (q - share @ q)).T @ (p - share @ p))
+    assert np.abs(rotation - expected).max() < 1e-11
+    assert np.abs(translation - shift).max() < 1e-13
+    assert [second, third] == pytest.approx([values[1], values[2] * np.linalg.det(u @ vt)], rel=1e-9, abs=1e-12 * values[0])
 
 
 @pytest.mark.parametrize('seed', range(30))
