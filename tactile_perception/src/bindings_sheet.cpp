@@ -84,11 +84,11 @@ class Markers {
     Markers(const py::object& rest, const py::object& eye, double radius)
         : rest_(rest, "rest", {ANY, 2}),
           eye_(eye, "eye", {rest_.length(), 3}),
-          seen_{rest_.length(), rest_.data(), eye_.data(), nullptr, nullptr, within(radius, "marker_radius", 0, 1)} {
+          seen_{rest_.length(), rest_.data(), eye_.data(), nullptr, nullptr, nullptr, within(radius, "marker_radius", 0, 1)} {
         for (py::ssize_t k = 0; k < 2 * rest_.length(); ++k) within(rest_.data()[k], "rest", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     }
-    SeenMarkers with(const double* value, const double* sigma) const {
-        return {seen_.count, seen_.rest, seen_.eye, value, sigma, seen_.radius};
+    SeenMarkers with(const double* value, const double* sigma, const double* motion) const {
+        return {seen_.count, seen_.rest, seen_.eye, value, sigma, motion, seen_.radius};
     }
 
  private:
@@ -104,27 +104,30 @@ Input<double> some_presses(const py::object& presses) {
 }
 
 py::tuple fitted_presses(const py::tuple& table, const py::object& rest, const py::object& eye, const py::object& value,
-                         const py::object& sigma, const py::object& presses, std::array<double, 6> noise, std::array<double, 2> tip,
-                         double marker_radius, bool drags, double near) {
+                         const py::object& sigma, const py::object& motion, const py::object& presses, std::array<double, 6> noise,
+                         std::array<double, 2> tip, double marker_radius, bool drags, double near) {
     const Table known(table);
     const Markers markers(rest, eye, marker_radius);
     const Input<double> start = some_presses(presses), places(rest, "rest", {ANY, 2});
     const Input<double> values(value, "value", {places.length(), 3}), sigmas(sigma, "sigma", {places.length()});
+    const Input<double> motions(motion, "motion", {places.length(), 3});
+    for (py::ssize_t k = 0; k < 3 * places.length(); ++k) within(motions.data()[k], "motion", -LARGEST_PLACE_M, LARGEST_PLACE_M);
     for (const double level : noise) within(level, "noise", 0, 1e6);
     within(noise[0], "noise", 1e-12, 1e6), within(noise[1], "noise", 1e-12, 1e6);
     const int count = static_cast<int>(start.length());
     PressFit found;
     {
         py::gil_scoped_release others_run;
-        found =
-            fit_presses(*known, markers.with(values.data(), sigmas.data()), {noise[0], noise[1], noise[2], noise[3], noise[4], noise[5]},
-                        {within(tip[0], "tip", -10, 10), within(tip[1], "tip", 1e-6, 10)}, start.data(), count, drags,
-                        within(near, "near", 0, LARGEST_PLACE_M));
+        found = fit_presses(*known, markers.with(values.data(), sigmas.data(), motions.data()),
+                            {noise[0], noise[1], noise[2], noise[3], noise[4], noise[5]},
+                            {within(tip[0], "tip", -10, 10), within(tip[1], "tip", 1e-6, 10)}, start.data(), count, drags,
+                            within(near, "near", 0, LARGEST_PLACE_M));
     }
-    const py::ssize_t states = count * PRESS_SIZE + (count > 1), size = found.free.size();
+    const py::ssize_t states = count * PRESS_SIZE + (count > 1), size = found.free.size() - (found.free.back() >= states);
     std::vector<double> covariance(states * states, 0.0);
     for (py::ssize_t k = 0; k < size; ++k)
-        for (py::ssize_t l = 0; l < size; ++l) covariance[found.free[k] * states + found.free[l]] = found.covariance[k * size + l];
+        for (py::ssize_t l = 0; l < size; ++l)
+            covariance[found.free[k] * states + found.free[l]] = found.covariance[k * found.free.size() + l];
     return py::make_tuple(output(std::vector<double>(found.state, found.state + states), {states}), output(covariance, {states, states}),
                           found.misfit,
                           output(std::vector<double>(found.wrench[0], found.wrench[0] + count * WRENCH_SIZE), {count, WRENCH_SIZE}));
@@ -135,7 +138,7 @@ py::tuple shown_presses(const py::tuple& table, const py::object& rest, const py
     const Table known(table);
     const Markers markers(rest, eye, marker_radius);
     const Input<double> given = some_presses(presses);
-    const SeenMarkers seen = markers.with(nullptr, nullptr);
+    const SeenMarkers seen = markers.with(nullptr, nullptr, nullptr);
     std::vector<double> shown(3 * seen.count), deformed(9 * seen.count);
     {
         py::gil_scoped_release others_run;
@@ -154,7 +157,7 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
     within(scale, "scale", 1e-6, LARGEST_PLACE_M);
     for (int k = 0; k < 2; ++k) within(half[k], "half", scale, LARGEST_PLACE_M), within(place[k], "place", -half[k], half[k]);
     const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, side / 2 - 1, 1, 1, {}, nullptr, nullptr};
-    const SeenMarkers seen = markers.with(nullptr, nullptr);
+    const SeenMarkers seen = markers.with(nullptr, nullptr, nullptr);
     std::vector<double> shown(3 * seen.count);
     {
         py::gil_scoped_release others_run;
@@ -175,8 +178,8 @@ void bind_sheet(py::module_& module) {
         "value, slope, laplacian, weight, rest: of a SheetMesh; place: (2,) m; radius: m; slides: whether all of the contact slides with\n"
         "a traction of drag (2,) times the pressure, else the tip comes straight down with Coulomb friction.");
     module.def("fit_presses", &fitted_presses, py::arg("table"), py::arg("rest"), py::arg("eye"), py::arg("value"), py::arg("sigma"),
-               py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"), py::arg("drags"),
-               py::arg("near"), "Presses that explain a marker field: see markers/mechanics/solver.py.");
+               py::arg("motion"), py::arg("presses"), py::kw_only(), py::arg("noise"), py::arg("tip"), py::arg("marker_radius"),
+               py::arg("drags"), py::arg("near"), "Presses that explain a marker field: see markers/mechanics/solver.py.");
     module.def("show_presses", &shown_presses, py::arg("table"), py::arg("rest"), py::arg("eye"), py::arg("presses"), py::kw_only(),
                py::arg("mixed"), py::arg("marker_radius"), py::arg("near"),
                "Shift, m, and growth (N, 3) of markers under presses, and the sheet's deformation there (N, 3, 3): see "

@@ -22,8 +22,9 @@ constexpr double SETTLED = 0.3;                                           // sig
 constexpr double SHALLOW = 1e-5;                                          // m: least depth
 constexpr double MIXED = 0.3, MIXED_SIGMA = 0.35;                         // interaction factor: prior mean and standard deviation
 constexpr double LEAST_MIXED = -0.6, MOST_MIXED = 0.9;
-constexpr double DRAG_DOUBT = 8.0;                // how much the model error in proportion to displacement grows with a drag of 1
-constexpr double BETWEEN[3] = {0.02, 0.02, 2.0};  // error of the interaction over the lesser of two displacements (growth: 1/m)
+constexpr double LATE_SIGMA = 0.1, MOST_LATE = 1.0;  // lateness of a second camera, in motions: prior standard deviation, and largest
+constexpr double DRAG_DOUBT = 8.0;                   // how much the model error in proportion to displacement grows with a drag of 1
+constexpr double BETWEEN[3] = {0.02, 0.02, 2.0};     // error of the interaction over the lesser of two displacements (growth: 1/m)
 
 // Correction of the height and its derivatives for two presses that alone give a and b, for a factor of one: the product of their
 // depths over the sum; and its derivatives by a (first) and by b (second).
@@ -209,6 +210,8 @@ class Fit {
             if (drags || k % PRESS_SIZE <= 3) found_.free.push_back(k);
         }
         if (count > 1) found_.state[count * PRESS_SIZE] = MIXED, found_.free.push_back(count * PRESS_SIZE);
+        const double* end = seen.motion + 3 * seen.count;
+        if (std::any_of(seen.motion, end, [](double way) { return way != 0; })) found_.free.push_back(late());
         limit(found_.state);
     }
 
@@ -234,6 +237,23 @@ class Fit {
     }
 
  private:
+    // Index of the lateness in the state.
+    int late() const { return count_ * PRESS_SIZE + 1; }
+
+    // Prior mean and standard deviation of a number of the state.
+    void expect(int number, double& mean, double& sigma) const {
+        const int which = number % PRESS_SIZE;
+        mean = 0;
+        if (number == late())
+            sigma = LATE_SIGMA;
+        else if (number == count_ * PRESS_SIZE)
+            mean = MIXED, sigma = MIXED_SIGMA;
+        else if (which == 3)
+            mean = tip_.log_radius, sigma = tip_.sigma;
+        else
+            sigma = which > 3 ? DRAG_SIGMA : INFINITY;
+    }
+
     // Steps are judged by the scatter that the residuals show, not by less.
     double tolerance() const { return std::max(found_.misfit, 1.0); }
 
@@ -255,7 +275,9 @@ class Fit {
             weigh(noise_, seen_.sigma[n], deepest, doubt, deformed[0], moved, count_, weight);
             weigh(noise_, seen_.sigma[n], deepest, 1.0, deformed[0], moved, count_, plain);
             for (int q = 0; q < 3; ++q) {
-                const double residual = weight[q] * (seen_.value[3 * n + q] - shown[q]);
+                const double motion = seen_.motion[3 * n + q];
+                slopes[late()][q] = motion;
+                const double residual = weight[q] * (seen_.value[3 * n + q] - shown[q] - found_.state[late()] * motion);
                 if (!std::isfinite(residual)) continue;
                 const double pull = std::min(1.0, DOUBT / std::max(std::abs(residual), DOUBT)) * weight[q];
                 const double without = residual * plain[q] / weight[q];  // doubt of drags
@@ -269,11 +291,10 @@ class Fit {
         }
         found_.misfit = squares / std::max(known, 1.0);
         for (int k = 0; k < size; ++k) {
-            const int number = found_.free[k], which = number % PRESS_SIZE;
-            const bool mixed = number == count_ * PRESS_SIZE;
-            const double sigma = mixed ? MIXED_SIGMA : which == 3 ? tip_.sigma : which > 3 ? DRAG_SIGMA : INFINITY;
+            double mean, sigma;
+            expect(found_.free[k], mean, sigma);
             information[k * size + k] += 1 / (sigma * sigma) + 1e-9 * information[k * size + k];
-            gradient[k] -= (found_.state[number] - (mixed ? MIXED : which == 3 ? tip_.log_radius : 0.0)) / (sigma * sigma);
+            gradient[k] -= (found_.state[found_.free[k]] - mean) / (sigma * sigma);
             for (int l = 0; l < k; ++l) information[l * size + k] = information[k * size + l];
         }
     }
@@ -296,6 +317,7 @@ class Fit {
             state[k] = std::clamp(state[k], which == 2 ? SHALLOW : -most[which] * (1 - 1e-6), most[which] * (1 - 1e-6));
         }
         if (count_ > 1) state[count_ * PRESS_SIZE] = std::clamp(state[count_ * PRESS_SIZE], LEAST_MIXED, MOST_MIXED);
+        state[late()] = std::clamp(state[late()], -MOST_LATE, MOST_LATE);
     }
 
     const SheetTable& table_;

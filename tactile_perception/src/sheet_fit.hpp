@@ -11,12 +11,13 @@
 namespace tactile {
 
 constexpr int MOST_PRESSES = 2;
-constexpr int MOST_STATE = MOST_PRESSES * PRESS_SIZE + 1;  // the presses, then the factor of their interaction
+constexpr int MOST_STATE = MOST_PRESSES * PRESS_SIZE + 2;  // the presses, the factor of their interaction, the lateness of a view
 
-// The markers of a frame: rest (N, 2), eye (N, 3), m; value (N, 3) shift and growth, NaN where unknown; sigma (N,), m, of shift.
+// The markers of a frame: rest (N, 2), eye (N, 3), m; value (N, 3) shift and growth, NaN where unknown; sigma (N,), m, of shift; motion
+// (N, 3) of value since the frame before, of those that a second camera sees at a moment of its own, 0 for the others.
 struct SeenMarkers {
     std::ptrdiff_t count;
-    const double *rest, *eye, *value, *sigma;
+    const double *rest, *eye, *value, *sigma, *motion;
     double radius;  // m, of a marker
 };
 
@@ -33,7 +34,7 @@ struct TipPrior {
 
 struct PressFit {
     double state[MOST_STATE];
-    std::vector<double> covariance;  // (P, P) of the state that is free; the rest is known
+    std::vector<double> covariance;  // (P, P) of the state that is free; the rest is known; the lateness is last
     std::vector<int> free;           // which
     double misfit;                   // mean squared normalised residual
     double wrench[MOST_PRESSES][WRENCH_SIZE];

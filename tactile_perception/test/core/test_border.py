@@ -121,7 +121,8 @@ SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1
 PRESSES = np.array([[1e-3, 2e-3, 2e-3, 0.0, 0.0, 0.0], [8e-3, 2e-3, 1e-3, 0.0, 0.0, 0.0]])
 NOISE = (1e-5, 1e-2, 1e-2, 1.0, 0.0, 0.0)
 VIEWED = {'rest': 1e-3 * (PLACES - 30), 'eye': EYES, 'presses': PRESSES}
-VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5)}
+VALUES = {'value': np.random.default_rng(3).normal(0, 1e-4, (40, 3)), 'sigma': np.full(40, 1e-5),
+          'motion': np.random.default_rng(5).normal(0, 1e-5, (40, 3))}
 
 
 def table(numbers=np.array([0.03, 0.03, 0.02, 0.02, 8e-3, 8e-3, 0.3, 1.5]), sizes=np.array([1, 2, 3, 2, 1, 0, 1]),

@@ -17,9 +17,9 @@ def deformed(press):
     return read_field(looked_up(library(), press)[0], library().plan, press.place, GRID)
 
 
-def fit(value, start, drags=True, sigma=None, noise=(1e-6, 1e-3, 1e-4, 1e-2)):
-    sigma = np.zeros(len(GRID)) if sigma is None else sigma
-    return _core.fit_presses(library().table, GRID, EYE, value, sigma, np.array([press.vector for press in start]),
+def fit(value, start, drags=True, sigma=None, noise=(1e-6, 1e-3, 1e-4, 1e-2), motion=None):
+    sigma, motion = np.zeros(len(GRID)) if sigma is None else sigma, np.zeros((len(GRID), 3)) if motion is None else motion
+    return _core.fit_presses(library().table, GRID, EYE, value, sigma, motion, np.array([press.vector for press in start]),
                              noise=(*noise, 0.0, 0.0),
                              tip=(0.0, 0.15), marker_radius=0.0, drags=drags, near=0.0)
 
@@ -69,6 +69,20 @@ def test_two_presses_that_are_shown_are_found_again():
     for k, press in enumerate(presses):
         assert np.abs(state[6 * k:6 * k + 3] - press.vector[:3]).max() < 3e-4
     assert covariance.shape == (13, 13) and not covariance[4].any()
+
+
+@pytest.mark.parametrize('late', [-0.15, 0.0, 0.15])
+def test_markers_that_are_late_by_an_unknown_share_of_their_motion_tell_the_press(late):
+    """The right half is seen while the tip is on its way from BEFORE to ONE, and beyond."""
+    before = Press(ONE.place - [1.5e-3, 0.0], ONE.depth - 5e-4, ONE.log_radius, ONE.drag)
+    value, last = (show(library(), [press], GRID, EYE)[0] for press in (ONE, before))
+    motion = np.where(GRID[:, :1] > 0.0, value - last, 0.0)
+    seen = value - late * motion
+    state, covariance, _, _ = fit(seen, [ONE], motion=motion)
+    assert state.shape == (6,) and covariance.shape == (6, 6)
+    error, without = (np.hypot(*(found[:2] - ONE.place)) for found in (state, fit(seen, [ONE])[0]))
+    assert error < 1e-5 + 0.1 * without
+    assert covariance[0, 0] > 2 * fit(seen, [ONE])[1][0, 0], 'less is known of the place along the motion'
 
 
 def test_covariance_is_that_of_many_trials():

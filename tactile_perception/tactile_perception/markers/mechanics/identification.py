@@ -37,10 +37,13 @@ class EyeShifts:
 
     def shifted(self, field: MarkerField) -> MarkerField:
         """The field with corrected eyes."""
-        distance = np.linalg.norm(field.eye[:, None] - self.eyes, axis=2)
         eye = field.eye.copy()
-        eye[:, :2] += self.shifts[np.argmin(np.nan_to_num(distance), axis=1)]
+        eye[:, :2] += self.shifts[self.number(field)]
         return replace(field, eye=eye)
+
+    def number(self, field: MarkerField) -> np.ndarray:
+        """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""
+        return np.argmin(np.nan_to_num(np.linalg.norm(field.eye[:, None] - self.eyes, axis=2)), axis=1)
 
 
 MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion

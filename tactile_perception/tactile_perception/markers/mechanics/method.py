@@ -53,11 +53,11 @@ class SheetPresses:
         """The next press may be by another tip, and comes straight down first."""
         self._tip, self._dragged = ANY_TIP, False
 
-    def explain(self, field: MarkerField, begin: Press) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press. A drag is by the tip of the last straight press, and lasts
-        until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own tip: frames share the
-        errors of the model, so many of them tell no more than one."""
-        seen = Seen(field)
+    def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
+        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the last straight
+        press, and lasts until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own tip:
+        frames share the errors of the model, so many of them tell no more than one."""
+        seen = Seen(field, motion)
         straight = self._inverse.solve(seen, [begin])
         if straight.misfit < RIGHT and not self._dragged:
             self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
@@ -126,6 +126,7 @@ class SheetModelMethod:
         self._start = SheetStart(library, noise.shift, noise.growth)
         self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
         self._margin = np.array(sensor.pitch)
+        self._before: np.ndarray | None = None
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -143,7 +144,9 @@ class SheetModelMethod:
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact. Of the frame before, only the tip's radius counts."""
+        """The touches of one frame; empty without contact. Of the frames before, only the tip's radius counts, whether it is dragged, and
+        the motion of a second camera's markers, which may be seen at another moment."""
+        motion = self._motion(field)
         if field.seen.sum() < FEWEST:
             self._presses.forget()
             return []
@@ -152,11 +155,18 @@ class SheetModelMethod:
         if score < STANDS_OUT:
             self._presses.forget()
             return []
-        found = self._presses.explain(field, start)
+        found = self._presses.explain(field, start, motion)
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
         if len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
+
+    def _motion(self, field: MarkerField) -> np.ndarray:
+        """(K, 3) change of shift and growth since the frame before, of the markers that a second camera sees, else 0."""
+        now, before = np.column_stack([field.shift, field.growth]), self._before
+        self._before = now
+        moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
+        return np.where((self._calibration.eyes.number(field) > 0)[:, None], moved, 0.0)
 
     def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
         calibration, tip = self._calibration, found.vector

@@ -54,12 +54,16 @@ class Inverse:
 
 
 class Seen:
-    """The N markers of a field that are seen: rest (N, 2), eye (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma (N,)."""
+    """The N markers of a field that are seen: rest (N, 2), eye (N, 3), value (N, 3) shift and growth, NaN where unknown; sigma (N,).
 
-    def __init__(self, field: MarkerField):
+    motion: (N, 3) of value, of those that a second camera sees at a moment of its own, by an unknown share of which they may be late.
+    """
+
+    def __init__(self, field: MarkerField, motion: np.ndarray | None = None):
         self.index = np.flatnonzero(field.seen & np.isfinite(field.eye).all(1))
         self.rest, self.eye, self.sigma = field.rest[self.index], field.eye[self.index], field.sigma[self.index]
         self.value = np.column_stack([field.shift[self.index], field.growth[self.index]])
+        self.motion = np.zeros((len(self.index), 3)) if motion is None else motion[self.index]
 
 
 class SheetInverse:
@@ -73,7 +77,7 @@ class SheetInverse:
         """Fit one press or two from start; drags: whether their drags are unknown, else 0; tip: prior mean and standard deviation of the
         log radius."""
         state, covariance, misfit, wrenches = _core.fit_presses(
-            self._library.table, seen.rest, seen.eye, seen.value, seen.sigma, np.array([press.vector for press in start]),
+            self._library.table, seen.rest, seen.eye, seen.value, seen.sigma, seen.motion, np.array([press.vector for press in start]),
             noise=self._noise, tip=tip, drags=drags, **self._marker)
         presses = [Press.of(state[SIZE * k:SIZE * (k + 1)]) for k in range(len(start))]
         return Inverse(presses, covariance, misfit, wrenches, float(state[SIZE * len(start):].sum()))
