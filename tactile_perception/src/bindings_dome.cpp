@@ -114,8 +114,9 @@ void bind_dome(py::module_& module) {
     module.def("press_dome", &pressed_dome, py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"),
                py::arg("odd_table"), py::arg("even_modes"), py::arg("odd_modes"), py::arg("points"), py::arg("eyes"), py::arg("presses"),
                "Displacement (K, 3) float64, m, of a dome's markers at points (K, 3), m, under presses (n, 7) that add up.\n\n"
-               "A press: x, y of the tip, m; log depth, m; logs of its radius and of friction over the library's middle ones, over their\n"
-               "spreads; additional friction over pressure along x and y. The first six arrays are DomeLibrary.arrays.");
+               "A press: x, y of the tip before a drag, m; log depth, m; logs of its radius and of friction over the library's middle\n"
+               "ones, over their spreads; way of the drag, with the skin, over the depth along x and y. The first six arrays are\n"
+               "DomeLibrary.arrays.");
     module.def(
         "fit_dome", &fitted_dome, py::kw_only(), py::arg("numbers"), py::arg("edges"), py::arg("even_table"), py::arg("odd_table"),
         py::arg("even_modes"), py::arg("odd_modes"), py::arg("points"), py::arg("eyes"), py::arg("plane_z"), py::arg("shift"),

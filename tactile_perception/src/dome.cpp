@@ -21,7 +21,7 @@ constexpr double WIDEST = 0.99;    // sine of the angle of a touch: a place fart
 using Complex = std::complex<double>;
 
 // A displacement on the mesh and its slopes at a fixed place there, side by side. Even fields end with the slopes by friction and by
-// friction along the meridian, odd ones with that by friction across it.
+// drags along the meridian, odd ones with that by drags across it.
 enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_ALONG, FIELDS };
 constexpr int BY_ACROSS = BY_FRICTION;
 
@@ -68,7 +68,7 @@ TACTILE_WIDE void add_scaled(const double* row, std::size_t rows, const double* 
 }
 
 // The touch of a press on the mesh: direction of the meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its
-// slopes by that distance and by the log radius, friction along and across the meridian.
+// slopes by that distance and by the log radius, drag along and across the meridian.
 struct Meridian {
     double cosine, sine, away, shift, by_away, by_radius, along, across;
 };
@@ -89,7 +89,7 @@ Meridian meridian_of(const DomeLibrary& library, const double* press) {
 }
 
 // Fields of a press (rings + 1, 3, harmonics + 1, COUNT): COUNT 1, the displacement alone, or FIELDS. Even ones, mirror symmetric to the
-// meridian plane: the straight press with friction along the meridian; odd ones: by friction across it.
+// meridian plane: the straight press with a drag along the meridian; odd ones: by a drag across it.
 template <int COUNT>
 struct Fields {
     std::vector<double> even, odd;
@@ -191,7 +191,7 @@ bool find_spot(const DomeLibrary& library, const Meridian& meridian, const doubl
 template <int COUNT>
 struct AtSpot {
     double field[COUNT], by_far, by_turn;
-    double across = 0;  // COUNT FIELDS: by friction across the meridian
+    double across = 0;  // COUNT FIELDS: by a drag across the meridian
 
     AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
         const int waves = library.harmonics + 1;

@@ -8,8 +8,8 @@
 
 namespace tactile {
 
-// Numbers of a press: x, y of the tip; log depth; logs of radius and of friction over the library's middle ones, over their spreads;
-// additional friction over pressure along x and y.
+// Numbers of a press: x, y of the tip before a drag; log depth; logs of radius and of friction over the library's middle ones, over their
+// spreads; way of the drag, with the skin, over the depth along x and y.
 constexpr int PRESS = 7;
 enum PressNumber { X, Y, DEPTH, RADIUS, FRICTION, DRAG_X, DRAG_Y };
 constexpr int STRAIGHT = 3;  // powers of the log friction of a straight press
@@ -20,8 +20,8 @@ struct DomeLibrary {
     double curvature, centre_z, disc_scale;             // of the dome: radius and height of the centre, m; see disc_scale in mesh.py
     double reach, depth, power, radius, radius_spread;  // largest shift of the mesh; deepest press; grading of depths; middle tip
     const double* edges;                                // (rings + 1), radii of the rings in the unit disc
-    const double* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and friction along the meridian
-    const double* odd_table;   // (levels + 3, order, radii, odd): friction across the meridian
+    const double* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and drags along the meridian
+    const double* odd_table;   // (levels + 3, order, radii, odd): drags across the meridian
     const double* even_modes;  // (even, rings + 1, 3, harmonics + 1)
     const double* odd_modes;   // (odd, rings + 1, 3, harmonics + 1)
 };

@@ -27,6 +27,7 @@ TOP = 0.35            # of the rim's radius: markers nearer to the axis tell the
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
+NUMBERS = 'place_error', 'depth_share', 'deeper', 'deepest', 'farthest', 'quiet'
 MOST = 60             # presses that tell the noise, at most. Chosen
 
 
@@ -34,7 +35,8 @@ MOST = 60             # presses that tell the noise, at most. Chosen
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
-    deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
+    deeper: fitted depth over the true one, median; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest
+    match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -44,6 +46,7 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
+    deeper: float
     deepest: float
     farthest: float
     quiet: float
@@ -54,7 +57,7 @@ class DomeCalibration:
 
     def numbers(self) -> dict:
         """As plain numbers, for a calibration file."""
-        plain = {name: getattr(self, name) for name in ('place_error', 'depth_share', 'deepest', 'farthest', 'quiet')}
+        plain = {name: getattr(self, name) for name in NUMBERS}
         return plain | {'material': asdict(self.material), 'rest': self.rest.tolist(), 'eye': self.eyes.tolist(),
                         'noise': asdict(self.noise), 'library': library_numbers(self.library)}
 
@@ -62,7 +65,7 @@ class DomeCalibration:
     def from_numbers(cls, numbers: Mapping) -> DomeCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            plain = [float(numbers[name]) for name in ('place_error', 'depth_share', 'deepest', 'farthest', 'quiet')]
+            plain = [float(numbers[name]) for name in NUMBERS]
             rest, eyes = np.array(numbers['rest'], float).reshape(-1, 2), np.array(numbers['eye'], float).reshape(-1, 3)
             if len(rest) != len(eyes):
                 raise ValueError('rest and eye differ in length')
@@ -85,7 +88,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, deepest, reached + max(sensor.pitch), 0.0)
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
     inverse = _inverse(first, noise, sensor)
     inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
@@ -154,11 +157,13 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
 
 
-def _remaining_errors(found: list[DomeFound], presses: Presses) -> tuple[float, float]:
-    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances."""
+def _remaining_errors(found: list[DomeFound], presses: Presses) -> tuple[float, float, float]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances; median of depth over the true one."""
     deep = presses.depth > SHALLOW * presses.depth.max()
     off = np.array([one.presses[0, :2] for one in found]) - presses.position[:, :2]
     deeper = np.array([one.presses[0, DEPTH] for one in found]) - np.log(presses.depth)
     variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])
     place = np.median(np.mean(off[deep]**2 - variance[deep, :2], axis=1))
-    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(np.median(deeper[deep]**2 - variance[deep, 2]), 0.0)))
+    median = np.median(deeper[deep])
+    share = np.median((deeper[deep] - median)**2 - variance[deep, 2])
+    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(share, 0.0))), float(np.exp(median))

@@ -71,10 +71,10 @@ class DomePlan:
 class DomeLibrary:
     """Displacement of a dome's markers under presses within plan.
 
-    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of friction along the
-    meridian, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd) and odd_modes: of friction
-    across it. The displacement is the mean over a marker. pushes: the forces of the tips over the shear modulus and thickness, as
-    displacements that are the same all over the dome.
+    even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of drags along the
+    meridian as far as the tip is deep, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd)
+    and odd_modes: of drags across it. The displacement is the mean over a marker. pushes: the forces of the tips over the shear modulus
+    and thickness, as displacements that are the same all over the dome.
     """
 
     def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray],
@@ -113,7 +113,7 @@ def build_library(plan: DomePlan, material: DomeMaterial, mesh: MeshPlan = MeshP
 
 
 def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes: DomeLibrary | None = None) -> DomeLibrary:
-    """The library of straight presses, friction along and friction across, (order, RADII, FRICTIONS, levels, rings + 1, 3, harmonics + 1)
+    """The library of straight presses, drags along and drags across, (order, RADII, FRICTIONS, levels, rings + 1, 3, harmonics + 1)
     each."""
     straight, along, across = fields
     middle = FRICTIONS // 2
@@ -211,7 +211,7 @@ def _spline_fit(levels: int) -> np.ndarray:
 
 def library_numbers(library: DomeLibrary) -> dict:
     """The library as plain numbers: see library_from_numbers."""
-    parts = {name: [pack(part) for part in np.moveaxis(getattr(library, f'{name}_table'), -1, 0)] for name in ('even', 'odd')}
+    parts = {f'{name}_parts': [pack(part) for part in np.moveaxis(getattr(library, f'{name}_table'), -1, 0)] for name in ('even', 'odd')}
     modes = {f'{name}_modes': pack(getattr(library, f'{name}_modes')) for name in ('even', 'odd')}
     pushes = {} if library.pushes is None else {'pushes': library_numbers(library.pushes)}
     return {'plan': asdict(library.plan), 'mesh': asdict(library.mesh), **parts, **modes, **pushes}
@@ -225,7 +225,7 @@ def library_from_numbers(numbers: Mapping) -> DomeLibrary:
         shapes = {'even': (levels, FRICTIONS + 1, *sides), 'odd': (levels, *sides)}
         found = []
         for name, shape in shapes.items():
-            table = np.stack([unpack(packed, shape) for packed in numbers[name]], axis=-1)
+            table = np.stack([unpack(packed, shape) for packed in numbers[f'{name}_parts']], axis=-1)
             modes = unpack(numbers[f'{name}_modes'], (table.shape[-1], mesh.rings + 1, 3, mesh.harmonics + 1))
             found.append((np.ascontiguousarray(table), modes))
         return DomeLibrary(plan, mesh, *found, library_from_numbers(numbers['pushes']) if 'pushes' in numbers else None)

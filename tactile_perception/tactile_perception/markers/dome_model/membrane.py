@@ -41,22 +41,21 @@ class DomeMaterial:
 
 @dataclass
 class _Touch:
-    """Contact at the points: which are in contact (n, P), force (n, P, 3), pressure (n, P), normal, place of sticking (n, P, 3), tangent
-    (n, P, 3, 3)."""
+    """Contact at the points: which are in contact (n, P), force and place of sticking (n, P, 3), tangent (n, P, 3, 3), and that where all
+    of it sticks."""
 
     on: np.ndarray
     force: np.ndarray
-    pressure: np.ndarray
-    normal: np.ndarray
     stick_place: np.ndarray
     tangent: np.ndarray
+    stuck: np.ndarray
 
 
 @dataclass(frozen=True)
 class PressedDome:
-    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a friction of one times
-    the pressure along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G, that belong to them.
-    NaN from the first depth without convergence."""
+    """Fields of one tip at D depths: straight (D, size): displacement; along, across (D, size), even and odd: by a tip that sticks and
+    goes as far aside as it is deep, along the meridian and across it; push, push_along, push_across (D, 3): forces of the tip, over G,
+    that belong to them. NaN from the first depth without convergence."""
 
     straight: np.ndarray
     along: np.ndarray
@@ -102,8 +101,8 @@ class _Press:
             last, before, at = start, at, depth
             found.straight[k], found.push[k] = self._u, self._push()
             if drags:
-                found.along[k], found.push_along[k] = self._dragged(0)
-                found.across[k], found.push_across[k] = self._dragged(1)
+                found.along[k], found.push_along[k] = self._dragged(0, depth)
+                found.across[k], found.push_across[k] = self._dragged(1, depth)
         return found
 
     def _reach(self, at: float, depth: float, start: np.ndarray, halvings: int) -> bool:
@@ -121,11 +120,10 @@ class _Press:
         self._held, self._anchor = self._met(centre)
         for turn in range(STEPS):
             residual, push, touch, tangents, softer = self._balance(centre)
-            step = self._solved(tangents, np.stack([-residual, push], axis=1), self._value, self._slopes, self._free)
+            self._tangents, self._swelling, self._softer = tangents, push, softer
+            step = self._with_gas(tangents, -residual, push, self._value, self._slopes, self._free)
             if not np.isfinite(step).all():
                 return False
-            # The gas couples all points: its tangent is a product of two vectors (Sherman and Morrison 1950).
-            step = step[:, 0] + step[:, 1] * (softer * (push @ step[:, 0]) / (1 - softer * (push @ step[:, 1])))
             largest = np.abs(step).max()
             self._u = self._u + step * min(1.0 if turn < WHOLE else 0.5, STRIDE / max(largest, 1e-12))
             if largest < SETTLED:
@@ -159,7 +157,6 @@ class _Press:
         stress = _membrane_tangent(along, across, normal, self._squeeze()) * self._mesh.weight[..., None, None]
         swell = np.concatenate([-_cross_matrix(across), _cross_matrix(along)], axis=-1) * (-pressure * self._mesh.weight)[..., None, None]
         tangents = stress, swell, touch.tangent * area[..., None]
-        self._tangents = tangents
         return residual, np.where(self._free, push, 0.0), touch, tangents, -2 * self._pressure * self._material.gas * share / volume
 
     def _membrane(self):
@@ -203,26 +200,30 @@ class _Press:
         band[wide, ~free] = 1.0
         return solve_banded((wide, wide), band, np.where(free[:, None], right, 0.0), check_finite=False)
 
-    def _dragged(self, axis: int) -> tuple[np.ndarray, np.ndarray]:
-        """(size,) displacement by friction of one times the pressure along x or y, on a tip that slides: contact holds its normal alone;
-        and the change (3,) of the force of the tip.
+    def _with_gas(self, tangents, right: np.ndarray, push: np.ndarray, value: np.ndarray, slopes: np.ndarray,
+                  free: np.ndarray) -> np.ndarray:
+        """(size,): solution for right (size,). The gas couples all points: its tangent is a product of two vectors push (size,) (Sherman
+        and Morrison 1950)."""
+        found = self._solved(tangents, np.stack([right, push], axis=1), value, slopes, free)
+        return found[:, 0] + found[:, 1] * (self._softer * (push @ found[:, 0]) / (1 - self._softer * (push @ found[:, 1])))
 
-        Mirror symmetry keeps the gas out of the odd one; in the even one, the volume that a drag displaces is of second order.
+    def _dragged(self, axis: int, way: float) -> tuple[np.ndarray, np.ndarray]:
+        """(size,) displacement where the tip goes by way, m, along x or y and the skin sticks to it; and the change (3,) of the force of
+        the tip.
+
+        Linear, and yet near for a long way: the part of the skin in contact moves as one, and an ideal balloon answers linearly.
         """
         touch, odd = self._touching, axis == 1
         value, slopes = (self._value, self._slopes) if not odd else self._mesh.basis(odd=True)
-        way = np.eye(3)[axis] - touch.normal * touch.normal[..., axis:axis + 1]
-        way /= np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-9)
-        area = (self._mesh.weight * self._mesh.scale**2)[..., None]
-        normal_only = touch.normal[..., :, None] * touch.normal[..., None, :] * np.sum(
-            touch.tangent * touch.normal[..., :, None] * touch.normal[..., None, :], axis=(-2, -1))[..., None, None] * area[..., None]
-        rub = way * touch.pressure[..., None] * area
-        stress, swell, _ = self._tangents
-        right = self._gathered(value, rub)[:, None]
-        moved = self._solved((stress, swell, normal_only), right, value, slopes, self._mesh.free(odd))[:, 0]
-        by = np.matmul(value, moved[self._mesh.of][..., None]).reshape(rub.shape)
-        held = np.matmul(normal_only, by[..., None])[..., 0]
-        return moved, 2 * np.sum(rub - held, axis=(0, 1)) * ([0.0, 1.0, 0.0] if odd else [1.0, 0.0, 1.0])
+        area, aside = (self._mesh.weight * self._mesh.scale**2)[..., None], np.eye(3)[axis] * way
+        held = touch.stuck * area[..., None]
+        free = self._mesh.free(odd)
+        right = self._gathered(value, held @ aside) * free
+        push = np.zeros_like(right) if odd else self._swelling  # mirror symmetry keeps the gas out of the odd field
+        moved = self._with_gas((*self._tangents[:2], held), right, push, value, slopes, free)
+        left = aside - np.matmul(value, moved[self._mesh.of][..., None]).reshape(self._mesh.rest.shape)
+        force = np.sum(np.matmul(held, left[..., None])[..., 0], axis=(0, 1))
+        return moved, 2 * force * ([0.0, 1.0, 0.0] if odd else [1.0, 0.0, 1.0])
 
     def _push(self) -> np.ndarray:
         """(3,) force of the tip on the skin, both halves."""
@@ -243,12 +244,13 @@ class _Press:
         rub = stick * part[..., None] * slid
         way, up = slid / np.maximum(amount, 1e-30)[..., None], normal[..., :, None] * normal[..., None, :]
         flat, sticks = np.eye(3) - up, stick * part
+        stuck = stiff[..., None, None] * up + (stick - pressure / distance)[..., None, None] * flat
         tangent = stiff[..., None, None] * up + (sticks * held - pressure / distance)[..., None, None] * flat
         sliding = sticks[..., None, None] * way[..., :, None] * way[..., None, :]
         sliding = sliding + (friction * stiff)[..., None, None] * way[..., :, None] * normal[..., None, :]
         tangent -= np.where(((part < 1) & held)[..., None, None], sliding, 0.0)
-        return _Touch(on, rub - pressure[..., None] * normal, pressure, normal, offset - rub / stick,
-                      np.where(on[..., None, None], tangent, 0.0))
+        return _Touch(on, rub - pressure[..., None] * normal, offset - rub / stick,
+                      np.where(on[..., None, None], tangent, 0.0), np.where(on[..., None, None], stuck, 0.0))
 
 
 def _cross_matrix(a: np.ndarray) -> np.ndarray:

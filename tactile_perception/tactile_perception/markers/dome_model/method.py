@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .solver import DEPTH, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse
+from .solver import DEPTH, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
 from ...errors import BadArgument
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
@@ -23,12 +23,16 @@ STANDS_OUT = 12.0    # detection threshold of the match, standard deviations of 
 QUIETER = 1.5        # detection threshold over the greatest match of untouched calibration frames
 SURE = 2.5           # least depth over its standard deviation, and tip radius over that of the place: fainter touches are not told
 FAINT = 8.0          # times the detection threshold, up to which other places may explain a frame as well
+AMISS = 1.5          # misfit from which a drag is tried
 WRONG = 3.0          # misfit from which other starts, and two presses, are tried
+ASIDE = 0.06         # way over depth, from which a drag is tried, and followed from frame to frame
+DRAG_BETTER = 0.85   # largest misfit of a drag over that of a straight press
 BETTER = 0.5         # largest misfit of two presses over that of one
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
-DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # friction over pressure of the starts of drags
-NOT_LINEAR = 0.12    # error of place and depth over depth, for each unit of a drag's friction, which is linearised
+DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
+NOT_LINEAR = 0.12    # error of place and depth over the way of a drag, which is linearised
+SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
 EDGE = 0.98          # of the library's reach, from which a touch is at the edge
@@ -43,6 +47,7 @@ class DomeModelMethod:
                                   max(sensor.pitch))
         self._threshold = max(STANDS_OUT, QUIETER * calibration.quiet)
         self._last: DomeFound | None = None
+        self._dragged = DRAGGED
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -77,7 +82,7 @@ class DomeModelMethod:
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
         score = self.solver.score(field) if field.seen.sum() >= SEEN else 0.0
         if not score > self._threshold:
-            self._last = None
+            self._last, self._dragged = None, DRAGGED
             return None
         self._last = self._explained(field, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
@@ -94,29 +99,45 @@ class DomeModelMethod:
         return None if found is None else (self.solver.moved(found.presses)[:, 2], None)
 
     def _explained(self, field: MarkerField, last: DomeFound | None) -> DomeFound:
-        """One straight press, one that is dragged where that does not explain the frame, or two where they explain it much better."""
+        """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better."""
+        known = last is not None and len(last.presses) == 1
+        if known and _is_dragged(last):
+            one = self.solver.solve(field, last.presses, self._dragged)
+            if one.misfit < AMISS:
+                return one
         straight = self.solver.solve(field, self.solver.start(field))
-        if straight.misfit < WRONG:
+        if straight.misfit < AMISS and not _is_dragged(straight):
+            self._dragged = self._of_tip(straight)
             return straight
         if last is not None and len(last.presses) == 2:
             two = self.solver.solve(field, last.presses, DRAGGED)
             if two.misfit < WRONG and self._are_two(straight, two):
                 return two
-        starts = [straight.presses, *self._drags(straight)] + ([last.presses] if last is not None and len(last.presses) == 1 else [])
-        first = min(starts, key=lambda start: self.solver.squares(field, start))
-        one = self.solver.solve(field, first, DRAGGED)
-        if one.misfit >= WRONG:
-            one = min([one, *(self.solver.solve(field, start, DRAGGED) for start in starts[1:])], key=lambda solution: solution.misfit)
-        one = one if one.misfit < BETTER * straight.misfit else straight
+        one = self._drag(field, [straight.presses, *self._drags(straight)] + ([last.presses] if known else []))
+        one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
         if one.misfit < WRONG:
             return one
         two = self._two(field, one)
         return two if self._are_two(one, two) else one
 
+    def _drag(self, field: MarkerField, starts: list[np.ndarray]) -> DomeFound:
+        """The drag from the best of the starts; from the best solution, where that one does not explain the frame."""
+        one = self.solver.solve(field, min(starts, key=lambda start: self.solver.squares(field, start)), self._dragged)
+        if one.misfit < WRONG:
+            return one
+        return min([one, *(self.solver.solve(field, start, self._dragged) for start in starts[1:])], key=lambda solution: solution.misfit)
+
+    def _of_tip(self, straight: DomeFound) -> PressPrior:
+        """The prior of a drag by the tip of a straight press, or as before where that told the tip better: a drag hardly tells it."""
+        sigma = float(np.sqrt(straight.covariance[RADIUS, RADIUS] * max(1.0, straight.misfit))) + SAME_TIP
+        told = replace(DRAGGED, tip=float(straight.presses[0, RADIUS]), tip_sigma=sigma)
+        return min(told, self._dragged, key=lambda prior: prior.tip_sigma)
+
     def _drags(self, one: DomeFound) -> list[np.ndarray]:
         """(1, 7) starts of drags, where a straight press would be."""
         starts = np.repeat(one.presses, len(DRAGS), axis=0)
         starts[:, RADIUS:] = 0.0
+        starts[:, RADIUS] = self._dragged.tip
         starts[:, 5:] = DRAGS
         return list(starts[:, None])
 
@@ -135,31 +156,49 @@ class DomeModelMethod:
 
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
-        part = slice(PRESS * number, PRESS * number + 3)
+        part = slice(PRESS * number, PRESS * (number + 1))
         radius = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]))
         sunk = self._sunk(found, number, radius)
-        place, depth = press[[X, Y]], float(np.exp(press[DEPTH])) + sunk
-        turned = np.diag([1.0, 1.0, -depth])  # from log depth to height
-        covariance = turned @ found.covariance[part, part] @ turned * max(1.0, found.misfit)
-        dragged = NOT_LINEAR * depth * float(np.hypot(*press[5:]))
+        first, pressed = press[[X, Y]], float(np.exp(press[DEPTH]))
+        low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / calibration.deeper - sunk
+        place = self._inside(first + pressed * press[5:])  # where the drag has carried it
+        depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
+        onto = self._onto(press, radius)
+        covariance = onto @ found.covariance[part, part] @ onto.T * max(1.0, found.misfit)
+        dragged = NOT_LINEAR * pressed * float(np.hypot(*press[5:]))
         extra = np.array([calibration.place_error + dragged] * 2 + [calibration.depth_share * depth + abs(sunk) + dragged])
         covariance = covariance + np.diag(extra**2)
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 3)
         reach = calibration.library.plan.reach
-        at_edge = np.hypot(*place) > min(EDGE * reach, calibration.farthest)
+        at_edge = np.hypot(*first) > min(EDGE * reach, calibration.farthest)
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
-        inside = place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
-        height = first_touch_height(inside, radius, self.sensor)[0] - depth
-        position = np.append(inside, height)
+        position = np.append(place, low)
         wrench = self._wrench(press, position, radius) if len(found.presses) == 1 else np.full(6, np.nan)
         return TouchEstimate(position, depth, covariance, float(np.sqrt(covariance[2, 2])), radius, int(flags), wrench=wrench)
+
+    def _inside(self, place: np.ndarray) -> np.ndarray:
+        """(2,) m, the place (2,), not beyond the rim."""
+        return place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
+
+    def _onto(self, press: np.ndarray, radius: float) -> np.ndarray:
+        """(3, PRESS): derivatives of place and height under first touch (m) by the numbers of a press (7,)."""
+        pressed, size = np.exp(press[DEPTH]), self.calibration.library.plan.cap.curvature_radius + radius
+        place = press[[X, Y]] + pressed * press[5:]
+        onto = np.zeros((3, PRESS))
+        onto[:2, [X, Y]], onto[:2, 5:], onto[:2, DEPTH] = np.eye(2), pressed * np.eye(2), pressed * press[5:]
+        # The height of first touch falls from the axis outwards, on a sphere.
+        falls, fell = (at / np.sqrt(max(size**2 - at @ at, 1e-12)) for at in (place, press[[X, Y]]))
+        onto[2] = falls @ onto[:2]
+        onto[2, [X, Y]] -= fell
+        onto[2, DEPTH] -= pressed / self.calibration.deeper
+        return onto
 
     def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
         """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""
         force = self.solver.library.push(press)
-        normal = self.sensor.normal(position[:2] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
+        normal = self.sensor.normal(press[[X, Y]] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
         return np.concatenate([force, np.cross(position + [0.0, 0.0, radius] - radius * normal, force)])
 
     def _sunk(self, found: DomeFound, number: int, radius: float) -> float:
@@ -171,3 +210,7 @@ class DomeModelMethod:
         at = found.presses[number, :2] * cap.curvature_radius / (cap.curvature_radius + radius)
         touch = np.array([[*at, cap.heights(at[None])[0]]])
         return -float(self.solver.library.moved(touch, np.zeros((1, 3)), others)[0, 2])
+
+
+def _is_dragged(found: DomeFound) -> bool:
+    return bool(np.hypot(*found.presses[0, 5:]) > ASIDE)

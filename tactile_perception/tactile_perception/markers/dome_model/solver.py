@@ -14,12 +14,9 @@ from ..view.marker_field import MarkerField
 
 X, Y, DEPTH, RADIUS, FRICTION, DRAG = 0, 1, 2, 3, 4, slice(5, 7)  # numbers of a press: see _core.press_dome
 PRESS = 7
-RADIUS_SIGMA = 0.35      # prior standard deviation of the log of the tip's radius, over the library's spread. Chosen
-FRICTION_SIGMA = 0.25    # the same of friction. Chosen
-STRAIGHT, DRAGGED = 0.02, 0.4  # prior standard deviations of the friction over pressure of a drag. Chosen
 ALIKE = 4.5              # model errors of neighbouring markers are alike: standard deviation that they count, over their own. Chosen
 FAINTEST = 1e-5          # m, least depth. Chosen: far below what markers show
-LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, friction over pressure. Chosen
+LIMIT = (0.01, 0.01, 0.5, 0.5, 0.5, 0.3, 0.3)  # of one step: m, logs, way of a drag over depth. Chosen
 RINGS, DEPTHS = (0.0, 0.14, 0.28, 0.42, 0.56), (0.06, 0.15, 0.35, 0.6, 0.85)  # starts, of rim radius and deepest press. Chosen
 APART = 2.2              # pitches: least distance of the starts of two touches. Chosen
 
@@ -32,6 +29,21 @@ class FieldNoise:
     still: float
     share: float
     top: float
+
+
+@dataclass(frozen=True)
+class PressPrior:
+    """What is known of a press beforehand: drag: standard deviation of the way of the drag over the depth; friction: of log friction over
+    the library's spread; tip, tip_sigma: mean and standard deviation of the log radius over the library's spread."""
+
+    drag: float
+    friction: float
+    tip: float = 0.0
+    tip_sigma: float = 0.35
+
+
+#: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag. Chosen
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.25), PressPrior(0.4, 1.0)
 
 
 @dataclass(frozen=True)
@@ -95,25 +107,25 @@ class DomeInverse:
         off[:, DEPTH] += np.log(match / size)
         return (likely[:, None] * off).T @ off / (1 + likely.sum())
 
-    def solve(self, field: MarkerField, starts: np.ndarray, drag_sigma: float = STRAIGHT) -> DomeFound:
-        """Fit presses to a field, from starts (n, 7); drag_sigma: prior standard deviation of the friction of a drag."""
+    def solve(self, field: MarkerField, starts: np.ndarray, prior: PressPrior = STRAIGHT) -> DomeFound:
+        """Fit presses to a field, from starts (n, 7)."""
         seen = field.seen & np.isfinite(self.points).all(1)
         variance, model = self._variances(field)
         weight = np.where(seen, 1 / (variance + ALIKE**2 * model), 0.0)
         presses, covariance, left, _ = _core.fit_dome(
             **self.library.arrays, points=self.points, eyes=self._eyes, plane_z=self._plane_z,
-            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, starts=starts, prior=self._prior(drag_sigma))
+            shift=np.where(seen[:, None], field.shift, 0.0), weight=weight, starts=starts, prior=self._prior(prior))
         squares = np.sum(left**2 / (variance + model)[:, None])
         return DomeFound(presses, covariance, float(squares) / max(2 * int(seen.sum()), 1))
 
-    def _prior(self, drag_sigma: float) -> np.ndarray:
+    def _prior(self, prior: PressPrior) -> np.ndarray:
         """(5, 7) mean, weight, least, most and longest step."""
         plan = self.library.plan
         reach, deepest = plan.reach, np.log(plan.depth)
-        weight = np.array([1e-6, 1e-6, 1e-6, RADIUS_SIGMA**-2, FRICTION_SIGMA**-2, drag_sigma**-2, drag_sigma**-2])
+        weight = np.array([1e-6, 1e-6, 1e-6, prior.tip_sigma**-2, prior.friction**-2, prior.drag**-2, prior.drag**-2])
         least = [-reach, -reach, np.log(FAINTEST), -1.0, -1.0, -2.0, -2.0]
         most = [reach, reach, deepest, 1.0, 1.0, 2.0, 2.0]
-        return np.array([np.zeros(PRESS), weight, least, most, LIMIT])
+        return np.array([[0.0] * RADIUS + [prior.tip, 0.0, 0.0, 0.0], weight, least, most, LIMIT])
 
     def sigma(self, field: MarkerField) -> np.ndarray:
         """(K,) m, noise of each marker per axis."""

@@ -4,20 +4,28 @@ import dataclasses
 
 import numpy as np
 import pytest
-from dome_library import EYES, MATERIAL, library_field, press, small_library
+from dome_library import EYES, MATERIAL, PLAN, library_field, press, small_library
 from dome_scenes import DOME, EYE, seen, markers
 from tactile_perception.errors import BadArgument, BadCalibration
 from tactile_perception.markers.dome_model.calibration import DomeCalibration
+from tactile_perception.markers.dome_model.library import RADIUS_SPREAD
 from tactile_perception.markers.dome_model.method import DomeModelMethod
 from tactile_perception.markers.dome_model.solver import FieldNoise
 from tactile_perception.markers.touches.touch import OUT_OF_RANGE
+from tactile_perception.markers.view.sensor import first_touch_height
 
 pytestmark = pytest.mark.full  # simulates a small library
 
 
 @pytest.fixture(scope='module')
 def calibration():
-    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 0.035, 0.08, 1.0)
+    return DomeCalibration(small_library(), MATERIAL, seen(markers()), EYES, FieldNoise(1.5e-5, 0.003, 0.002), 1e-4, 0.01, 1.0, 0.035, 0.08,
+                           1.0)
+
+
+def touch_height(one):
+    """m, of the tip of a press at first contact."""
+    return first_touch_height(one[:2], PLAN.radius * np.exp(RADIUS_SPREAD * one[3]), DOME)[0]
 
 
 @pytest.fixture
@@ -29,7 +37,9 @@ def test_straight_and_dragged_presses_of_any_tip_are_told_as_one(method):
     for k, one in enumerate((press(0.02, 0.01, 0.02), press(-0.03, 0.02, 0.012, 0.5, 0.2), press(0.0, 0.0, 0.03, -0.4),
                              press(0.03, -0.03, 0.025, drag=(0.5, 0.1)), press(-0.02, 0.0, 0.02, 0.3, drag=(0.0, -0.6)))):
         touch, = method.estimate(library_field(one, seed=k))
-        assert np.hypot(*(touch.position[:2] - one[:2])) < 2e-3 and touch.depth == pytest.approx(np.exp(one[2]), abs=1.5e-3)
+        place, height = one[:2] + np.exp(one[2]) * one[5:], touch_height(one) - np.exp(one[2])
+        assert np.hypot(*(touch.position[:2] - place)) < 2e-3 and touch.position[2] == pytest.approx(height, abs=1.5e-3)
+        assert touch.depth == pytest.approx(first_touch_height(touch.position[:2], touch.radius, DOME)[0] - touch.position[2], abs=1e-9)
         assert touch.position[2] < DOME.height and 0.01 < touch.radius < 0.06 and not touch.flags
 
 

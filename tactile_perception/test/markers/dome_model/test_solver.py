@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dome_library import inverse, library_field, press
-from tactile_perception.markers.dome_model.solver import DEPTH, RADIUS
+from tactile_perception.markers.dome_model.solver import DEPTH, DRAGGED, RADIUS
 
 pytestmark = pytest.mark.full  # simulates a small library
 PRESS = press(0.022, -0.031, 0.021, 0.3, 0.2, (0.1, -0.05))
@@ -13,7 +13,7 @@ def test_a_press_is_found_with_an_honest_covariance():
     squares = []
     for seed in range(20):
         field = library_field(PRESS, seed=seed)
-        found = inverse().solve(field, inverse().start(field))
+        found = inverse().solve(field, inverse().start(field), DRAGGED)
         off = found.presses[0] - PRESS
         squares.append(off[:3] @ np.linalg.solve(found.covariance[:3, :3], off[:3]) / 3)
         assert np.hypot(*off[:2]) < 1.5e-3 and abs(off[DEPTH]) < 0.1 and found.misfit < 1.5
@@ -39,7 +39,7 @@ def test_a_deep_press_is_nowhere_else():
 def test_without_noise_it_is_found_exactly_but_for_the_prior():
     field = library_field(PRESS, noise=1e-8)
     field.sigma[:] = 1e-7
-    found = inverse().solve(field, inverse().start(field))
+    found = inverse().solve(field, inverse().start(field), DRAGGED)
     assert np.hypot(*(found.presses[0] - PRESS)[:2]) < 2e-4 and found.presses[0, RADIUS] == pytest.approx(0.3, abs=0.1)
 
 

@@ -1,0 +1,50 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Drags of a tip over the simulated dome, from sticking to sliding skin, told with the calibration that ships."""
+from functools import partial
+
+import numpy as np
+import pytest
+from tactile_bringup.installed import share
+from tactile_driver.simulation.scene.specimen import Script, drag, one_after_the_other
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.simulation.sensors.air_cushion import air_cushion
+from tactile_perception.calibration.files.markers import read_touch
+from tactile_perception.common.dots import DotTracks
+from tactile_perception.markers.methods import make_method
+from tactile_perception.markers.view.camera_views import view_maker
+from tactile_perception.markers.view.marker_field import RestMarkers
+from tactile_perception.parameters.file import read_parameters
+from tactile_perception.parameters.markers import POINT_PARAMETERS, marker_sensor
+from tactile_perception.touchpad.sensor import camera_pose
+
+RATE, NOISE, WAY = 5.0, 0.02, (-0.021, 0.021)  # Hz, px, m
+LARGEST = 3e-3, 6e-3, 3e-3  # m, mean and greatest error of place, mean error of depth. Chosen
+
+
+def dragged(friction):
+    """The truth and the told touches of each frame of a drag by WAY, from the first frame in which the tip moves."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(scenes.SCENES, 'one drag', Script(air_cushion, one_after_the_other([
+            partial(drag, 'ball_30mm', 0.02, -0.01, 0.022, *WAY, duration=2.0)]), friction=friction))
+        scene = scenes.open_scene('one drag', rate=RATE)
+    values = read_parameters(share('params', 'air_cushion_sim.yaml'), 'contact_point_node', POINT_PARAMETERS)
+    sensor, known = marker_sensor(values), read_touch(share('calibration', 'air_cushion_sim.yaml'), 'air_cushion')
+    make_view = view_maker(sensor, (scene.camera.matrix, scene.camera.distortion), None, camera_pose(values))
+    rest, method, rng = RestMarkers(17 * 17, make_view), make_method(known.best, known.fitted(known.best), sensor), np.random.default_rng(0)
+    still, frames = scene.observe(0).truth, []
+    for k in range(scene.frames):
+        truth = scene.observe(k).truth
+        uv = truth.dot_uv + rng.normal(0, NOISE, truth.dot_uv.shape)
+        tracks = DotTracks(17, 17, truth.dot_id.astype(np.int64), uv, np.full(len(uv), 100.0), np.full(len(uv), NOISE), uv - still.dot_uv)
+        frames.append((truth.contacts, method.estimate(rest.field(tracks))))
+    return [(truth[0], told) for truth, told in frames if truth and truth[0].position[0] < 0.02 - 1e-4 and truth[0].depth > 0.02]
+
+
+@pytest.mark.parametrize('friction', [0.2, 0.35, 1.0])
+def test_a_dragged_tip_is_told_as_one_where_it_is(friction):
+    frames = dragged(friction)
+    assert len(frames) > 8 and all(len(told) == 1 for _, told in frames)
+    place = np.array([np.hypot(*(told[0].position - truth.position)[:2]) for truth, told in frames])
+    depth = np.array([abs(told[0].depth - truth.depth) for truth, told in frames])
+    assert place.mean() < LARGEST[0] and place.max() < LARGEST[1] and depth.mean() < LARGEST[2]
