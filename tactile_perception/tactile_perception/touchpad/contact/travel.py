@@ -17,6 +17,8 @@ _EVEN = 2.0  # mean square deviation from an even motion, in that of the places;
 _SIGNIFICANT = 8.0  # standard deviations above which a velocity is told: 12 % of error each; chosen
 _LATE_S, _CHANGE = 0.07, 0.4  # s, part of the velocity: largest change in the last part of the window; chosen
 
+_FADES = 0.7  # of the dots' usual motion in a frame: below it a tip counts as slowing down; chosen
+
 
 class ContactTravel:
     """The paths of contacts over the dots, frame by frame.
@@ -56,12 +58,23 @@ class ContactTravel:
             return np.full(2, np.nan)
         stamps, places, tips, variance, held = (np.array(part) for part in zip(*seen[::-1]))
         common = held.all(axis=0)
-        path = tips - places[:, common].mean(axis=1) if common.any() else np.full_like(tips, np.nan)
-        return _even_velocity(stamps - stamps[0], path - path[0], variance)
+        if not common.any():
+            return np.full(2, np.nan)
+        path = tips - places[:, common].mean(axis=1)
+        found, frames = _even_velocity(stamps - stamps[0], path - path[0], variance)
+        return np.full(2, np.nan) if _fades(places[:frames, common]) else found
 
 
-def _even_velocity(seconds: np.ndarray, path: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """(2,) m/s, least squares over the longest even part of path (T, 2), m, at seconds (T,) with variance (T,), m^2, latest first."""
+def _fades(places: np.ndarray) -> bool:
+    """Whether dots at places (T, N, 2), m, latest first, move less in the last frame than before: the faster the dent of a tip passes over
+    the dots, the more they move."""
+    steps = np.sqrt(((places[1:] - places[:-1])**2).mean(axis=(1, 2)))
+    return bool(steps[0] < _FADES * np.median(steps))
+
+
+def _even_velocity(seconds: np.ndarray, path: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, int]:
+    """(2,) m/s, least squares over the longest even part of path (T, 2), m, at seconds (T,) with variance (T,), m^2, latest first, and the
+    number of its frames."""
     count = np.arange(1.0, len(seconds) + 1)
     spread = np.cumsum(seconds**2) - np.cumsum(seconds)**2 / count
     product = np.cumsum(seconds[:, None] * path, axis=0) - (np.cumsum(seconds) / count)[:, None] * np.cumsum(path, axis=0)
@@ -72,11 +85,11 @@ def _even_velocity(seconds: np.ndarray, path: np.ndarray, variance: np.ndarray) 
     even = scatter[few:] - (velocity * product[few:]).sum(axis=1) < _EVEN * noise[few:] * (count[few:] - 2)
     last = len(even) if even.all() else int(np.argmin(even))
     if not last:
-        return np.full(2, np.nan)
+        return np.full(2, np.nan), _FEWEST
     found, at = velocity[last - 1], last + few - 1
     speed = np.linalg.norm(found)
     if not speed > _SIGNIFICANT * np.sqrt(noise[at] / spread[at]):
-        return np.full(2, np.nan)
+        return np.full(2, np.nan), at + 1
     late = min(max(few, int(np.searchsorted(-seconds, _LATE_S - 1e-6))), at)
     recent = (path[0] - path[late]) @ found / (seconds[0] - seconds[late]) / speed
-    return found if abs(recent - speed) < _CHANGE * speed else np.full(2, np.nan)
+    return (found if abs(recent - speed) < _CHANGE * speed else np.full(2, np.nan)), at + 1

@@ -52,6 +52,13 @@ def test_a_tip_that_has_stopped_or_jumped_has_no_speed():
     assert np.isnan(travelled(np.vstack([np.zeros((6, 2)), [[1e-3, 0]]]))).all()
 
 
+def test_a_tip_under_which_the_dots_come_to_rest_slows_down():
+    way, shaken = line([0.2e-3, 0], 7), 10e-6 * (np.arange(7) % 2)[:, None] * [0, 1]
+    assert np.isfinite(travelled(way, dots=shaken)).all()
+    shaken[-1] = shaken[-2]
+    assert np.isnan(travelled(way, dots=shaken)).all()
+
+
 def test_a_tip_that_turns_back_has_its_new_velocity():
     way = line([0.3e-3, 0], 5)
     assert np.isnan(travelled(np.vstack([way, way[-2:-3:-1]]))).all()
