@@ -18,6 +18,7 @@ from ..psd.sphere_filter import SphereFilter
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
 _LAG_S = 1e-3  # by which a cover may lag behind a contact that slides, standard deviation. Chosen: a part of rubber's creep takes ms
 _STEP_S = 0.005  # s, at least, over which the speed of a contact is told. Chosen: noise then adds a tenth to the variance at most
+_UNIT = np.eye(3)
 _LONGEST_STEP_S = 1.0  # s between single samples of unknown rate. Chosen, as in check_block
 
 
@@ -105,12 +106,11 @@ class PsdStage:
         return since
 
     def _lagging(self, touch: Touch, at_s: float) -> Touch:
-        """The touch with the covariance that the lag of the cover adds along the surface."""
+        """Adds the lag of the cover to the touch's covariance along the surface."""
         lag = _LAG_S * self._speed.update(touch, at_s)
-        if not lag > 0:
-            return touch
-        along = np.eye(3) - touch.normal[:, None] * touch.normal
-        return replace(touch, covariance=touch.covariance + lag * lag * along)
+        if lag > 0:
+            touch.covariance += lag * lag * (_UNIT - touch.normal[:, None] * touch.normal)
+        return touch
 
     def _smoothed(self, touch: Touch, at_s: float) -> Touch:
         if self._filter is None or not np.isfinite(touch.normal).all():
