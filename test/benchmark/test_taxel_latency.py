@@ -38,3 +38,13 @@ def test_rolling_is_quiet_and_sliding_of_a_sphere_is_not():
     assert (found['mechanics'][true >= 0] > 0).mean() < 0.02
     true, found = taxel_latency.play('slide', specimen, ink, 2, response, ('mechanics',))
     assert (found['mechanics'][true > 0] > 0).mean() > 0.95 and (found['mechanics'][true == 2] == 2).mean() > 0.9
+
+
+@pytest.mark.full
+@pytest.mark.parametrize('device', taxel_latency.DEVICES)
+def test_a_smooth_bar_that_slides_is_told_soon(device):
+    specimen, ink = taxel_latency.DEVICES[device]
+    true, found = taxel_latency.play('smooth', specimen, ink, 3, taxel_latency.calibrate(specimen, ink, 3), ('mechanics',))
+    score = taxel_latency.Score()
+    score.add(true, found['mechanics'])
+    assert max(score.delays['gross slip']) <= 0.08

@@ -15,10 +15,11 @@ import numpy as np
 
 from .._core import noise_of_places, steady_motion
 from .array import SoftPad, TaxelArray
+from .breakaway import PHASE, SIGMAS, broke_away
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .score import BORDER_SHARE, LEVEL
 from .shear import BORDER_LEAD, SurfaceShear
-from .traction_watch import TractionWatch
+from .traction_watch import TractionWatch, is_curved
 
 _KEY_MOVED, _KEY_GREW = 0.8, 0.3  # taxels of motion and of growth after which a new keyframe is taken. Chosen: below one taxel
 _LOAD_WINDOW_S = 0.06  # s, over which changes of the load are judged. Chosen: 12 frames at 200 Hz
@@ -32,6 +33,7 @@ _LOOSENED, _SMOOTHEST = 0.8, 0.08
 # smoother. Chosen: a traction that is released, and the rim that slips first, look alike.
 _LOOSE, _SMOOTH = 0.25, 0.6
 _RELEASED = 0.05  # traction over pressure, up to which an object at rest is without. Chosen: the least that traction_watch sees
+_TURNS = 0.6  # speed of the edges by a turn, of that of the middle, up to which a breakaway is told. Chosen
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
 _BOUND = 2.5  # standard deviations: see steady_motion. Chosen
 _EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
@@ -91,10 +93,12 @@ class ImprintTracker:
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
         self._slip_fraction = self._pulled_at_rest = 0.0
+        self._lead = 1.0  # speed of the picture over that of an object that sticks
         self._waited = False  # since the last frames, for a load that varies
         self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
         self._followed_part = 1.0  # object's part of the picture's motion
         self._moves = False
+        self._noise = 0.0  # m, of a place
         self._along = np.zeros(3)
 
     def traction_pressure(self) -> np.ndarray | None:
@@ -177,6 +181,7 @@ class ImprintTracker:
         past = np.array(self._past)
         times, places = past[:, 0], past[:, 1:] @ to_contact.T
         noise = max(noise_of_places(places), _LEAST_NOISE * self._array.pitch)
+        self._noise = noise
         place, speed, sigma, used = steady_motion(times, places, sigma=noise, bound=_BOUND)
         turn, turn_rate = place[2] / reach, speed[2] / reach
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
@@ -203,15 +208,24 @@ class ImprintTracker:
                 self._watch.release()
             return False
         found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2])
-        if found.slides and self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction:
+        smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction
+        if smooth and (found.slides or self._breaks_away(seen.pressure, touched, velocity)):
             self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
         return found.rolls and isinstance(self._key, Keyframe) and not self._turns_mostly(velocity)
 
-    def _turns_mostly(self, velocity: np.ndarray) -> bool:
-        """Whether the edges of a contact that moves by velocity (3,) turn faster than its middle moves: it does not roll."""
+    def _breaks_away(self, pressure: np.ndarray, touched: np.ndarray, velocity: np.ndarray) -> bool:
+        """Whether a flat face that moves by velocity (3,), mostly without a turn, has just begun to slide; once a contact."""
+        if self.shear.friction < self._pad.friction or self._turns_mostly(velocity, _TURNS) or is_curved(pressure, touched, velocity[:2]):
+            return False
+        past = np.array(self._past)
+        along = past[:, 1:3] @ (velocity[:2] / max(np.hypot(*velocity[:2]), 1e-12))
+        return broke_away(past[:, 0], along, self._lead, max(SIGMAS * self._noise, PHASE * self._array.pitch))
+
+    def _turns_mostly(self, velocity: np.ndarray, part: float = 1.0) -> bool:
+        """Whether the edges of a contact that moves by velocity (3,) turn faster than that part of its middle's speed."""
         x, y = (self._key.middle - self._middle) * self._array.pitch
         along_x, along_y, turn = velocity.tolist()
-        return abs(turn) * self._key.reach * self._array.pitch > math.hypot(along_x - turn * y, along_y + turn * x)
+        return abs(turn) * self._key.reach * self._array.pitch > part * math.hypot(along_x - turn * y, along_y + turn * x)
 
     def _lagging(self, steady: int) -> np.ndarray:
         """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""
@@ -233,6 +247,7 @@ class ImprintTracker:
         paths = np.array([1, 1, seen.reach * self._array.pitch])
         along = self._along * float(self._along @ (moved * paths)) / paths
         self._followed_part = 1 / (1 + stiff * (1 - self._slip_fraction))
+        self._lead = 1 + stiff
         step = (moved - along) / (1 + stiff) + along * self._followed_part
         self._pose = self._pose + step
         return step

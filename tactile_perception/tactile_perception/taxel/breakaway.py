@@ -1,0 +1,28 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Breakaway of a smooth flat face, by the speed of its picture.
+
+While an object sticks, its traction grows with its motion, and the picture leads it by ever more. Once all of it slides, traction grows no
+more, and the picture is only as fast as the object: of an object that keeps its speed the picture slows down by a known factor at once.
+One that sticks and slows down by just that factor looks the same.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+STRETCH_S = 0.04  # s, before and after the change, over which speeds are compared. Chosen: four frames at 100 Hz
+SIGMAS = 7.0  # standard deviations of a place, of the way that is missing. Chosen: the difference of two ways has 2.4
+PHASE = 0.04  # taxels, missing way at least. Chosen: twice what registration errs by with the phase between object and taxels
+_STOPPED = 0.5  # of the expected speed, below which the object itself has slowed down. Chosen
+
+
+def broke_away(times: np.ndarray, places: np.ndarray, lead: float, least: float) -> bool:
+    """Whether an object that stuck has begun to slide, by places (N,), m, along its motion, at times (N,) s, that it would have if it still
+    stuck.
+
+    lead: speed of the picture of an object that sticks over its own, more than 1; least: m, of the way that is missing.
+    """
+    if times[-1] - times[0] < 2 * STRETCH_S - 1e-6:
+        return False
+    before, after = np.diff(np.interp(times[-1] - np.array([2, 1, 0]) * STRETCH_S, times, places))
+    return bool(before - after > least and _STOPPED * before / lead < after < 0.5 * (1 + 1 / lead) * before)
