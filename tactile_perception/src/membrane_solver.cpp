@@ -154,6 +154,8 @@ class Steps {
     void solve_for(bool robust) {
         Band<float> matrix(size_, 2 * grid_.columns + 2);
         std::vector<double> gradient(size_), border(size_);
+        std::ptrdiff_t beside[9];  // from a dot to those of the 3 x 3 around it
+        for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
         double stiffness = 0, slope = 0;  // second and first derivative by the pressure
         trust_.resize(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
@@ -164,12 +166,15 @@ class Steps {
             if (!grid_.inner(k / grid_.columns, k % grid_.columns)) continue;
             const Expectation load = expectation(balance_.load[k], found_.touched[k], misfit_);
             const double by_pressure = balance_.by_pressure[k], *slopes = slopes_.data() + 9 * k;
+            float part[9];
+            for (int a = 0; a < 9; ++a) part[a] = static_cast<float>(slopes[a]);
             for (int a = 0; a < 9; ++a) {
-                const std::ptrdiff_t i = neighbour(k, a);
+                const std::ptrdiff_t i = k + beside[a];
                 gradient[i] += slopes[a] * load.pull;
                 border[i] += slopes[a] * load.weight * by_pressure;
-                float* column = matrix.column(i);
-                for (int b = a; b < 9; ++b) column[neighbour(k, b) - i] += static_cast<float>(slopes[a] * load.weight * slopes[b]);
+                const float scaled = static_cast<float>(slopes[a] * load.weight);
+                float* row = matrix.column(i) - beside[a];
+                for (int b = a; b < 9; ++b) row[beside[b]] += scaled * part[b];
             }
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
