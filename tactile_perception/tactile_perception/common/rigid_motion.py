@@ -102,8 +102,8 @@ def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.
 
 def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, second: float, third: float) -> None:
     """second, third: singular values, the third negative for mirror images."""
-    for name, off in (('p', p_off), ('q', q_off)):
-        spread = np.linalg.eigvalsh((share[:, None] * off).T @ off)
+    spreads = np.linalg.eigvalsh([(share[:, None] * off).T @ off for off in (p_off, q_off)])
+    for name, spread in zip('pq', spreads):
         if spread[2] <= 1e-24:  # a picometre: the points coincide in any sensor
             raise DegenerateFit('coincident', f'all points of {name} are at one place')
         if spread[1] <= _NARROW * spread[2]:

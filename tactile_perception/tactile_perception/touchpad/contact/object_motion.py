@@ -69,13 +69,15 @@ class ObjectMotion:
         stuck = first > 0
         for _, _, states in itertools.islice(self._past, 1, None):
             stuck = stuck & (states == 1)
-        known = np.isfinite(before[dots.ids, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
+        before = before[dots.ids]
+        known = np.isfinite(before[:, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
         chosen, first_motion, slip = known & stuck[dots.ids], None, unknown.slip
         for members in regions:
-            motion = _shared_motion(before[dots.ids[chosen & members]], dots.xyz[chosen & members], dots.sigma)
+            sticking, moving = chosen & members, known & members
+            motion = _shared_motion(before[sticking], dots.xyz[sticking], dots.sigma)
             if motion is not None:
                 first_motion = first_motion or motion
-                slip[known & members] = (dots.xyz - motion.apply(before[dots.ids]))[known & members]
+                slip[moving] = dots.xyz[moving] - motion.apply(before[moving])
         return MotionEstimate(first_motion, stamp_s - since, slip) if first_motion else unknown
 
 
