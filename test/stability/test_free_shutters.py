@@ -4,7 +4,8 @@
 
 The scene, its optics and mechanics share nothing with the estimator; the calibration is that of the same specimen at rest.
 """
-from pathlib import Path
+import pathlib
+import sys
 
 import numpy as np
 import pytest
@@ -12,41 +13,25 @@ import pytest
 pytest.importorskip('rclpy', reason='ROS is not sourced')
 pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 
-from tactile_bringup.installed import share  # noqa: E402
-from tactile_bringup.simulate.camera import write_scene  # noqa: E402
 from tactile_driver.simulation.scene.shutters import Shutters  # noqa: E402
-from tactile_perception.bags.judged_bag import JudgedBag  # noqa: E402
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from moving_rig import errors  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.full]
-RATE = 30.0
-FILES = Path(share('params', 'areal_dual_sim.yaml')), Path(share('calibration', 'areal_dual_sim.yaml'))
-
-
-def errors(folder, name, shutters):
-    """(N, 3): place, depth, mm, and normalised squared error of the place, of the frames with a touch; and how many were told beside."""
-    write_scene(folder / name, 'areal_dual_fast', RATE, shutters=shutters)
-    found, beside = [], 0
-    for _, told, true in JudgedBag(folder / name, params=FILES[0], calibration=FILES[1]).instants():
-        if not true.contacts:
-            beside += any(touch.depth > 0.3e-3 for touch in told.contacts)
-        elif told.contacts:
-            touch, tip = told.contacts[0], true.contacts[0]
-            off = touch.position - tip.position
-            squared = off @ np.linalg.solve(touch.position_covariance, off) / 3
-            found.append((1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), squared))
-    return np.array(found), beside
+SCENE = 'areal_dual_fast'
 
 
 @pytest.fixture(scope='module')
 def together(tmp_path_factory):
     """Errors of cameras of one trigger."""
-    return errors(tmp_path_factory.mktemp('together'), 'bag', Shutters())[0]
+    return errors(tmp_path_factory.mktemp('together'), SCENE, Shutters())[0]
 
 
 @pytest.mark.parametrize('shutters, outliers', [
     (Shutters(0.0115, jitter=2e-4), 0), (Shutters(-0.0115, jitter=2e-4), 2), (Shutters(0.003, 0.009, 2e-4), 2)])
 def test_fast_presses_are_told_as_by_cameras_of_one_trigger(tmp_path, together, shutters, outliers):
-    found, beside = errors(tmp_path, 'bag', shutters)
+    found, beside = errors(tmp_path, SCENE, shutters)
     assert len(found) >= 0.95 * len(together) and beside == 0
     kept = found[np.argsort(found[:, 0])][:len(found) - outliers]  # frames in which a touch begins between the two exposures
     place, depth, squared = kept.mean(axis=0)

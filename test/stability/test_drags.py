@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dragged tips on simulated sheets: at other frictions than the calibrated one, and through the seam of two cameras at 70 to 100 mm/s."""
+import dataclasses
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='ROS is not sourced')
+pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
+
+from tactile_driver.simulation.scene.shutters import Shutters  # noqa: E402
+from tactile_driver.simulation.sensors.scenes import SCENES  # noqa: E402
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from moving_rig import errors  # noqa: E402
+
+pytestmark = [pytest.mark.ros, pytest.mark.full]
+
+
+def check(found, beside, place, depth, squared):
+    """place, depth: mm, largest mean and 95 % of the errors; squared: largest mean of the normalised squared error."""
+    assert beside == 0
+    for errors_mm, limits in ((found[:, 0], place), (found[:, 1], depth)):
+        assert errors_mm.mean() < limits[0] and np.percentile(errors_mm, 95) < limits[1]
+    assert found[:, 2].mean() < squared
+
+
+@pytest.mark.parametrize('friction', [0.2, 1.0])
+def test_a_drag_is_told_whatever_the_friction(tmp_path, monkeypatch, friction):
+    name = 'areal_single_drag'
+    monkeypatch.setitem(SCENES, name, dataclasses.replace(SCENES[name], friction=friction))
+    check(*errors(tmp_path, name), (0.5, 1.0), (0.4, 1.0), 2.0)
+
+
+@pytest.mark.parametrize('offset', [-0.0115, 0.0, 0.0115])
+def test_fast_drags_are_told_at_any_offset_of_the_shutters(tmp_path, offset):
+    found = errors(tmp_path, 'areal_dual_fast_drag', Shutters(offset, jitter=2e-4 if offset else 0.0))[0]
+    check(found, 0, (0.8, 1.6), (0.06, 0.15), 2.5)  # frames in which a touch begins between the exposures are not counted as beside it
