@@ -10,7 +10,6 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosidl_runtime_py.utilities import get_message
 
-from .padding import Padding
 from ...errors import BadFrame
 
 
@@ -21,7 +20,6 @@ class MessageCodec:
         self.store = get_typestore(Stores.ROS2_JAZZY)
         for file in sorted(Path(get_package_share_directory('tactile_msgs'), 'msg').glob('*.msg')):
             self.store.register(get_types_from_msg(file.read_text(), f'tactile_msgs/msg/{file.stem}'))
-        self._padding = Padding(self.store.fielddefs)
 
     def decode(self, data: bytes, type_name: str):
         """The message in CDR data. Raises BadFrame for data that cannot be decoded as that type."""
@@ -33,7 +31,7 @@ class MessageCodec:
     def encode(self, message) -> tuple[str, bytes]:
         """Type name and CDR bytes; equal messages give equal bytes (the middleware does not clear its padding)."""
         type_name = type_name_of(type(message))
-        return type_name, self._padding.cleared(serialize_message(message), type_name)
+        return type_name, bytes(self.store.serialize_cdr(self.store.deserialize_cdr(serialize_message(message), type_name), type_name))
 
 
 def type_name_of(message_type: type) -> str:
