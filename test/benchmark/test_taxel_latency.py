@@ -41,11 +41,21 @@ def test_rolling_is_quiet_and_sliding_of_a_sphere_is_not():
 
 
 @pytest.mark.full
-@pytest.mark.parametrize('device', taxel_latency.DEVICES)
-def test_a_smooth_bar_that_slides_is_told_soon(device):
-    """On most specimens: seven of ten, seeds 0 to 4; the others tell it after 240 to 320 ms."""
-    specimen, ink = taxel_latency.DEVICES[device]
-    true, found = taxel_latency.play('smooth', specimen, ink, 3, taxel_latency.calibrate(specimen, ink, 3), ('mechanics',))
-    score = taxel_latency.Score()
-    score.add(true, found['mechanics'])
-    assert max(score.delays['gross slip']) <= 0.08
+def test_a_smooth_bar_that_slides_is_told_soon_on_most_specimens():
+    delays = []
+    for specimen, ink in taxel_latency.DEVICES.values():
+        for seed in range(5):
+            true, found = taxel_latency.play('smooth', specimen, ink, seed, taxel_latency.calibrate(specimen, ink, seed), ('mechanics',))
+            score = taxel_latency.Score()
+            score.add(true, found['mechanics'])
+            delays += score.delays['gross slip']
+    assert len(delays) == 10 and np.median(delays) <= 0.08 and max(delays) <= 0.4
+
+
+@pytest.mark.full
+def test_a_saturated_sphere_that_slides_is_followed():
+    """It looks flat where taxels are saturated: a specimen in which a breakaway of flat faces was seen by mistake."""
+    specimen, ink = taxel_latency.DEVICES['B']
+    response = taxel_latency.calibrate(specimen, ink, 5)
+    true, found = taxel_latency.play('slide', specimen, ink, 5, response, ('mechanics',))
+    assert (found['mechanics'][true == 2] == 2).mean() > 0.9 and (found['mechanics'][true == 1] == 2).mean() < 0.2

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -113,8 +113,10 @@ class MechanicsMethod:
         self._seen = SeenPressure(pressure, sigma)
         return find_regions(score, surface, self._array), surface
 
-    def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, ImprintMotion | None]:
-        """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s."""
+    def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float,
+             clipped: bool = False) -> tuple[SlipEstimate, ImprintMotion | None]:
+        """Slip, and motion of the contacts, in the frame of the last call of regions; stamp_s: s; clipped: whether touched taxels are
+        saturated."""
         if not regions.all:
             self.reset()
             return self._slip.none(), None
@@ -122,7 +124,7 @@ class MechanicsMethod:
         if not self._known:
             self._assumed = _ASSUMED_SLIDE * self._pad.thickness * self._pad.shear_stiffness / (self._pad.friction *
                                                                                                 max(float(surface[touched].mean()), 1e-6))
-        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, self._seen)
+        motion = self._imprint.process(surface * np.float32(self._assumed), touched, stamp_s, replace(self._seen, clipped=clipped))
         return self._slip.process(motion, touched), motion
 
 
@@ -176,10 +178,11 @@ class TaxelEstimator:
         noise = sigma * response.slope(_NOISE_AT * sigma) * (NOISE_GAIN if response.hysteresis else 1.0)
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
-        slip, motion = self._method.slip(regions, surface, stamp_s)
+        full = frame >= _FULL * self.array.full_scale
+        slip, motion = self._method.slip(regions, surface, stamp_s, bool((full & regions.touched).any()) if regions.all else False)
         tracked = self._tracker.assign(regions, _AT_ONCE * noise)
         normal = self._normal_forces(regions)
-        contacts = [self._contact(*one, frame, regions) for one in zip(regions.all, tracked, normal) if one[1].told]
+        contacts = [self._contact(*one, full, regions) for one in zip(regions.all, tracked, normal) if one[1].told]
         region = self._region(regions, motion, interval)
         direction = self._direction.process(region.orientation)
         if not regions.all:
@@ -212,7 +215,7 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or np.isfinite(self.grasped.depth)))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, frame: np.ndarray, regions: Regions):
+    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, full: np.ndarray, regions: Regions):
         depth = self.grasped.depth
         if not np.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
@@ -222,9 +225,7 @@ class TaxelEstimator:
         (rows, columns), (down, across) = self.array.shape, region.box
         if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
             flags |= AT_EDGE
-        if np.isfinite(self.array.full_scale):
-            full = (frame[region.box] >= _FULL * self.array.full_scale) & (regions.labels[region.box] == region.label)
-            flags |= SATURATED if full.any() else 0
+        flags |= SATURATED if (full[region.box] & (regions.labels[region.box] == region.label)).any() else 0
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
 

@@ -49,10 +49,12 @@ _LOADED, _LOADING = 0.08, 1.5
 
 @dataclass(frozen=True)
 class SeenPressure:
-    """pressure: (rows, columns) as the taxels see it; sigma: its noise."""
+    """pressure: (rows, columns) as the taxels see it; sigma: its noise; clipped: whether taxels are saturated, so that what is curved looks
+    flat."""
 
     pressure: np.ndarray
     sigma: float
+    clipped: bool = False
 
 
 @dataclass(frozen=True)
@@ -209,7 +211,7 @@ class ImprintTracker:
             return False
         found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2])
         smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction
-        if smooth and (found.slides or self._breaks_away(seen.pressure, touched, velocity)):
+        if smooth and (found.slides or not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)):
             self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
         return found.rolls and isinstance(self._key, Keyframe) and not self._turns_mostly(velocity)
 

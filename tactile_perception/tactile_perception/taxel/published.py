@@ -36,7 +36,7 @@ class PaperMethod:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise."""
         return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure
 
-    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float) -> tuple[SlipEstimate, None]:
+    def slip(self, regions: Regions, pressure: np.ndarray, stamp_s: float, clipped: bool = False) -> tuple[SlipEstimate, None]:
         """Slip since the last frame; stamp_s: s. None stands for the motion, which this method does not estimate."""
         top = float(pressure.max(initial=0.0))
         if not regions.all or top <= 0:
