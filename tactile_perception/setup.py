@@ -44,9 +44,9 @@ class BuildKernels(build_ext):
 
 
 def kernels() -> Extension:
-    """Return the compiled module: all of src/."""
-    sources, headers = ([str(path) for path in sorted(SOURCE.glob(kind))] for kind in ('*.cpp', '*.hpp'))
-    return Extension(PACKAGE + '._core', sources, depends=headers, language='c++')
+    """Return the compiled module: all of src/, a folder for each of the package's subjects."""
+    sources, headers = ([str(path) for path in sorted(SOURCE.rglob(kind))] for kind in ('*.cpp', '*.hpp'))
+    return Extension(PACKAGE + '._core', sources, depends=headers, include_dirs=[str(SOURCE)], language='c++')
 
 
 setup(

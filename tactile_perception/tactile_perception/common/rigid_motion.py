@@ -49,7 +49,7 @@ class RigidFit:
 
 
 def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -> RigidFit:
-    """Least squares over p (N, 3) and q (N, 3), m, by quaternions (Horn 1987). Kernel: src/rigid_motion.cpp.
+    """Least squares over p (N, 3) and q (N, 3), m, by quaternions (Horn 1987). Kernel: src/common/rigid_motion.cpp.
 
     weights (N,): 1 / variance of a coordinate, m^-2; without them all are equal and the covariance is scaled by the residuals.
     Raises BadArgument for wrong shapes, NaN or negative weights; DegenerateFit where the points leave the motion open.
@@ -63,7 +63,7 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     """Robust motion of the majority of the points: Tukey's biweight from the best of some fixed starts.
 
     p, q: (N, 3) m; sigma: (N,) or a number, standard deviation of a coordinate of q - p, m. The starts are chosen by a fixed rule, so that
-    the same points give the same answer. Weights of points that do not share the motion are 0. Kernel: src/rigid_motion.cpp.
+    the same points give the same answer. Weights of points that do not share the motion are 0. Kernel: src/common/rigid_motion.cpp.
     Raises BadArgument, DegenerateFit as fit_rigid.
     """
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))

@@ -39,7 +39,7 @@ class FingerSettings:
 @dataclass(slots=True)
 class Touch:
     """One contact, averaged over some samples. id: constant while it lasts; position: (3,) m; normal: (3,); force: N, depth: m, NaN where
-    not calibrated; covariance: (3, 3) of position, m^2; flags: sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED (as in src/finger.hpp)."""
+    not calibrated; covariance: (3, 3) of position, m^2; flags: sum of OUT_OF_RANGE, AMBIGUOUS, SATURATED (as in src/psd/finger.hpp)."""
 
     id: int
     position: np.ndarray
@@ -92,7 +92,7 @@ class PsdFinger:
         self.model, self.settings = model, settings
         self.reference = Reference(settings.reference_seconds, settings.fastest_drift)
         self._touch, self._id = detector or ContactDetector(), 0
-        self._held = held_before()  # light of the contact, see src/held_light.hpp
+        self._held = held_before()  # light of the contact, see src/psd/held_light.hpp
         self._last, self._same = np.full(4, np.nan), np.zeros(4)
 
     def set_reference(self) -> None:

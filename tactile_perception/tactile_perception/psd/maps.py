@@ -14,7 +14,7 @@ CELLS = 128  # along each axis. Measured: interpolation then adds under 0.02 deg
 
 def tabulated(evaluate: Callable[[np.ndarray], np.ndarray], cells: int = CELLS) -> np.ndarray:
     """Table (nodes, nodes, channels) of evaluate(places (N, 2)) -> (N, channels) on a grid of nodes over the square from -1 to 1, rows
-    along y: what the kernels interpolate bilinearly (src/finger.hpp)."""
+    along y: what the kernels interpolate bilinearly (src/psd/finger.hpp)."""
     line = np.linspace(-1, 1, cells + 1)
     return evaluate(np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)).reshape(cells + 1, cells + 1, -1).astype(float).copy()
 

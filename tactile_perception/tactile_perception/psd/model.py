@@ -14,7 +14,7 @@ from .maps import SmoothMap, tabulated
 from .equidistant_map import NOMINAL_BETA, EquidistantMap
 from .response import LOAD_TERMS, level_basis, place_part
 
-# Channels of the table, as in src/place_table.hpp
+# Channels of the table, as in src/psd/place_table.hpp
 NORMAL, DEVIATION, INSIDE, LEVEL, CROSS, LOADS, LIGHT, BEND = slice(0, 3), 3, 4, 5, 6, slice(7, 9), 9, slice(10, 13)
 _NOMINAL_DEVIATION = np.pi / 18  # rad, of the uncalibrated map. Chosen: 10 degrees, above the largest error of the paper (6 degrees, fig 8)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel fit_blobs (src/blob_fit.cpp) against a reference in NumPy."""
+"""The kernel fit_blobs (src/dots/detect/blob_fit.cpp) against a reference in NumPy."""
 import blob_reference
 import cv2
 import numpy as np

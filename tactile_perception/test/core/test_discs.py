@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels find_disc_peaks (src/disc_correlation.cpp) and fit_worn_discs (src/worn_disc.cpp) against plain NumPy, one disc at a time."""
+"""The kernels find_disc_peaks (src/dots/detect/disc_correlation.cpp) and fit_worn_discs (src/dots/detect/worn_disc.cpp) against plain
+NumPy, one disc at a time."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel measure_dots (src/dot_fits.cpp, disc_fit.cpp, disc_patch.cpp, dot_judge.cpp, ground_slopes.cpp) against discs drawn sample by
-sample, and a least-squares fit of all pixels of each dot."""
+"""The kernel measure_dots (src/dots/detect/dot_fits.cpp, disc_fit.cpp, disc_patch.cpp, dot_judge.cpp,
+ground_slopes.cpp) against discs drawn sample by sample, and a least-squares fit of all pixels of each dot."""
 import cv2
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel extrapolate_indices (src/extrapolate.cpp) against NumPy and a tree of neighbours."""
+"""The kernel extrapolate_indices (src/dots/index/extrapolate.cpp) against NumPy and a tree of neighbours."""
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels of the PSD finger (src/finger.cpp) against one sample after the other."""
+"""The kernels of the PSD finger (src/psd/finger.cpp) against one sample after the other."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel anchor_lattice (src/grid_anchor.cpp), by dots.index.grid_origin, against the same steps in NumPy."""
+"""The kernel anchor_lattice (src/dots/index/grid_anchor.cpp), by dots.index.grid_origin, against the same steps in NumPy."""
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel reject_outliers (src/grid_outliers.cpp): grids with wrong indices, and the same in NumPy, one step at a time."""
+"""The kernel reject_outliers (src/dots/index/grid_outliers.cpp): grids with wrong indices, and the same in NumPy, one step at a time."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Ambient light during a contact (src/held_light.cpp), on sums made up for the test: a detector whose four outputs are bilinear, so the
+"""Ambient light during a contact (src/psd/held_light.cpp), on sums made up for the test: a detector whose four outputs are bilinear, so the
 cross term is x y; and against the same in NumPy."""
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel find_lattice (src/lattice.cpp, neighbours.cpp, indices.cpp) against grids whose indices are known."""
+"""The kernel find_lattice (src/dots/index/lattice.cpp, neighbours.cpp, indices.cpp) against grids whose indices are known."""
 import numpy as np
 import pytest
 from hypothesis import example, given, settings

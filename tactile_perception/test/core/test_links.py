@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels assign_least, link_places (src/assignment.cpp) and nearest_others (src/neighbours.cpp) against SciPy and plain search."""
+"""The kernels assign_least, link_places (src/dots/index/assignment.cpp) and nearest_others (src/dots/index/neighbours.cpp) against SciPy
+and plain search."""
 import numpy as np
 import pytest
 import scipy

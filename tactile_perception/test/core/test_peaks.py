@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel find_peaks (src/peaks.cpp) against plain sums over squares."""
+"""The kernel find_peaks (src/dots/detect/peaks.cpp) against plain sums over squares."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

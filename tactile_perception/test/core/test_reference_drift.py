@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels of src/reference_drift.cpp against NumPy."""
+"""The kernels of src/dots/reference/reference_drift.cpp against NumPy."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels rigid_motion and rigid_inliers (src/rigid_motion.cpp) against references in NumPy."""
+"""The kernels rigid_motion and rigid_inliers (src/common/rigid_motion.cpp) against references in NumPy."""
 import numpy as np
 import pytest
 from tactile_perception._core import rigid_inliers, rigid_motion

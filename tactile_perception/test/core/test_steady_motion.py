@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels steady_motion and noise_of_places (src/steady_motion.cpp) against lines by least squares and NumPy."""
+"""The kernels steady_motion and noise_of_places (src/common/steady_motion.cpp) against lines by least squares and NumPy."""
 import numpy as np
 import pytest
 from tactile_perception._core import noise_of_places, steady_motion

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel taxel_regions (src/taxel_regions.cpp) against SciPy's labels, plain loops and closed forms."""
+"""The kernel taxel_regions (src/taxel/taxel_regions.cpp) against SciPy's labels, plain loops and closed forms."""
 import cv2
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels taxel_edges and taxel_register (src/taxel_registration.cpp) against NumPy and SciPy."""
+"""The kernels taxel_edges and taxel_register (src/taxel/taxel_registration.cpp) against NumPy and SciPy."""
 import numpy as np
 import pytest
 from scipy import ndimage

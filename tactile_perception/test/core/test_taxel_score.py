@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel taxel_score (src/taxel_score.cpp) against the same steps in NumPy and SciPy."""
+"""The kernel taxel_score (src/taxel/taxel_score.cpp) against the same steps in NumPy and SciPy."""
 import numpy as np
 import pytest
 from scipy import ndimage

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels taxel_move and taxel_pull_pressure (src/taxel_shear.cpp) against a slow fixed point and SciPy."""
+"""The kernels taxel_move and taxel_pull_pressure (src/taxel/taxel_shear.cpp) against a slow fixed point and SciPy."""
 import numpy as np
 import pytest
 from scipy import ndimage

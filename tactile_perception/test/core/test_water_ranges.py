@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel water_ranges (src/water_ranges.cpp) against Newton steps, normals and Laplacian taken one dot at a time."""
+"""The kernel water_ranges (src/touchpad/optics/water_ranges.cpp) against Newton steps, normals and Laplacian taken one dot at a time."""
 import numpy as np
 import pytest
 from hypothesis import given, settings

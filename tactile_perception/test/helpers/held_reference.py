@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the kernel of held light (src/held_light.cpp) does, in NumPy: slow and obvious."""
+"""What the kernel of held light (src/psd/held_light.cpp) does, in NumPy: slow and obvious."""
 from __future__ import annotations
 
 import math

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Regions of large bright markers in a reduced image, and their subpixel position, size and shape (kernel fit_blobs: src/blob_fit.cpp)."""
+"""Regions of large bright markers in a reduced image, and their subpixel position, size and shape
+(kernel fit_blobs: src/dots/detect/blob_fit.cpp)."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,6 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Subpixel positions of worn discs: robust fit of a soft-edged disc on sloping ground (kernel fit_worn_discs: src/worn_disc.cpp)."""
+"""Subpixel positions of worn discs: robust fit of a soft-edged disc on sloping ground
+(kernel fit_worn_discs: src/dots/detect/worn_disc.cpp)."""
 from __future__ import annotations
 
 import numpy as np

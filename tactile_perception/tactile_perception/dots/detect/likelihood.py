@@ -20,7 +20,7 @@ _MOST_GROWTH = 2.2  # times the typical diameter: the largest diameter searched.
 
 class LikelihoodDetector:
     """Detects dots: peaks of a reduced image (candidates.py), then a maximum-likelihood fit of each, without the images of overlapping
-    neighbours, and its judgement (kernel measure_dots: src/dot_fits.cpp, dot_judge.cpp)."""
+    neighbours, and its judgement (kernel measure_dots: src/dots/detect/dot_fits.cpp, dot_judge.cpp)."""
 
     def __init__(self, sign: int):
         self._sign = sign

@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Extrapolates row and column indices over gaps that no link between neighbours bridges, where many dots are missing (kernel
-extrapolate_indices: src/extrapolate.cpp)."""
+extrapolate_indices: src/dots/index/extrapolate.cpp)."""
 from __future__ import annotations
 
 import numpy as np

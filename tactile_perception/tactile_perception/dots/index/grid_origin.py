@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Origin of a lattice on the printed grid: its first row and column, and whether that is certain (kernel anchor_lattice:
-src/grid_anchor.cpp).
+src/dots/index/grid_anchor.cpp).
 
 One image determines it when all printed rows and columns are seen. If an outer row is missing, it either left the image (its position lies
 outside) or the indices of the last frame continue (motion below half a pitch). A shift by exactly one pitch with an occluded outer row is

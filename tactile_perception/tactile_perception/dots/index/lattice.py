@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Relative row and column indices of dots on a printed grid, from one image alone.
 
-The compiled kernel (src/lattice.cpp) finds neighbours and propagates indices along them; indices beyond gaps are extrapolated here.
+The compiled kernel (src/dots/index/lattice.cpp) finds neighbours and propagates indices along them;
+indices beyond gaps are extrapolated here.
 """
 from __future__ import annotations
 

@@ -111,7 +111,8 @@ class Linker:
 def assign(places: np.ndarray, dots: np.ndarray, gate: float) -> tuple[np.ndarray, np.ndarray]:
     """One-to-one links between places (M, 2) and dots (N, 2), px, closer than gate, with the least sum of squares.
 
-    Returns indices (K,) of places and of dots. An unlinked place costs the gate squared (kernel link_places: src/assignment.cpp).
+    Returns indices (K,) of places and of dots. An unlinked place costs the gate squared
+    (kernel link_places: src/dots/index/assignment.cpp).
     """
     if not gate > 0:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

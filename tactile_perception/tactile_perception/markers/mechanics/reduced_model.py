@@ -91,7 +91,7 @@ class ModeClass:
 class SheetLibrary:
     """Displacement fields and wrenches for any place, depth, radius and drag of a round tip within plan, in single precision (1 nm).
 
-    table: for the kernels that look presses up, see src/sheet_library.hpp.
+    table: for the kernels that look presses up, see src/markers/sheet_library.hpp.
     """
 
     def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):

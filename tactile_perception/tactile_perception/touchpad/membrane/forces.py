@@ -71,7 +71,7 @@ class MembraneForces:
         """Sums of r'^2 and r r' over free dots, r: residual force along the surface over the pressure, r': its derivative by the scale.
 
         state: of the frame, along unit rays (K, 3); moved: (K,) m, lifted: Pa, as of RangeScale.learn; numbers: step of the scale, spread
-        of a free dot's r, scale. Kernel: src/membrane_frame.cpp.
+        of a free dot's r, scale. Kernel: src/touchpad/membrane/membrane_frame.cpp.
         """
         return _core.scale_leaning(state.xyz, rays, state.touched, moved, self.triangles, self.rest_residual, lifted=lifted,
                                    pressure=state.fluid_pressure, **numbers, **self._grid)

@@ -77,7 +77,7 @@ class WaterModel:
               glare: SeenGlare | None = None) -> tuple[np.ndarray, np.ndarray]:
         """As depths, from the colours (N,) around the dots, their unit rays (N, 3), and rest (N,).
 
-        glare: as for path_lengths. Kernel: src/water_ranges.cpp.
+        glare: as for path_lengths. Kernel: src/touchpad/optics/water_ranges.cpp.
         """
         length, sigma = self.path_lengths(colours, glare)
         ranges, slope = water_ranges(
@@ -105,7 +105,7 @@ class WaterModel:
         """Path lengths (N,), m, by weighted least squares from both log ratios, and their standard deviations, m.
 
         glare: as seen in this frame, None for a pad without. Unexplained glare and sharp edges make the two ratios disagree and blue/red
-        vary around the ring: both widen the standard deviation. Kernel: src/glare.cpp.
+        vary around the ring: both widen the standard deviation. Kernel: src/touchpad/optics/glare.cpp.
         """
         excess, sigma, size, colour = glare or no_glare(len(colours.count))
         return water_lengths(

@@ -13,7 +13,7 @@ from ..._core import ring_colours
 from ...common.statistics import robust_sigma
 from ...errors import BadFrame
 
-POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/ring_colour.cpp)
+POINTS = 16  # on a ring around each dot, each the sum of 3 x 3 pixels (src/touchpad/optics/ring_colour.cpp)
 RING_PIXELS = 9 * POINTS
 CLIPPED = 250  # mean grey level of red from which some of its pixels may be clipped; chosen: a few levels of noise below
 GROUND = 0.93  # share of the brightest surrounding pixel from which a pixel is background, at rest, where shading varies slowly; chosen
@@ -72,7 +72,8 @@ def log_ratios(image: np.ndarray, uv: np.ndarray, radius: float) -> RingColours:
     """Colour of the background around dots.
 
     image: (H, W, 3) uint8 BGR; uv: (N, 2) px; radius: of the ring, px. Points on ink, on glare or outside the image are not used; ratios
-    are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image. Kernel: src/ring_colour.cpp.
+    are NaN with less than a quarter of the points or a dark channel. Raises BadFrame for a wrong image.
+    Kernel: src/touchpad/optics/ring_colour.cpp.
     """
     return RingColours(*ring_colours(check_image(image), np.asarray(uv, float), float(radius)))
 

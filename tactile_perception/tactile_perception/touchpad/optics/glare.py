@@ -4,7 +4,8 @@
 
 Glare spoils the colour and adds brightness. The untouched pad shows where: its scattered light is smooth over the image, glare stands out.
 From there its colour and its strength are known. In use, the skin's last shape tells the light that each dot should scatter. More light is
-glare or an error of that shape: src/glare.cpp weighs both, and widens the range's standard deviation where they cannot be told apart.
+glare or an error of that shape: src/touchpad/optics/glare.cpp weighs both, and widens the range's standard
+deviation where they cannot be told apart.
 """
 from __future__ import annotations
 
@@ -115,7 +116,7 @@ class GlaringPad:
         return SeenGlare(excess, sigma, self._glare.size, self._glare.colour)
 
     def _light(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/glare.cpp."""
+        """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/touchpad/optics/glare.cpp."""
         return skin_light(self._path.numbers, np.ascontiguousarray(places), self._normals, rows=self._shape[0], columns=self._shape[1])
 
 

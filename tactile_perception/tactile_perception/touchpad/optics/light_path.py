@@ -37,7 +37,7 @@ class LightPath:
         """Path lengths (N,), m, in the water to positions places (N, 3), m, and back, and their derivatives (N,) along rays.
 
         normals: (N, 3) unit vectors out of the pad; rays: (N, 3) unit vectors from the camera centre through the positions, None: computed.
-        The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/light_path.cpp.
+        The derivative neglects that of the irradiance weights: accurate to 1 %. Kernel: src/touchpad/optics/light_path.cpp.
         """
         return self._paths(places, normals, rays)[:2]
 

@@ -1,0 +1,17 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Python bindings of the kernels. Each function checks its arguments (border.hpp), releases the GIL, and returns new arrays.
+#include "bindings/bindings.hpp"
+
+PYBIND11_MODULE(_core, module) {
+    module.doc() = "Compiled kernels of tactile_perception: arrays in, arrays out. A wrong argument raises ValueError with its name.";
+    tactile::border::bind_dots(module);
+    tactile::border::bind_links(module);
+    tactile::border::bind_contact(module);
+    tactile::border::bind_dome(module);
+    tactile::border::bind_region(module);
+    tactile::border::bind_finger(module);
+    tactile::border::bind_sheet(module);
+    tactile::border::bind_taxels(module);
+    tactile::border::bind_water(module);
+}

@@ -1,0 +1,316 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Python bindings of the kernels of a touchpad's membrane and contact; see bindings.cpp, whose length they would exceed.
+#include "bindings/bindings.hpp"
+#include "bindings/border.hpp"
+#include "common/rigid_motion.hpp"
+#include "common/vectors.hpp"
+#include "touchpad/contact/contact_score.hpp"
+#include "touchpad/contact/dot_loads.hpp"
+#include "touchpad/contact/stick_slip.hpp"
+#include "touchpad/membrane/holes.hpp"
+#include "touchpad/membrane/membrane_forces.hpp"
+#include "touchpad/membrane/membrane_frame.hpp"
+#include "touchpad/membrane/membrane_solver.hpp"
+#include "touchpad/membrane/settled_holes.hpp"
+
+namespace tactile::border {
+namespace {
+
+// The touchpad's membrane.
+constexpr int LARGEST_GRID = 4096;  // dots. Chosen for memory: the response to the ranges is a dense matrix
+
+Grid grid_of(const Input<double>& dots, const char* name, int rows, int columns) {
+    const Grid grid{within(rows, "rows", 3, LARGEST_GRID / 3), within(columns, "columns", 3, LARGEST_GRID / 3)};
+    within(grid.size(), "rows * columns", 9, LARGEST_GRID);
+    if (dots.length() != grid.size()) throw py::value_error(std::string(name) + ": a row for each of rows * columns dots is needed");
+    return grid;
+}
+
+// A membrane and the arrays that it points to.
+struct GivenMembrane {
+    Input<double> triangles, residual;
+    Membrane membrane;
+    GivenMembrane(const py::object& triangles_, const py::object& residual_, Grid grid)
+        : triangles(triangles_, "triangles", {grid.triangles(), 4}),
+          residual(residual_, "residual", {grid.size(), 3}),
+          membrane{grid, triangles.data(), residual.data()} {}
+};
+
+py::array_t<double> filled(const py::object& values, const py::object& known, int rows, int columns) {
+    const Input<double> given(values, "values", {ANY, ANY});
+    const Grid grid = grid_of(given, "values", rows, columns);
+    const Input<bool> seen(known, "known", {grid.size()});
+    within(given.length(1), "values", 0, LARGEST_GRID);
+    std::vector<double> found(given.data(), given.data() + given.length() * given.length(1));
+    {
+        py::gil_scoped_release others_run;
+        fill_holes(found.data(), seen.data(), rows, columns, given.length(1));
+    }
+    return output(found, {given.length(), given.length(1)});
+}
+
+py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
+    const Input<double> given(rest, "rest", {ANY, 3});
+    const Grid grid = grid_of(given, "rest", rows, columns);
+    return output(membrane_at_rest(grid, given.data(), stiffness, area_share), {grid.triangles(), 4});
+}
+
+py::tuple forces(const py::object& places, const py::object& triangles, int rows, int columns) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> weights(triangles, "triangles", {grid.triangles(), 4});
+    std::vector<double> force(3 * grid.size()), share(3 * grid.size());
+    {
+        py::gil_scoped_release others_run;
+        add_forces(grid, weights.data(), given.data(), force.data(), share.data());
+    }
+    return py::make_tuple(output(force, {grid.size(), 3}), output(share, {grid.size(), 3}));
+}
+
+py::array_t<double> slopes(const py::object& places, const py::object& rays, const py::object& triangles, const py::object& residual,
+                           int rows, int columns, double pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> along(rays, "rays", {grid.size(), 3});
+    const GivenMembrane of(triangles, residual, grid);
+    const Balance balance = find_balance(of.membrane, given.data(), pressure);
+    return output(find_slopes(of.membrane, given.data(), along.data(), pressure, balance), {grid.size(), 9});
+}
+
+py::tuple loads(const py::object& places, const py::object& triangles, const py::object& residual, int rows, int columns,
+                double rest_pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const GivenMembrane of(triangles, residual, grid);
+    Loads found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_loads(of.membrane, given.data(), rest_pressure);
+    }
+    return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
+}
+
+py::tuple membrane_solution(const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id,
+                            const py::object& rest, const py::object& places, const py::object& touched, const py::object& triangles,
+                            const py::object& residual, const py::object& response, const py::object& origin, int rows, int columns,
+                            double pressure, double scale, bool fresh) {
+    const Input<double> before(places, "places", {ANY, 3});
+    const Grid grid = grid_of(before, "places", rows, columns);
+    const py::ssize_t size = grid.size();
+    const Input<double> along(rays, "rays", {ANY, 3}), measured(ranges, "ranges", {along.length()}),
+        spread(sigma, "sigma", {along.length()}), still(rest, "rest", {size, 3}), held(touched, "touched", {size}),
+        centre(origin, "origin", {3});
+    const Input<std::int64_t> numbers(id, "id", {along.length()});
+    for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(size - 1));
+    const Input<float> told(response, "response", {size, size});
+    const GivenMembrane of(triangles, residual, grid);
+    WholeFrame frame;
+    MembraneSolution found;
+    std::vector<double> xyz(3 * size);
+    {
+        py::gil_scoped_release others_run;
+        const SeenRanges seen{numbers.data(), along.data(), measured.data(), spread.data(), along.length()};
+        frame = whole_frame(grid, centre.data(), still.data(), before.data(), seen, scale);
+        found =
+            solve_membrane(of.membrane, {centre.data(), frame.rays.data(), frame.measured.data(), frame.weight.data(), frame.last.data(),
+                                         fresh ? nullptr : held.data(), told.data(), frame.displaced.data(), pressure});
+        const Vec3 from = vec3_at(centre.data(), 0);
+        for (py::ssize_t k = 0; k < size; ++k) store(xyz.data(), k, from + found.ranges[k] * vec3_at(frame.rays.data(), k));
+    }
+    return py::make_tuple(output(xyz, {size, 3}), output(found.ranges, {size}), output(found.touched, {size}), found.pressure,
+                          output(frame.seen, {size}), output(found.weight, {size}), output(frame.rays, {size, 3}),
+                          output(frame.displaced, {size}), output(found.moved, {size}), found.lifted);
+}
+
+py::tuple leaning(const py::object& places, const py::object& rays, const py::object& touched, const py::object& moved,
+                  const py::object& triangles, const py::object& residual, int rows, int columns, double pressure, double lifted,
+                  double step, double spread, double scale) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> along(rays, "rays", {grid.size(), 3}), held(touched, "touched", {grid.size()}),
+        change(moved, "moved", {grid.size()});
+    const GivenMembrane of(triangles, residual, grid);
+    Leaning found;
+    {
+        py::gil_scoped_release others_run;
+        found = scale_leaning(of.membrane, given.data(), along.data(), held.data(), change.data(), pressure, lifted, step, spread, scale);
+    }
+    return py::make_tuple(found.curvature, found.gradient);
+}
+
+py::array_t<double> settled(const py::object& places, const py::object& load, const py::object& seen, const py::object& triangles,
+                            const py::object& residual, const py::object& origin, int rows, int columns, double pressure) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> carried(load, "load", {grid.size()}), centre(origin, "origin", {3});
+    const Input<bool> known(seen, "seen", {grid.size()});
+    const GivenMembrane of(triangles, residual, grid);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = settle_holes(of.membrane, given.data(), carried.data(), known.data(), centre.data(), pressure);
+    }
+    return output(found, {grid.size(), 3});
+}
+
+// The touchpad's contact.
+py::array_t<double> score(const py::object& load, const py::object& places, const py::object& normals, int rows, int columns,
+                          double pitch) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> carried(load, "load", {grid.size()}), up(normals, "normals", {grid.size(), 3});
+    within(pitch, "pitch", 1e-9, 1e9);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = contact_score(grid, carried.data(), given.data(), up.data(), pitch);
+    }
+    return output(found, {grid.size()});
+}
+
+// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively.
+constexpr py::ssize_t OBJECT = 16;
+
+std::vector<TouchingObject> objects_of(const Input<double>& rows) {
+    std::vector<TouchingObject> objects(rows.length());
+    for (py::ssize_t k = 0; k < rows.length(); ++k) {
+        const double* row = rows.data() + k * OBJECT;
+        TouchingObject& thing = objects[k];
+        thing.friction = row[0], thing.moves = row[1] > 0, thing.gross = row[2] > 0, thing.slipping = row[4];
+        thing.still = row[3] >= 0 ? static_cast<int>(std::min(row[3], 1e6)) : 0;
+        std::copy(row + 5, row + 11, thing.twist.begin());
+        thing.centre = vec3_at(row + 11, 0), thing.rests = row[14] > 0, thing.lively = row[15];
+    }
+    return objects;
+}
+
+py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
+    std::vector<double> rows(objects.size() * OBJECT);
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+        double* row = &rows[k * OBJECT];
+        const TouchingObject& thing = objects[k];
+        row[0] = thing.friction, row[1] = thing.moves, row[2] = thing.gross, row[3] = thing.still, row[4] = thing.slipping;
+        std::copy(thing.twist.begin(), thing.twist.end(), row + 5);
+        store(row + 11, 0, thing.centre), row[14] = thing.rests, row[15] = thing.lively;
+    }
+    return output(rows, {static_cast<py::ssize_t>(objects.size()), OBJECT});
+}
+
+py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& held, const py::object& objects, const py::object& origin,
+                 int rows, int columns, double tolerance, double noise, double depth_noise, double friction) {
+    if (last.size() != 2) throw py::value_error("last: places and seen are needed");
+    if (now.size() != 5) throw py::value_error("now: places, score, seen, normals and force are needed");
+    const Input<double> places(now[0], "places", {ANY, 3});
+    const Grid grid = grid_of(places, "places", rows, columns);
+    const Input<double> before(last[0], "last_places", {grid.size(), 3});
+    const Input<bool> last_seen(last[1], "last_seen", {grid.size()}), seen(now[2], "seen", {grid.size()});
+    const Input<double> score(now[1], "score", {grid.size()}), normals(now[3], "normals", {grid.size(), 3});
+    const Input<double> force(now[4], "force", {grid.size(), 3}), known(objects, "objects", {ANY, OBJECT}), centre(origin, "origin", {3});
+    const Input<std::int64_t> holders(held, "held", {grid.size()});
+    StickSlipMemory memory{within(tolerance, "tolerance", 1e-12, 1),
+                           within(noise, "noise", 1e-12, 1),
+                           within(depth_noise, "depth_noise", 1e-12, 1),
+                           friction,
+                           objects_of(known),
+                           std::vector<std::int64_t>(holders.data(), holders.data() + grid.size())};
+    for (const std::int64_t number : memory.held) within(number, "held", 0, static_cast<double>(known.length()));
+    std::vector<std::uint8_t> found;
+    {
+        py::gil_scoped_release others_run;
+        found = stick_slip(grid, {before.data(), last_seen.data()},
+                           {places.data(), score.data(), seen.data(), normals.data(), force.data()}, centre.data(), memory);
+    }
+    return py::make_tuple(output(found, {grid.size()}), output(memory.held, {grid.size()}), rows_of(memory.objects), memory.depth_noise,
+                          memory.friction);
+}
+
+py::array_t<double> inliers(const py::object& before, const py::object& after, const py::object& weights, int steps) {
+    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    within(steps, "steps", 0, 1000);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = rigid_inliers(from.data(), to.data(), base.data(), from.length(), steps);
+    }
+    return output(found, {from.length()});
+}
+
+py::tuple motion(const py::object& before, const py::object& after, const py::object& weights) {
+    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    RigidMotion found;
+    {
+        py::gil_scoped_release others_run;
+        found = rigid_motion(from.data(), to.data(), base.data(), from.length());
+    }
+    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), found.second, found.third);
+}
+
+}  // namespace
+
+void bind_contact(py::module_& module) {
+    module.def(
+        "fill_holes", &filled, py::arg("values"), py::arg("known"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        "values (K, n) float64 of dots on a grid with those where known (K,) bool is false replaced by the mean of their neighbours\n"
+        "(Laplace's equation), in which unknown neighbours count half; all 0 where nothing is known.");
+    module.def(
+        "membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
+        py::arg("area_share"),
+        "Triangles (T, 4) float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
+        "of the springs opposite to their corners, N/m, and factor of the area term of the energy, which has the share area_share.");
+    module.def("membrane_forces", &forces, py::arg("places"), py::arg("triangles"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+               "Elastic force (K, 3), N, on each dot at places (K, 3) float64, m, and its share (K, 3), m^2, of the area vectors.");
+    module.def(
+        "membrane_slopes", &slopes, py::arg("places"), py::arg("rays"), py::arg("triangles"), py::arg("residual"), py::kw_only(),
+        py::arg("rows"), py::arg("columns"), py::arg("pressure"),
+        "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at places (K, 3), m, by movements of the 3 x 3 dots\n"
+        "around it, row by row, along their unit rays (K, 3); residual (K, 3), m^2: out of balance at rest. Outermost dots: 0.");
+    module.def(
+        "membrane_loads", &loads, py::arg("places"), py::arg("triangles"), py::arg("residual"), py::kw_only(), py::arg("rows"),
+        py::arg("columns"), py::arg("rest_pressure"),
+        "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
+    module.def(
+        "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
+        py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
+        py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("scale"), py::arg("fresh"),
+        "Places (K, 3) and ranges (K,), m, probabilities of a load (K,) and pressure, Pa; seen (K,) bool; weights (K,), 1/m^2, without\n"
+        "outliers; unit rays (K, 3); displaced (K,), m, measured ranges less those at rest; the response of ranges (K,) and pressure to\n"
+        "displaced. From ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from origin (3,), of standard deviations sigma\n"
+        "(N,), NaN: unknown; rest, places (K, 3), m: at rest and, as touched and pressure, of the last frame; fresh: there is none;\n"
+        "scale: factor on displaced; response (K, K) float32: information about each dot's load (columns) from the range of one (rows)\n"
+        "at unit weight.");
+    module.def(
+        "scale_leaning", &leaning, py::arg("places"), py::arg("rays"), py::arg("touched"), py::arg("moved"), py::arg("triangles"),
+        py::arg("residual"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("lifted"), py::arg("step"),
+        py::arg("spread"), py::arg("scale"),
+        "Weighted sums over free dots of r'^2 and r r': r, residual force along the surface over the pressure, r', its derivative by\n"
+        "the scale. Places, rays, touched, pressure, scale: of solve_membrane; moved, lifted: its response; step: of the finite\n"
+        "difference; spread: of a free dot's residual.");
+    module.def(
+        "contact_score", &score, py::arg("load"), py::arg("places"), py::arg("normals"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        py::arg("pitch"),
+        "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
+        "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    module.def(
+        "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
+        py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
+        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 16), noise along\n"
+        "the normal and friction. last: places (K, 3), m, and seen (K,) bool of the last frame; now: places, scores (K,), seen, normals\n"
+        "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
+    module.def(
+        "settle_holes", &settled, py::arg("places"), py::arg("load"), py::arg("seen"), py::arg("triangles"), py::arg("residual"),
+        py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),
+        "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
+        "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
+    module.def(
+        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"),
+        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); the second\n"
+        "singular value of the sum of products of their coordinates, m^2, and the third, negative where after is a mirror image of "
+        "before.");
+    module.def(
+        "rigid_inliers", &inliers, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
+        "Weights (N,) of points before and after (N, 3), m, in the rigid motion that most share, by Tukey's biweight in at most steps\n"
+        "rounds; 0 for those that do not share it. weights (N,): 1 / variance of a coordinate of after - before, m^-2.");
+}
+
+}  // namespace tactile::border

@@ -1,0 +1,189 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Python bindings of the kernels of contact regions: outlines, moments, the contact's point; see bindings.cpp.
+#include <algorithm>
+
+#include "bindings/bindings.hpp"
+#include "bindings/border.hpp"
+#include "common/contact_point.hpp"
+#include "common/outlines.hpp"
+#include "common/region_moments.hpp"
+
+namespace tactile::border {
+namespace {
+
+constexpr double LARGEST_SIZE = 1e200;   // m, m^2. Chosen: any units
+constexpr int FINEST = 16;               // steps a node
+constexpr py::ssize_t MOST = 64 * 1024;  // nodes of a grid
+
+// Surfaces and outlines.
+Nodes wide_surface(const Input<double>& given) {
+    within(given.length(), "wide", 2 + 2 * BEYOND, MOST);
+    within(given.length(1), "wide", 2 + 2 * BEYOND, MOST);
+    return {given.data(), given.length(), given.length(1), 3};
+}
+
+py::array_t<double> surface_points(const py::object& wide, const py::object& places) {
+    const Input<double> surface(wide, "wide", {ANY, ANY, 3}), given(places, "places", {ANY, 2});
+    const Nodes nodes = wide_surface(surface);
+    std::vector<double> found(3 * given.length());
+    for (py::ssize_t i = 0; i < given.length(); ++i) {
+        store(found.data(), i, surface_point(nodes, given.data()[2 * i], given.data()[2 * i + 1]));
+    }
+    return output(found, {given.length(), 3});
+}
+
+py::tuple loops_output(const Loops& loops) {
+    return py::make_tuple(output(loops.places, {static_cast<py::ssize_t>(loops.places.size()) / 2, 2}),
+                          output(loops.start, {static_cast<py::ssize_t>(loops.start.size())}),
+                          output(loops.region, {static_cast<py::ssize_t>(loops.region.size())}));
+}
+
+void check_starts(const Input<std::int64_t>& start, py::ssize_t count) {
+    for (py::ssize_t k = 0; k < start.length(); ++k) {
+        const bool last = k + 1 == start.length();
+        if ((k == 0 && start.data()[k] != 0) || (last ? start.data()[k] != count : start.data()[k] >= start.data()[k + 1]))
+            throw py::value_error("start: rising numbers from 0 to the number of vertices are needed");
+    }
+}
+
+// Polygons from Python, whose places are brought to within a node of a grid.
+struct GivenLoops {
+    Input<double> places;
+    Input<std::int64_t> start, region;
+    Loops loops;
+    GivenLoops(const py::object& places_, const py::object& start_, const py::object& region_, std::ptrdiff_t rows, std::ptrdiff_t columns)
+        : places(places_, "places", {ANY, 2}), start(start_, "start", {ANY}), region(region_, "region", {ANY}) {
+        if (start.length() != region.length() + 1) throw py::value_error("start: one number more than of region is needed");
+        check_starts(start, places.length());
+        for (py::ssize_t k = 0; k < region.length(); ++k) within(region.data()[k], "region", 0, static_cast<double>(region.length() - 1));
+        for (py::ssize_t k = 0; k < 2 * places.length(); ++k) {
+            const double place = places.data()[k], most = static_cast<double>(k % 2 == 0 ? rows : columns);
+            loops.places.push_back(place >= -1 ? std::min(place, most) : -1.0);
+        }
+        loops.start.assign(start.data(), start.data() + start.length());
+        loops.region.assign(region.data(), region.data() + region.length());
+    }
+};
+
+py::tuple contours(const py::object& field, double level) {
+    const Input<double> given(field, "field", {ANY, ANY});
+    within(given.length() * given.length(1), "field", 1, 100.0 * MOST);
+    Loops found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_contours(given.data(), given.length(), given.length(1), level);
+    }
+    return loops_output(found);
+}
+
+py::tuple outlines(const py::object& score, const py::object& wide, double level, double ceiling, int refine) {
+    const Input<double> given(score, "score", {ANY, ANY}), surface(wide, "wide", {ANY, ANY, 3});
+    const Nodes nodes = wide_surface(surface);
+    if (given.length() != nodes.rows - 2 * BEYOND || given.length(1) != nodes.columns - 2 * BEYOND)
+        throw py::value_error("score: two nodes less on each side than of wide are needed");
+    within(refine, "refine", 1, FINEST);
+    within(level, "level", 1e-9, within(ceiling, "ceiling", 0, 1e9));
+    Loops found;
+    std::vector<double> points;
+    {
+        py::gil_scoped_release others_run;
+        found = find_outlines(given.data(), given.length(), given.length(1), level, ceiling, refine);
+        points = points_of(found, nodes, refine);
+    }
+    return loops_output(found) + py::make_tuple(output(points, {static_cast<py::ssize_t>(points.size()) / 3, 3}));
+}
+
+py::tuple moments(const py::object& places, const py::object& start, const py::object& region, const py::object& wide, int refine) {
+    const Input<double> surface(wide, "wide", {ANY, ANY, 3});
+    const Nodes nodes = wide_surface(surface);
+    const GivenLoops given(places, start, region, nodes.rows - 2 * BEYOND, nodes.columns - 2 * BEYOND);
+    within(refine, "refine", 1, FINEST);
+    const std::int64_t* numbers = given.loops.region.data();
+    const py::ssize_t regions = given.region.length() ? *std::max_element(numbers, numbers + given.region.length()) + 1 : 0;
+    RegionMoments found;
+    {
+        py::gil_scoped_release others_run;
+        found = region_moments(given.loops, regions, nodes, refine);
+    }
+    return py::make_tuple(output(found.of, {regions, MOMENTS}), found.pitch);
+}
+
+py::array_t<double> axes(const py::object& sums, const py::object& points, const py::object& start, double pitch) {
+    const Input<double> total(sums, "sums", {6}), border(points, "points", {ANY, 3});
+    const Input<std::int64_t> first(start, "start", {ANY});
+    within(pitch, "pitch", 0, LARGEST_SIZE);
+    within(first.length(), "start", 1, 1e9);
+    check_starts(first, border.length());
+    return output(region_axes(total.data(), border.data(), first.data(), first.length() - 1, pitch), {3});
+}
+
+// The contact in a region.
+Vec3 vector_of(const py::object& given, const char* name) {
+    return vec3_at(Input<double>(given, name, {3}).data(), 0);
+}
+
+py::tuple point(const py::object& points, const py::object& border, const py::object& start, const py::object& wide,
+                const py::object& centroid, const py::object& normal, double area, double pitch, double sigma) {
+    const Input<double> dots(points, "points", {ANY, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
+    const Input<std::int64_t> first(start, "start", {ANY});
+    within(first.length(), "start", 1, 1e9);
+    check_starts(first, sides.length());
+    const Nodes nodes = wide_surface(surface);
+    const RegionShape shape{vector_of(centroid, "centroid"),
+                            vector_of(normal, "normal"),
+                            within(area, "area", 0, LARGEST_SIZE),
+                            sides.data(),
+                            first.data(),
+                            first.length() - 1,
+                            within(pitch, "pitch", 0, LARGEST_SIZE)};
+    ContactPlace found;
+    {
+        py::gil_scoped_release others_run;
+        found = contact_point(dots.data(), dots.length(), shape, nodes, sigma);
+    }
+    const std::array<double, 3> position{found.position.x, found.position.y, found.position.z};
+    const std::array<double, 3> up{found.normal.x, found.normal.y, found.normal.z};
+    return py::make_tuple(output(position, {3}), output(found.covariance, {3, 3}), output(up, {3}));
+}
+
+double depth(const py::object& points, const py::object& gap, double pitch) {
+    const Input<double> dots(points, "points", {ANY, 3}), height(gap, "gap", {dots.length()});
+    return contact_depth(dots.data(), height.data(), dots.length(), within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE));
+}
+
+}  // namespace
+
+void bind_region(py::module_& module) {
+    module.def(
+        "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
+        "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
+        "through dots, which is extended by two nodes on each side.");
+    module.def(
+        "find_contours", &contours, py::arg("field"), py::kw_only(), py::arg("level"),
+        "Closed polygons along which field (rows, columns) float64 crosses level: vertices (M, 2) of (row, column), the first vertex\n"
+        "of each polygon and M, (L + 1,), and its region (L,): each region's outline, then its holes; the largest region first.");
+    module.def(
+        "find_outlines", &outlines, py::arg("score"), py::arg("wide"), py::kw_only(), py::arg("level"), py::arg("ceiling"),
+        py::arg("refine"),
+        "The same of score (rows, columns) float64, clipped to 0 and ceiling, with refine steps a node, and the points (M, 3) on the\n"
+        "surface wide (rows + 4, columns + 4, 3) through the dots, which is extended by two nodes on each side.");
+    module.def(
+        "region_moments", &moments, py::arg("places"), py::arg("start"), py::arg("region"), py::arg("wide"), py::kw_only(),
+        py::arg("refine"),
+        "Moments (R, 10) of regions given as find_outlines does: area, vector area, integrals of x, y, z, and of xx, xy, yy; and the\n"
+        "mean distance of neighbouring dots.");
+    module.def(
+        "region_axes", &axes, py::arg("sums"), py::arg("points"), py::arg("start"), py::kw_only(), py::arg("pitch"),
+        "Full lengths of the ellipse of the same moments as a region, and its direction, rad, NaN where it is not significant: from\n"
+        "integrals (6,) of 1, x, y, xx, xy, yy, and the points (M, 3) and starts (L + 1,) of its polygons.");
+    module.def(
+        "contact_point", &point, py::arg("points"), py::arg("border"), py::arg("start"), py::arg("wide"), py::arg("centroid"),
+        py::arg("normal"), py::kw_only(), py::arg("area"), py::arg("pitch"), py::arg("sigma"),
+        "Contact point (3,), m, its covariance (3, 3), m^2, and the normal (3,) of the surface wide there, of a region with dots at\n"
+        "points (N, 3), m, of standard deviation sigma; border (M, 3), start (L + 1,): of its polygons.");
+    module.def("contact_depth", &depth, py::arg("points"), py::arg("gap"), py::kw_only(), py::arg("pitch"),
+               "Largest height, m, of the surface at rest over points (N, 3), m, whose heights are gap (N,), by a quadratic around it.");
+}
+
+}  // namespace tactile::border

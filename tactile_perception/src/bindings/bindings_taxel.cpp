@@ -1,0 +1,206 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Python bindings of the taxel array's kernels, in the manner of bindings.cpp.
+#include "bindings/bindings.hpp"
+#include "bindings/border.hpp"
+#include "common/steady_motion.hpp"
+#include "taxel/taxel_regions.hpp"
+#include "taxel/taxel_registration.hpp"
+#include "taxel/taxel_score.hpp"
+#include "taxel/taxel_shear.hpp"
+
+namespace tactile::border {
+namespace {
+
+constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6;  // of a side; taxels, of a width. Chosen: far beyond any array
+
+py::array_t<float> score_of_taxels(const py::object& pressure, double smooth, int reach, double least, double share, double ramp) {
+    const Input<float> given(pressure, "pressure", {ANY, ANY});
+    within(smooth, "smooth", 1e-3, MOST_TAXELS);
+    within(reach, "reach", 1, MOST_TAXELS);
+    within(least, "least", 1e-30, 1e30);
+    const ScoreRule rule{smooth, reach, static_cast<float>(least), static_cast<float>(within(share, "share", 0.1, 1)),
+                         static_cast<float>(within(ramp, "ramp", 0, MOST_TAXELS))};
+    std::vector<float> found;
+    {
+        py::gil_scoped_release others_run;
+        found = taxel_score(given.data(), given.length(0), given.length(1), rule);
+    }
+    return output(found, {given.length(0), given.length(1)});
+}
+
+py::tuple regions_of_taxels(const py::object& score, const py::object& pressure, double level, double pitch, int most, int around) {
+    const Input<float> scores(score, "score", {ANY, ANY}), pressed(pressure, "pressure", {scores.length(0), scores.length(1)});
+    const py::ssize_t rows = scores.length(0), columns = scores.length(1);
+    within(rows, "score", 1, MOST_TAXELS);
+    within(columns, "score", 1, MOST_TAXELS);
+    const TaxelRule rule{rows,
+                         columns,
+                         within(level, "level", 1e-6, 1e6),
+                         within(pitch, "pitch", 1e-9, LONGEST),
+                         within(most, "most", 1, LONGEST),
+                         within(around, "around", 0, MOST_TAXELS)};
+    TaxelRegions found;
+    {
+        py::gil_scoped_release others_run;
+        found = taxel_regions(scores.data(), pressed.data(), rule);
+    }
+    std::vector<double> table;
+    for (const TaxelRegion& one : found.regions) {
+        for (const std::ptrdiff_t number :
+             {static_cast<std::ptrdiff_t>(one.label), one.count, one.box.top, one.box.left, one.box.bottom, one.box.right})
+            table.push_back(static_cast<double>(number));
+        table.insert(table.end(), {one.force, one.centre[0], one.centre[1], one.peak});
+        table.insert(table.end(), one.sums.begin(), one.sums.end());
+    }
+    const auto vertices = static_cast<py::ssize_t>(found.points.size()) / 3;
+    return py::make_tuple(output(found.labels, {rows, columns}), output(found.near, {rows, columns}), found.broken,
+                          output(table, {static_cast<py::ssize_t>(found.regions.size()), 16}), output(found.loops.places, {vertices, 2}),
+                          output(found.points, {vertices, 3}),
+                          output(found.loops.start, {static_cast<py::ssize_t>(found.loops.start.size())}),
+                          output(found.loops.region, {static_cast<py::ssize_t>(found.loops.region.size())}));
+}
+
+py::tuple edges_of_taxels(const py::object& score, double steep, int rim, int most) {
+    const Input<float> given(score, "score", {ANY, ANY});
+    within(steep, "steep", 1e-6, 1e6);
+    within(rim, "rim", 0, MOST_TAXELS);
+    within(most, "most", 1, LONGEST);
+    Edges found;
+    {
+        py::gil_scoped_release others_run;
+        found = edges_of(given.data(), given.length(0), given.length(1), steep, rim, most);
+    }
+    const auto used = static_cast<py::ssize_t>(found.value.size());
+    return py::make_tuple(output(found.place, {used, 2}), output(found.value, {used}), output(found.slopes, {used, 4}),
+                          output(std::vector<double>(found.normal.begin(), found.normal.end()), {4, 4}),
+                          output(std::vector<double>(found.middle.begin(), found.middle.end()), {2}), found.reach, found.count);
+}
+
+py::tuple register_taxels(const py::object& score, const py::object& place, const py::object& value, const py::object& slopes,
+                          const py::object& middle, double reach, bool turns, const py::object& guess) {
+    const Input<float> image(score, "score", {ANY, ANY});
+    const Input<double> at(place, "place", {ANY, 2}), there(value, "value", {at.length()}), sloping(slopes, "slopes", {at.length(), 4});
+    const Input<double> centre(middle, "middle", {2}), start(guess, "guess", {4});
+    within(reach, "reach", 1e-6, LONGEST);
+    within(image.length(0), "score", 1, MOST_TAXELS);
+    within(image.length(1), "score", 1, MOST_TAXELS);
+    Registered found;
+    {
+        py::gil_scoped_release others_run;
+        const double *m = centre.data(), *g = start.data();
+        found = registered(image.data(), image.length(0), image.length(1), at.data(), there.data(), sloping.data(), at.length(),
+                           {m[0], m[1]}, reach, turns, {g[0], g[1], g[2], g[3]});
+    }
+    return py::make_tuple(output(std::vector<double>(found.fit.begin(), found.fit.end()), {4}), found.spread, found.inliers);
+}
+
+py::tuple move_taxels(const py::object& drag, const py::object& touched, const py::object& pressure, const py::object& shift, double pitch,
+                      double thickness, double coupling, double limit, double on_top, double sharp) {
+    const Input<float> dragged(drag, "drag", {2, ANY, ANY});
+    const py::ssize_t rows = dragged.length(1), columns = dragged.length(2);
+    const Input<bool> contact(touched, "touched", {rows, columns});
+    const Input<float> pressed(pressure, "pressure", {rows, columns});
+    const Input<double> motion(shift, "shift", {3});
+    within(pitch, "pitch", 1e-9, LONGEST);
+    within(thickness, "thickness", 0, MOST_TAXELS);
+    within(sharp, "sharp", 1e-3, MOST_TAXELS);
+    for (const double number : {coupling, limit, on_top}) within(number, "coupling, limit, on_top", 0, 1e30);
+    Sheared found;
+    {
+        py::gil_scoped_release others_run;
+        const double* m = motion.data();
+        found = moved({rows, columns, pitch, thickness, coupling, limit, on_top, sharp}, dragged.data(),
+                      reinterpret_cast<const std::uint8_t*>(contact.data()), pressed.data(), {m[0], m[1], m[2]});
+    }
+    return py::make_tuple(output(found.drag, {2, rows, columns}), output(found.pull, {2, rows, columns}),
+                          output(found.slip, {2, rows, columns}));
+}
+
+py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py::object& spreads) {
+    const Input<float> pulled(pull, "pull", {2, ANY, ANY});
+    const Input<double> wide(spreads, "spreads", {2, 2});
+    within(gain, "gain", -1e30, 1e30);
+    for (const int k : {1, 3}) within(wide.data()[k], "spreads", 1e-3, MOST_TAXELS);
+    std::vector<float> found;
+    {
+        py::gil_scoped_release others_run;
+        const double* s = wide.data();
+        found = pressure_of_pull(pulled.data(), pulled.length(1), pulled.length(2), gain, {{s[0], s[1]}, {s[2], s[3]}});
+    }
+    return output(found, {pulled.length(1), pulled.length(2)});
+}
+
+py::tuple motion_of_places(const py::object& times, const py::object& places, double sigma, double bound) {
+    const Input<double> at(times, "times", {ANY}), passed(places, "places", {at.length(), 3});
+    within(sigma, "sigma", 0, 1e30);
+    within(bound, "bound", 0, 1e30);
+    SteadyMotion found;
+    {
+        py::gil_scoped_release others_run;
+        found = steady_motion(at.data(), passed.data(), at.length(), sigma, bound);
+    }
+    return py::make_tuple(output(std::vector<double>(found.place.begin(), found.place.end()), {3}),
+                          output(std::vector<double>(found.velocity.begin(), found.velocity.end()), {3}), found.sigma, found.used);
+}
+
+double noise_of(const py::object& places) {
+    const Input<double> passed(places, "places", {ANY, 3});
+    py::gil_scoped_release others_run;
+    return noise_of_places(passed.data(), passed.length());
+}
+
+}  // namespace
+
+void bind_taxels(py::module_& module) {
+    module.def(
+        "taxel_score", &score_of_taxels, py::arg("pressure"), py::kw_only(), py::arg("smooth"), py::arg("reach"), py::arg("least"),
+        py::arg("share"), py::arg("ramp"),
+        "Contact scores (rows, columns) float32, 0 to 1, above 0.5 in contact, of pressure (rows, columns) float32.\n\n"
+        "smooth: taxels, of the Gaussian against noise; reach: taxels, thickness of the pad; least: level of pressure that counts;\n"
+        "share: pressure at a flat face's border over the level inside; ramp: taxels, the same of a curved face over the level's slope.");
+    module.def(
+        "taxel_regions", &regions_of_taxels, py::arg("score"), py::arg("pressure"), py::kw_only(), py::arg("level"), py::arg("pitch"),
+        py::arg("most"), py::arg("around"),
+        "Regions where score (rows, columns) float32 exceeds level, at most so many, with the load of pressure (rows, columns) float32 in\n"
+        "them and in the taxels around: labels (rows, columns) int32, 0 outside; the same, extended to the taxels around; whether there\n"
+        "are more regions; a table (R, 16): label, taxels, top, left, bottom, right, force, its centre (x, y), peak, integrals of 1, x, "
+        "y,\n"
+        "xx, xy, yy; and the outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
+    module.def(
+        "taxel_edges", &edges_of_taxels, py::arg("score"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
+        "Edge taxels of a score (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
+        "columns and rows, turn times reach, growth; and of all edge taxels, also those left out: sums of products of the slopes (4, 4),\n"
+        "middle (2,) row and column, reach, taxels, and their number. steep: 1/taxel, least slope; rim: taxels at the array's border\n"
+        "that are ignored; most: about how many are used.");
+    module.def(
+        "taxel_register", &register_taxels, py::arg("score"), py::arg("place"), py::arg("value"), py::arg("slopes"), py::arg("middle"),
+        py::arg("reach"), py::kw_only(), py::arg("turns"), py::arg("guess"),
+        "Motion of edges (taxel_edges) to a score (rows, columns) float32: fit (4,) shift along columns and rows, turn times reach,\n"
+        "growth, taxels; standard deviation of the residuals; share of inliers. turns: whether a turn is fitted; guess: (4,) to begin "
+        "with.");
+    module.def(
+        "taxel_move", &move_taxels, py::arg("drag"), py::arg("touched"), py::arg("pressure"), py::arg("shift"), py::kw_only(),
+        py::arg("pitch"), py::arg("thickness"), py::arg("coupling"), py::arg("limit"), py::arg("on_top"), py::arg("sharp"),
+        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, after an object\n"
+        "moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; pressure: (rows, "
+        "columns)\n"
+        "float32 Pa; pitch: m; thickness: taxels; coupling: of neighbours; limit: m/Pa, friction over shear stiffness; on_top, sharp: "
+        "share\n"
+        "and width, taxels, of the unsharp mask that gives the pressure on the pad's surface.");
+    module.def(
+        "taxel_pull_pressure", &pull_of_taxels, py::arg("pull"), py::kw_only(), py::arg("gain"), py::arg("spreads"),
+        "Pressure (rows, columns) float32 under a pad by the convergence of pull (2, rows, columns) float32, times gain; spreads: (2, 2)\n"
+        "share and width, taxels, of each Gaussian that spreads it.");
+    module.def(
+        "steady_motion", &motion_of_places, py::arg("times"), py::arg("places"), py::kw_only(), py::arg("sigma"), py::arg("bound"),
+        "Place (3,) and velocity (3,) at the last of rising times (N,) float64, s, by a line through the latest of places (N, 3) float64:\n"
+        "the longest stretch in which the velocity was constant; the standard deviation of the velocity; the number of places used. "
+        "sigma:\n"
+        "standard deviation of a place; bound: standard deviations by which velocities of ever longer stretches may differ.");
+    module.def(
+        "noise_of_places", &noise_of, py::arg("places"),
+        "Standard deviation along x and y of places (N, 3) float64 of a steady motion, without the last one; 0 for fewer than four.");
+}
+
+}  // namespace tactile::border

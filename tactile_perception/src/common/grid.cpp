@@ -1,0 +1,127 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "common/grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile {
+namespace {
+
+// Weights of a Gaussian from its centre outwards.
+std::vector<float> gaussian(double sigma) {
+    const auto half = static_cast<std::ptrdiff_t>(std::ceil(4 * sigma));
+    std::vector<double> weights(half + 1);
+    double total = 0;
+    for (std::ptrdiff_t k = 0; k <= half; ++k) {
+        weights[k] = std::exp(-0.5 * static_cast<double>(k * k) / (sigma * sigma));
+        total += k == 0 ? weights[k] : 2 * weights[k];
+    }
+    std::vector<float> found(half + 1);
+    std::transform(weights.begin(), weights.end(), found.begin(), [total](double w) { return static_cast<float>(w / total); });
+    return found;
+}
+
+// One axis after the other: out = first + weights on both sides, along rows of a copy with margins.
+void add_shifted(const float* before, const float* after, float weight, float* out, std::ptrdiff_t count) {
+    for (std::ptrdiff_t k = 0; k < count; ++k) out[k] += weight * (before[k] + after[k]);
+}
+
+}  // namespace
+
+Box Box::grown(std::ptrdiff_t margin, std::ptrdiff_t image_rows, std::ptrdiff_t image_columns) const {
+    return {std::max<std::ptrdiff_t>(top - margin, 0), std::max<std::ptrdiff_t>(left - margin, 0), std::min(bottom + margin, image_rows),
+            std::min(right + margin, image_columns)};
+}
+
+Box box_around(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    Box box{rows, columns, 0, 0};
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        const std::uint8_t *row = mask + r * columns, *end = row + columns;
+        const std::uint8_t* first = std::find_if(row, end, [](std::uint8_t value) { return value != 0; });
+        if (first == end) continue;
+        while (end[-1] == 0) --end;
+        box = {std::min(box.top, r), std::min(box.left, first - row), r + 1, std::max(box.right, end - row)};
+    }
+    return box.bottom ? box : Box{0, 0, 0, 0};
+}
+
+void blur(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, double sigma, Outside outside) {
+    const std::vector<float> weights = gaussian(sigma);
+    const auto half = static_cast<std::ptrdiff_t>(weights.size()) - 1;
+    std::vector<float> wide(columns + 2 * half), down(rows * columns);
+    const std::vector<float> nothing(columns);
+    const auto row_at = [&](std::ptrdiff_t r) -> const float* {
+        if (outside == Outside::zero && (r < 0 || r >= rows)) return nothing.data();
+        return values.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns;
+    };
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        float* out = down.data() + r * columns;
+        for (std::ptrdiff_t c = 0; c < columns; ++c) out[c] = weights[0] * row_at(r)[c];
+        for (std::ptrdiff_t k = 1; k <= half; ++k) add_shifted(row_at(r - k), row_at(r + k), weights[k], out, columns);
+    }
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        const float* in = down.data() + r * columns;
+        std::fill(wide.begin(), wide.begin() + half, outside == Outside::zero ? 0.0f : in[0]);
+        std::copy(in, in + columns, wide.begin() + half);
+        std::fill(wide.end() - half, wide.end(), outside == Outside::zero ? 0.0f : in[columns - 1]);
+        float* out = values.data() + r * columns;
+        const float* middle = wide.data() + half;
+        for (std::ptrdiff_t c = 0; c < columns; ++c) out[c] = weights[0] * middle[c];
+        for (std::ptrdiff_t k = 1; k <= half; ++k) add_shifted(middle - k, middle + k, weights[k], out, columns);
+    }
+}
+
+void spread_largest(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach) {
+    const std::vector<float> given = values;
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        float* out = values.data() + r * columns;
+        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(r - reach, 0); k < std::min(r + reach + 1, rows); ++k) {
+            const float* in = given.data() + k * columns;
+            for (std::ptrdiff_t c = 0; c < columns; ++c) out[c] = std::max(out[c], in[c]);
+        }
+    }
+    std::vector<float> line(columns + 2 * reach);
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        float* out = values.data() + r * columns;
+        std::fill(line.begin(), line.begin() + reach, out[0]);
+        std::copy(out, out + columns, line.begin() + reach);
+        std::fill(line.end() - reach, line.end(), out[columns - 1]);
+        for (std::ptrdiff_t k = 0; k <= 2 * reach; ++k) {
+            for (std::ptrdiff_t c = 0; c < columns; ++c) out[c] = std::max(out[c], line[c + k]);
+        }
+    }
+}
+
+std::vector<Component> components(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns, bool by_corners,
+                                  std::vector<std::int32_t>& labels) {
+    labels.assign(rows * columns, 0);
+    std::vector<Component> found;
+    std::vector<std::ptrdiff_t> open;
+    for (std::ptrdiff_t start = 0; start < rows * columns; ++start) {
+        if (!mask[start] || labels[start]) continue;
+        found.push_back({{rows, columns, 0, 0}, 0});
+        Component& one = found.back();
+        const auto label = static_cast<std::int32_t>(found.size());
+        labels[start] = label;
+        open.assign(1, start);
+        while (!open.empty()) {
+            const std::ptrdiff_t r = open.back() / columns, c = open.back() % columns;
+            open.pop_back();
+            one.box = {std::min(one.box.top, r), std::min(one.box.left, c), std::max(one.box.bottom, r + 1),
+                       std::max(one.box.right, c + 1)};
+            ++one.count;
+            for (std::ptrdiff_t nr = std::max<std::ptrdiff_t>(r - 1, 0); nr <= std::min(r + 1, rows - 1); ++nr) {
+                for (std::ptrdiff_t nc = std::max<std::ptrdiff_t>(c - 1, 0); nc <= std::min(c + 1, columns - 1); ++nc) {
+                    const std::ptrdiff_t next = nr * columns + nc;
+                    if (!mask[next] || labels[next] || (!by_corners && nr != r && nc != c)) continue;
+                    labels[next] = label;
+                    open.push_back(next);
+                }
+            }
+        }
+    }
+    return found;
+}
+
+}  // namespace tactile

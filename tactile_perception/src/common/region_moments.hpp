@@ -1,0 +1,44 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Area, first and second moments of regions on the curved surface through the dots, from their polygons (Green's theorem).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "common/outlines.hpp"
+
+namespace tactile {
+
+constexpr int MOMENTS = 10;  // area, vector area, integrals of x, y, z, and of xx, xy, yy
+
+struct RegionMoments {
+    std::vector<double> of;  // (regions, MOMENTS)
+    double pitch;            // mean distance of neighbouring dots in the part of the surface that the regions cover
+};
+
+// Moments of the regions, without their holes, on the surface wide (see dot_surface), by polygons that are refine steps a node. Places are
+// at most a node off the grid.
+RegionMoments region_moments(const Loops& loops, std::ptrdiff_t regions, const Nodes& wide, std::ptrdiff_t refine);
+
+// Standard deviation of an integral over a region due to errors of its outline; squares: over its border, of the integrand. Errors of a
+// third of a pitch are independent for each pitch.
+double border_sigma(double squares, double pitch);
+
+// Full lengths of the ellipse of the same moments, and its direction, rad, NaN where it is not significant. sums (6): integrals of 1, x, y,
+// xx, xy, yy; points (start[count], 3): of count polygons.
+std::array<double, 3> region_axes(const double* sums, const double* points, const std::int64_t* start, std::ptrdiff_t count, double pitch);
+
+// Calls visit(point, length) for each vertex of the polygons and the side from it to the next one.
+template <class Visit>
+void each_side(const double* points, const std::int64_t* start, std::ptrdiff_t count, Visit visit) {
+    for (std::ptrdiff_t loop = 0; loop < count; ++loop) {
+        for (std::int64_t i = start[loop]; i < start[loop + 1]; ++i) {
+            const Vec3 here = vec3_at(points, i), next = vec3_at(points, i + 1 < start[loop + 1] ? i + 1 : start[loop]);
+            visit(here, length(next - here));
+        }
+    }
+}
+
+}  // namespace tactile

@@ -1,0 +1,196 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Tukey's biweight from the best of some fixed starts: all points, else neighbourhoods and triples of points. The starts are chosen by a
+// fixed rule, so that the same points give the same answer.
+#include "common/rigid_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "common/vectors.hpp"
+
+namespace tactile {
+namespace {
+
+constexpr double TUKEY = 4.685;                   // 95 % efficiency on normal errors
+constexpr std::ptrdiff_t STARTS = 24, PATCH = 9;  // neighbourhoods, and as many triples; points of a neighbourhood. Chosen
+constexpr double NEAR = 2.0;                      // standard deviations per coordinate of an inlier. Chosen
+constexpr double AGREED = 0.8;                    // share of inliers from which the fit to all points is the start. Chosen
+constexpr double SETTLED = 1e-2;                  // relative change of the weights that ends the fit. Chosen
+constexpr double GOLDEN = 0.6180339887498949;     // golden ratio less 1: spreads the points of triples
+constexpr int SWEEPS = 12;                        // of Jacobi's method: four by four settles in half as many
+
+using Points = std::vector<std::ptrdiff_t>;
+
+// after = turn before + shift; turn's rows. The second singular value of the products, and the third, negative for mirrored points.
+struct Motion {
+    Vec3 turn[3], shift;
+    double second, third;
+    Vec3 apply(Vec3 place) const { return Vec3{dot(turn[0], place), dot(turn[1], place), dot(turn[2], place)} + shift; }
+};
+
+// Turns the plane of axes i and j so that the symmetric matrix (4, 4) is 0 at (i, j), and the axes (columns) with it (Jacobi's method).
+void annihilate(double (&matrix)[4][4], double (&axes)[4][4], int i, int j) {
+    if (matrix[i][j] == 0) return;
+    const double theta = (matrix[j][j] - matrix[i][i]) / (2 * matrix[i][j]);
+    const double tangent = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+    const double cosine = 1 / std::sqrt(tangent * tangent + 1), sine = tangent * cosine;
+    const auto turn = [&](double& a, double& b) {
+        const double before = a;
+        a = cosine * before - sine * b;
+        b = sine * before + cosine * b;
+    };
+    for (int k = 0; k < 4; ++k) turn(matrix[k][i], matrix[k][j]);
+    for (int k = 0; k < 4; ++k) turn(matrix[i][k], matrix[j][k]);
+    for (int k = 0; k < 4; ++k) turn(axes[k][i], axes[k][j]);
+}
+
+// The rotation that maximises the sum of products c[i][j] = before_i after_j (Horn 1987, Closed-form solution of absolute orientation using
+// unit quaternions): its quaternion is the eigenvector of the largest eigenvalue.
+Motion rotation(const double (&c)[3][3]) {
+    double matrix[4][4] = {{c[0][0] + c[1][1] + c[2][2], c[1][2] - c[2][1], c[2][0] - c[0][2], c[0][1] - c[1][0]},
+                           {c[1][2] - c[2][1], c[0][0] - c[1][1] - c[2][2], c[0][1] + c[1][0], c[2][0] + c[0][2]},
+                           {c[2][0] - c[0][2], c[0][1] + c[1][0], c[1][1] - c[0][0] - c[2][2], c[1][2] + c[2][1]},
+                           {c[0][1] - c[1][0], c[2][0] + c[0][2], c[1][2] + c[2][1], c[2][2] - c[0][0] - c[1][1]}};
+    double axes[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
+        for (int i = 0; i < 3; ++i) {
+            for (int j = i + 1; j < 4; ++j) annihilate(matrix, axes, i, j);
+        }
+    }
+    int order[] = {0, 1, 2, 3};
+    std::stable_sort(order, order + 4, [&](int i, int j) { return matrix[i][i] > matrix[j][j]; });
+    const auto value = [&](int k) { return matrix[order[k]][order[k]]; };
+    const int most = order[0];
+    const double w = axes[0][most], x = axes[1][most], y = axes[2][most], z = axes[3][most];
+    // With singular values a, b, c the eigenvalues are a + b + c, a - b - c, b - a - c and c - a - b.
+    return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+             {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+             {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}},
+            {0, 0, 0},
+            (value(0) + value(2)) / 2,
+            (value(0) + value(3)) / 2};
+}
+
+class Fit {
+ public:
+    Fit(const double* before, const double* after, const double* base, std::ptrdiff_t count)
+        : before_(before), after_(after), base_(base), count_(count) {}
+
+    std::vector<double> run(int steps) const {
+        const Points all = this->all();
+        std::vector<double> weights(base_, base_ + count_);
+        Motion motion = best_start(all);
+        for (int step = 0; step < steps; ++step) {
+            double change = 0, largest = 0;
+            for (std::ptrdiff_t i = 0; i < count_; ++i) {
+                const double share = std::max(1 - scaled(motion, i) / (3 * TUKEY * TUKEY), 0.0), weight = base_[i] * share * share;
+                change = std::max(change, std::abs(weight - weights[i]));
+                largest = std::max(largest, weight);
+                weights[i] = weight;
+            }
+            if (change < SETTLED * largest) break;
+            motion = least_squares(all, weights.data());
+        }
+        return weights;
+    }
+
+    Motion least_squares() const { return least_squares(all(), base_); }
+
+ private:
+    Points all() const {
+        Points points(count_);
+        std::iota(points.begin(), points.end(), std::ptrdiff_t{0});
+        return points;
+    }
+
+    // Squared residual of point i over the variance of a coordinate.
+    double scaled(const Motion& motion, std::ptrdiff_t i) const {
+        const Vec3 left = vec3_at(after_, i) - motion.apply(vec3_at(before_, i));
+        return dot(left, left) * base_[i];
+    }
+
+    Motion least_squares(const Points& points, const double* weights) const {
+        double total = 0;
+        for (const std::ptrdiff_t i : points) total += weights[i];
+        Vec3 from{0, 0, 0}, to{0, 0, 0};
+        for (const std::ptrdiff_t i : points) {
+            const double share = weights[i] / std::max(total, std::numeric_limits<double>::min());
+            from = from + share * vec3_at(before_, i), to = to + share * vec3_at(after_, i);
+        }
+        double products[3][3] = {};
+        for (const std::ptrdiff_t i : points) {
+            const double share = weights[i] / std::max(total, std::numeric_limits<double>::min());
+            const Vec3 p = vec3_at(before_, i) - from, q = share * (vec3_at(after_, i) - to);
+            const double left[3] = {p.x, p.y, p.z}, right[3] = {q.x, q.y, q.z};
+            for (int a = 0; a < 3; ++a) {
+                for (int b = 0; b < 3; ++b) products[a][b] += left[a] * right[b];
+            }
+        }
+        Motion motion = rotation(products);
+        motion.shift = to - motion.apply(from);
+        return motion;
+    }
+
+    // The fit to all points where most are inliers; else the fit to a neighbourhood or a triple with the least truncated loss.
+    Motion best_start(const Points& all) const {
+        Motion best = least_squares(all, base_);
+        std::ptrdiff_t near = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) near += scaled(best, i) < 3 * NEAR * NEAR;
+        if (count_ <= PATCH || static_cast<double>(near) > AGREED * static_cast<double>(count_)) return best;
+        double least = std::numeric_limits<double>::infinity();
+        const auto compare = [&](const Points& points) {
+            const Motion motion = least_squares(points, base_);
+            double loss = 0;
+            for (std::ptrdiff_t i = 0; i < count_; ++i) loss += std::min(scaled(motion, i), 3 * NEAR * NEAR);
+            if (loss < least) least = loss, best = motion;
+        };
+        const std::ptrdiff_t centres = std::min(STARTS, count_);
+        for (std::ptrdiff_t k = 0; k < centres; ++k) compare(neighbourhood(k * (count_ - 1) / (centres - 1)));
+        for (std::ptrdiff_t k = 0; k < STARTS; ++k) compare({spread(3 * k), spread(3 * k + 1), spread(3 * k + 2)});
+        return best;
+    }
+
+    // The points nearest to one, for an object whose points are contiguous.
+    Points neighbourhood(std::ptrdiff_t centre) const {
+        std::vector<std::pair<double, std::ptrdiff_t>> distance(count_);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 away = vec3_at(before_, i) - vec3_at(before_, centre);
+            const double square = dot(away, away);
+            distance[i] = {std::isfinite(square) ? square : std::numeric_limits<double>::infinity(), i};
+        }
+        std::nth_element(distance.begin(), distance.begin() + PATCH - 1, distance.end());
+        Points points;
+        for (std::ptrdiff_t k = 0; k < PATCH; ++k) points.push_back(distance[k].second);
+        return points;
+    }
+
+    // Points spread by the golden ratio, for an object whose points are not contiguous.
+    std::ptrdiff_t spread(std::ptrdiff_t k) const {
+        return static_cast<std::ptrdiff_t>(std::fmod(static_cast<double>(k) * GOLDEN, 1.0) * static_cast<double>(count_));
+    }
+
+    const double *before_, *after_, *base_;
+    const std::ptrdiff_t count_;
+};
+
+}  // namespace
+
+std::vector<double> rigid_inliers(const double* before, const double* after, const double* base, std::ptrdiff_t count, int steps) {
+    return Fit(before, after, base, count).run(steps);
+}
+
+RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count) {
+    const Motion found = Fit(before, after, weights, count).least_squares();
+    RigidMotion motion{{}, {found.shift.x, found.shift.y, found.shift.z}, found.second, found.third};
+    for (int row = 0; row < 3; ++row) {
+        const Vec3& turn = found.turn[row];
+        motion.rotation[3 * row] = turn.x, motion.rotation[3 * row + 1] = turn.y, motion.rotation[3 * row + 2] = turn.z;
+    }
+    return motion;
+}
+
+}  // namespace tactile

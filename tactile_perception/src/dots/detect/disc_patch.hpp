@@ -1,0 +1,36 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "dots/detect/disc_model.hpp"
+#include "dots/detect/image.hpp"
+
+namespace tactile {
+
+// Pixels around a dot, and their projection onto the few dimensions that its fit needs.
+class DiscPatch {
+ public:
+    explicit DiscPatch(const DiscModel& model);
+
+    // Copies the pixels around (column, row), which is inside the image, minus a grey level from 0 to 255; outside the image, the outermost
+    // pixels.
+    void cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level);
+
+    // Subtracts the image of a disc at (u, v), px from the middle pixel; diameter: px; amplitude: grey levels; all finite.
+    void subtract(double u, double v, double diameter, double amplitude);
+
+    // Writes the DIMENSIONS coefficients, grey levels.
+    void compress(float* out);
+
+ private:
+    void fold();
+
+    const DiscModel& model_;
+    const std::ptrdiff_t half_, side_, quarter_, sector_;  // sector_: length of a folded patch
+    std::vector<std::int16_t> values_, down_, folded_;
+};
+
+}  // namespace tactile

@@ -1,0 +1,298 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Neighbours of dots on a printed grid, from one image alone. Near pairs of dots give a field of row directions. Two dots are linked as
+// left and right neighbour if each is the other's best match and their distance is close to the local mean step. Plane vectors are complex
+// numbers u + iv, so that a rotation is a product.
+#include "dots/index/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "dots/index/neighbours.hpp"
+
+namespace tactile {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double REACH = 1.9;                 // median nearest distances. Derived: reaches a full pitch where the median is 0.6 of it
+constexpr double TOLERANCES[] = {0.3, 0.21};  // of the local step, for a link; the second if the first contradicts itself. Chosen
+constexpr double SLOPE = 4.0;                 // weight of the squared step across against the squared step along. Chosen
+constexpr double COHERENCE = 0.15;            // mean resultant length of the directions below which dots form no grid. Chosen
+constexpr double CELL = 2.0;                  // pitches, side of the cells; steps are averaged over three by three cells. Chosen
+constexpr double LOCAL = 1.3;                 // pitches: longer pairs are not used for directions. Chosen: less than a diagonal
+constexpr std::ptrdiff_t MOST_CELLS = 16;     // per dot. Derived: a grid needs a quarter of a cell per dot, dots on one line more
+constexpr std::ptrdiff_t SAMPLE = 40;         // dots from whose nearest neighbours the pitch is estimated. Chosen
+constexpr double WHOLE_WEIGHT = 1e-3;         // of the mean of all cells against that of three by three cells. Chosen
+
+// Product of finite numbers: the operator's also handles infinite ones, at twice the time.
+Complex times(Complex a, Complex b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+// The unit number with half of a number's argument.
+Complex root(Complex a) {
+    const double size = std::sqrt(std::norm(a)), share = size > 0 ? a.real() / size : 1.0;
+    return {std::sqrt(std::max(0.5 + 0.5 * share, 0.0)), std::copysign(std::sqrt(std::max(0.5 - 0.5 * share, 0.0)), a.imag())};
+}
+
+struct Pair {
+    std::int32_t from = 0, to = 0;
+    Complex step;  // px; after turn_upright real along a row or column
+};
+
+// Mean values over blocks of three by three cells of the image, which dilute a single outlier.
+class CellMeans {
+ public:
+    CellMeans(const double* places, std::ptrdiff_t count, double side) : at_(count) {
+        double low[2], high[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            low[axis] = high[axis] = places[axis];
+            for (std::ptrdiff_t i = 0; i < count; ++i) {
+                low[axis] = std::min(low[axis], places[2 * i + axis]);
+                high[axis] = std::max(high[axis], places[2 * i + axis]);
+            }
+        }
+        const double area = (high[0] - low[0] + side) * (high[1] - low[1] + side);
+        side = std::max(side, std::sqrt(area / static_cast<double>(MOST_CELLS * count)));
+        columns_ = static_cast<std::ptrdiff_t>((high[0] - low[0]) / side) + 3;  // a margin, so that each cell has eight neighbours
+        rows_ = static_cast<std::ptrdiff_t>((high[1] - low[1]) / side) + 3;
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            const auto column = static_cast<std::ptrdiff_t>((places[2 * i] - low[0]) / side) + 1;
+            at_[i] = (static_cast<std::ptrdiff_t>((places[2 * i + 1] - low[1]) / side) + 1) * columns_ + column;
+        }
+        clear();
+    }
+
+    void clear() {
+        sums_.assign(rows_ * columns_, {0.0, 0.0});
+        weights_.assign(rows_ * columns_, 0.0);
+    }
+    void add(std::int32_t dot, Complex value) {
+        sums_[at_[dot]] += value;
+        weights_[at_[dot]] += 1.0;
+    }
+    // The mean around each dot.
+    std::vector<Complex> means() const {
+        Complex all = 0;
+        double weight = 0;
+        for (std::size_t k = 0; k < sums_.size(); ++k) all += sums_[k], weight += weights_[k];
+        std::vector<Complex> cells(sums_.size());
+        for (std::ptrdiff_t r = 1; r < rows_ - 1; ++r) {
+            for (std::ptrdiff_t c = 1; c < columns_ - 1; ++c) {
+                Complex sum = WHOLE_WEIGHT * all;
+                double near = WHOLE_WEIGHT * weight;
+                for (std::ptrdiff_t k = -1; k <= 1; ++k) {
+                    for (std::ptrdiff_t j = -1; j <= 1; ++j) {
+                        sum += sums_[(r + k) * columns_ + c + j];
+                        near += weights_[(r + k) * columns_ + c + j];
+                    }
+                }
+                cells[r * columns_ + c] = sum / std::max(near, 1e-9);
+            }
+        }
+        std::vector<Complex> found(at_.size());
+        for (std::size_t i = 0; i < at_.size(); ++i) found[i] = cells[at_[i]];
+        return found;
+    }
+
+ private:
+    std::vector<std::ptrdiff_t> at_;
+    std::ptrdiff_t rows_, columns_;
+    std::vector<Complex> sums_;
+    std::vector<double> weights_;
+};
+
+// Least squared distance of places from (u, v). Several minima stand side by side, which an instruction compares at once.
+double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
+    constexpr std::size_t LANES = 4;
+    double least[LANES];
+    std::fill(least, least + LANES, std::numeric_limits<double>::infinity());
+    std::size_t j = 0;
+    for (; j + LANES <= across.size(); j += LANES) {
+        for (std::size_t lane = 0; lane < LANES; ++lane) {
+            const double x = across[j + lane] - u, y = down[j + lane] - v, square = x * x + y * y;
+            least[lane] = square < least[lane] ? square : least[lane];
+        }
+    }
+    for (; j < across.size(); ++j) {
+        const double x = across[j] - u, y = down[j] - v;
+        least[0] = std::min(least[0], x * x + y * y);
+    }
+    return *std::min_element(least, least + LANES);
+}
+
+// Median distance to the nearest other dot, px, over a sample of the dots.
+double typical_distance(const double* places, std::ptrdiff_t count) {
+    std::vector<double> across(count), down(count), squares;
+    for (std::ptrdiff_t j = 0; j < count; ++j) across[j] = places[2 * j], down[j] = places[2 * j + 1];
+    for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {
+        const double u = across[i], v = down[i];
+        across[i] = std::numeric_limits<double>::infinity();  // not its own neighbour
+        squares.push_back(least_square(across, down, u, v));
+        across[i] = u;
+    }
+    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    return std::sqrt(*middle);
+}
+
+// Indices of the pairs with the least cost at both of their dots; infinite cost: no pair. The first of equal costs wins.
+std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vector<double>& cost, std::ptrdiff_t count) {
+    const double never = std::numeric_limits<double>::infinity();
+    std::vector<double> least_ahead(count, never), least_behind(count, never);
+    std::vector<std::int32_t> ahead(count, -1), behind(count, -1), found;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+        if (cost[k] < least_ahead[pairs[k].from]) least_ahead[pairs[k].from] = cost[k], ahead[pairs[k].from] = static_cast<std::int32_t>(k);
+        if (cost[k] < least_behind[pairs[k].to]) least_behind[pairs[k].to] = cost[k], behind[pairs[k].to] = static_cast<std::int32_t>(k);
+    }
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        if (ahead[i] >= 0 && behind[pairs[ahead[i]].to] == ahead[i]) found.push_back(ahead[i]);
+    }
+    return found;
+}
+
+class Search {
+ public:
+    Search(const double* places, std::ptrdiff_t count) : places_(places), count_(count) {}
+
+    Lattice run(double hint) {
+        Lattice lattice;
+        if (count_ < 4 || !find_pairs()) return lattice;
+        CellMeans cells(places_, count_, CELL * pitch_);
+        if (!find_directions(cells, hint, lattice.angle)) return lattice;
+        turn_upright();
+        std::vector<Complex> steps[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            if (!typical_steps(axes_[axis], cells, steps[axis])) return lattice;
+        }
+        for (const double tolerance : TOLERANCES) {
+            const Indices found = propagate_indices(links(axes_[0], steps[0], tolerance), links(axes_[1], steps[1], tolerance));
+            if (found.contradictions) continue;
+            return {true, found.row, found.column, found.member, lattice.angle, pitch_};
+        }
+        return lattice;
+    }
+
+ private:
+    Complex place(std::ptrdiff_t i) const { return {places_[2 * i], places_[2 * i + 1]}; }
+
+    // Finds the pairs within reach; false if there are none, or if the dots are too far apart for a grid of their pitch.
+    bool find_pairs() {
+        double low[2] = {places_[0], places_[1]}, high[2] = {places_[0], places_[1]};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            for (int axis = 0; axis < 2; ++axis) {
+                low[axis] = std::min(low[axis], places_[2 * i + axis]);
+                high[axis] = std::max(high[axis], places_[2 * i + axis]);
+            }
+        }
+        pitch_ = typical_distance(places_, count_);
+        const double wide = std::max(high[0] - low[0], high[1] - low[1]);
+        if (!(pitch_ > 0) || !(pitch_ * static_cast<double>(count_) > wide)) return false;  // wider than count dots in one row
+        const auto near = near_pairs(places_, count_, REACH * pitch_);
+        pairs_.reserve(near.size());
+        for (const auto& [i, j] : near) {
+            const Complex step = place(j) - place(i);
+            if (std::norm(step) < REACH * REACH * pitch_ * pitch_) pairs_.push_back({i, j, step});
+        }
+        return !pairs_.empty();
+    }
+
+    // Estimates the angle of the whole grid, within 45 degrees of the hint, and for each dot the rotation that aligns the local row with u;
+    // false if the directions are not coherent.
+    bool find_directions(CellMeans& cells, double hint, double& angle) {
+        std::vector<std::int32_t> local(pairs_.size());  // pairs along rows and columns; listed without a branch that would be mispredicted
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < pairs_.size(); ++k) {
+            local[count] = static_cast<std::int32_t>(k);
+            count += std::norm(pairs_[k].step) < LOCAL * LOCAL * pitch_ * pitch_;
+        }
+        std::vector<Complex> fourfold(count);  // fourth powers of the directions: rows and columns add up
+        Complex total = 0;
+        double weight = 0;
+        for (std::size_t k = 0; k < count; ++k) {
+            const Complex step = pairs_[local[k]].step, twice = times(step, step);
+            const double square = std::norm(step), near = std::exp(-square / (pitch_ * pitch_));
+            fourfold[k] = times(twice, twice) * (near / std::max(square * square, 1e-24));
+            total += fourfold[k];
+            weight += near;
+        }
+        if (std::abs(total) < COHERENCE * weight) return false;
+        angle = hint + std::arg(total * std::polar(1.0, -4 * hint)) / 4;
+        const Complex back = std::polar(1.0, -4 * angle);
+        for (std::size_t k = 0; k < count; ++k) {
+            const Complex turn = times(fourfold[k], back);
+            cells.add(pairs_[local[k]].from, turn);
+            cells.add(pairs_[local[k]].to, turn);
+        }
+        turns_ = cells.means();
+        const Complex upright = std::polar(1.0, -angle);
+        for (Complex& turn : turns_) turn = times(upright, std::conj(root(root(turn))));
+        return true;
+    }
+
+    // Splits pairs into rows, left dot first, and columns, upper dot first; rotates steps by the local row direction, and steps of columns
+    // by another -90 degrees.
+    void turn_upright() {
+        std::ptrdiff_t counts[2] = {0, 0};
+        for (std::vector<Pair>& axis : axes_) axis.resize(pairs_.size());
+        for (const Pair& pair : pairs_) {  // without branches, which would be mispredicted
+            const Complex step = times(pair.step, turns_[pair.from]);
+            const int column = std::abs(step.real()) <= std::abs(step.imag());
+            const double along = column ? step.imag() : step.real(), across = column ? -step.real() : step.imag();
+            const bool ahead = along > 0;
+            axes_[column][counts[column]++] = {ahead ? pair.from : pair.to, ahead ? pair.to : pair.from,
+                                               ahead ? Complex(along, across) : Complex(-along, -across)};
+        }
+        for (int axis = 0; axis < 2; ++axis) axes_[axis].resize(counts[axis]);
+    }
+
+    // Computes the local mean step to the next dot around each dot; false with fewer than two steps.
+    bool typical_steps(const std::vector<Pair>& pairs, CellMeans& cells, std::vector<Complex>& steps) const {
+        std::vector<double> cost(pairs.size());
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            const double along = pairs[k].step.real(), across = pairs[k].step.imag();
+            cost[k] = along * along + SLOPE * across * across;
+        }
+        const std::vector<std::int32_t> chosen = mutual(pairs, cost, count_);
+        cells.clear();
+        for (const std::int32_t k : chosen) cells.add(pairs[k].from, pairs[k].step);
+        steps = cells.means();
+        return chosen.size() >= 2;
+    }
+
+    // Each dot's next dot along the axis, -1 for none: the mutually best pairs within the tolerance of the local mean step.
+    std::vector<std::int32_t> links(const std::vector<Pair>& pairs, const std::vector<Complex>& steps, double tolerance) const {
+        std::vector<double> cost(pairs.size());
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+            const Complex expected = steps[pairs[k].from];
+            cost[k] = std::norm(pairs[k].step - expected);
+            if (!(cost[k] < tolerance * tolerance * std::norm(expected))) cost[k] = std::numeric_limits<double>::infinity();
+        }
+        std::vector<std::int32_t> next(count_, -1);
+        for (const std::int32_t k : mutual(pairs, cost, count_)) next[pairs[k].from] = pairs[k].to;
+        return next;
+    }
+
+    const double* places_;
+    const std::ptrdiff_t count_;
+    double pitch_ = 0;
+    std::vector<Pair> pairs_, axes_[2];  // along rows, along columns
+    std::vector<Complex> turns_;
+};
+
+}  // namespace
+
+Lattice find_lattice(const double* places, std::ptrdiff_t count, double hint) {
+    Lattice lattice = Search(places, count).run(hint);
+    if (!lattice.found) {
+        lattice.row.assign(count, 0);
+        lattice.column.assign(count, 0);
+        lattice.member.assign(count, 0);
+    }
+    return lattice;
+}
+
+}  // namespace tactile

@@ -1,0 +1,140 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Motion of dots against their untouched reference. Drift of the camera and the pad moves all dots by one affine map; a contact displaces
+// some of them against it.
+#include "dots/reference/reference_drift.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/median.hpp"
+
+namespace tactile {
+namespace {
+
+constexpr double QUIET = 5.0;         // standard deviations from the affine motion, beyond which a contact displaces a dot. Chosen
+constexpr double QUIET_FLOOR = 0.1;   // px, least such deviation: changes of light shift centroids by less. Chosen
+constexpr double QUIET_SHARE = 0.01;  // of the dots, that may deviate as outliers. Chosen
+constexpr double AFFINE_SHARE = 0.8;  // of the dots, those with the least residuals, that the second affine fit uses. Chosen
+constexpr double DRIFTED = 0.5;       // px, median displacement that is contact: drift is tracked before it grows so far. Chosen
+constexpr std::size_t FEWEST = 8;     // dots for an affine fit. Chosen
+constexpr double FARTHEST = 1e12;     // px: no image is wider, and squares stay far from overflow
+constexpr double RIDGE = 1e-9;        // of the dots' scatter, px^2, for collinear dots
+
+constexpr double STILL = 0.1;        // px, largest motion of nearly all dots at rest. Chosen
+constexpr double NOISE = 7.0;        // standard deviations, the same for noisy dots. Chosen: 5 sqrt 2, of a difference of positions
+constexpr double NEARLY_ALL = 0.99;  // of the dots
+constexpr double SAME_SHARE = 0.9;   // of the dots, least number seen in both frames. Chosen
+
+// A dot: position and motion, px.
+struct Moved {
+    double u, v, du, dv, sigma;
+};
+
+// Squared residuals, px^2, of all dots from the affine motion fitted to those whose square is at most `most`.
+std::vector<double> residuals(const std::vector<Moved>& dots, const std::vector<double>& squares, double most) {
+    Moved middle{};
+    double count = 0;
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        if (!(squares[i] <= most)) continue;
+        middle.u += dots[i].u, middle.v += dots[i].v, middle.du += dots[i].du, middle.dv += dots[i].dv;
+        ++count;
+    }
+    middle.u /= count, middle.v /= count, middle.du /= count, middle.dv /= count;
+    double uu = 0, uv = 0, vv = 0, sides[2][2] = {};  // normal equations; sides: of du and dv
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        if (!(squares[i] <= most)) continue;
+        const double u = dots[i].u - middle.u, v = dots[i].v - middle.v, du = dots[i].du - middle.du, dv = dots[i].dv - middle.dv;
+        uu += u * u, uv += u * v, vv += v * v;
+        sides[0][0] += du * u, sides[0][1] += du * v, sides[1][0] += dv * u, sides[1][1] += dv * v;
+    }
+    const double ridge = RIDGE * (uu + vv) + RIDGE;
+    uu += ridge, vv += ridge;
+    const double inverse = 1 / (uu * vv - uv * uv);
+    double slopes[2][2];
+    for (int k = 0; k < 2; ++k) {
+        slopes[k][0] = (sides[k][0] * vv - sides[k][1] * uv) * inverse;
+        slopes[k][1] = (sides[k][1] * uu - sides[k][0] * uv) * inverse;
+    }
+    std::vector<double> found(dots.size());
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        const double u = dots[i].u - middle.u, v = dots[i].v - middle.v;
+        const double du = dots[i].du - middle.du - slopes[0][0] * u - slopes[0][1] * v;
+        const double dv = dots[i].dv - middle.dv - slopes[1][0] * u - slopes[1][1] * v;
+        found[i] = du * du + dv * dv;
+    }
+    return found;
+}
+
+}  // namespace
+
+std::vector<std::ptrdiff_t> find_ids(const std::int64_t* id, std::ptrdiff_t count, const std::int64_t* known, std::ptrdiff_t known_count) {
+    std::vector<std::ptrdiff_t> found(count, -1);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        const std::int64_t* at = std::lower_bound(known, known + known_count, id[i]);
+        if (at != known + known_count && *at == id[i]) found[i] = at - known;
+    }
+    return found;
+}
+
+void follow_drift(double* known_places, std::int64_t* counts, const std::ptrdiff_t* at, const double* places, std::ptrdiff_t count,
+                  std::int64_t frames, double slow) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        if (at[i] < 0) continue;
+        const double gain = counts[at[i]] < frames ? 1 / static_cast<double>(counts[at[i]] + 1) : slow;
+        for (int k = 0; k < 2; ++k) known_places[2 * at[i] + k] += gain * (places[2 * i + k] - known_places[2 * at[i] + k]);
+        ++counts[at[i]];
+    }
+}
+
+Deviation deviation_from_drift(const double* places, const double* motions, const double* sigma, std::ptrdiff_t count) {
+    std::vector<Moved> dots;
+    std::vector<double> squares;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        const Moved dot{places[2 * i], places[2 * i + 1], motions[2 * i], motions[2 * i + 1], sigma[i]};
+        const double square = dot.du * dot.du + dot.dv * dot.dv;
+        if (!(square <= FARTHEST * FARTHEST && std::abs(dot.u) <= FARTHEST && std::abs(dot.v) <= FARTHEST)) continue;  // or not seen
+        dots.push_back(dot);
+        squares.push_back(square);
+    }
+    if (dots.empty()) return {false, 0};
+    const auto share = [&](double part) { return static_cast<std::ptrdiff_t>(part); };
+    const auto number = static_cast<double>(dots.size());
+    const double shared = std::sqrt(smallest(squares, share(number / 2)));
+    if (dots.size() < FEWEST) return {shared > DRIFTED, shared};
+    squares = residuals(dots, squares, *std::max_element(squares.begin(), squares.end()));
+    squares = residuals(dots, squares, smallest(squares, share(AFFINE_SHARE * number)));
+    std::ptrdiff_t leaving = 0;
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+        const double quiet = QUIET * dots[i].sigma;  // NaN: no dot leaves
+        leaving += std::sqrt(squares[i]) > (quiet < QUIET_FLOOR ? QUIET_FLOOR : quiet);
+    }
+    const double size = std::sqrt(smallest(squares, share((1 - QUIET_SHARE) * (number - 1))));
+    return {static_cast<double>(leaving) > QUIET_SHARE * number || shared > DRIFTED, std::max(size, shared)};
+}
+
+bool have_stayed(const PlacedDots& now, const double* sigma, const PlacedDots& then) {
+    std::vector<std::ptrdiff_t> order(then.count);
+    std::iota(order.begin(), order.end(), std::ptrdiff_t{0});
+    std::sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return then.id[a] < then.id[b]; });
+    std::vector<std::int64_t> known(then.count);
+    for (std::ptrdiff_t k = 0; k < then.count; ++k) known[k] = then.id[order[k]];
+    const std::vector<std::ptrdiff_t> at = find_ids(now.id, now.count, known.data(), then.count);
+    std::vector<double> squares, noise;
+    for (std::ptrdiff_t i = 0; i < now.count; ++i) {
+        if (std::isfinite(sigma[i])) noise.push_back(sigma[i]);
+        if (at[i] < 0) continue;
+        const double *from = then.places + 2 * order[at[i]], *to = now.places + 2 * i;
+        const double square = (to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]);
+        squares.push_back(std::isnan(square) ? HUGE_VAL : square);
+    }
+    if (squares.empty() || static_cast<double>(squares.size()) < SAME_SHARE * static_cast<double>(std::max(now.count, then.count))) {
+        return false;
+    }
+    const double usual = noise.empty() ? 0 : smallest(noise, static_cast<std::ptrdiff_t>(noise.size() / 2));
+    const double limit = std::max(STILL, NOISE * usual);
+    return smallest(squares, static_cast<std::ptrdiff_t>(NEARLY_ALL * static_cast<double>(squares.size() - 1))) < limit * limit;
+}
+
+}  // namespace tactile

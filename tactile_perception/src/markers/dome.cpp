@@ -1,0 +1,281 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "markers/dome.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <vector>
+
+#include "common/wide.hpp"
+
+namespace tactile {
+namespace {
+
+constexpr double BEYOND = 1.2;     // times the spread: logs of radius and friction are clamped to it. Chosen
+constexpr int MOST_TERMS = 16;     // of the polynomials
+constexpr int MOST_WAVES = 100;    // of the mesh's harmonics
+constexpr std::size_t PART = 128;  // of a field is summed at once, in the processor's nearest cache. Chosen
+constexpr double WIDEST = 0.99;    // sine of the angle of a touch: a place farther out is taken there
+
+using Complex = std::complex<double>;
+
+// A displacement on the mesh and its slopes at a fixed place there, side by side. Even fields end with the slopes by friction and by
+// drags along the meridian, odd ones with that by drags across it.
+enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_ALONG, FIELDS };
+constexpr int BY_ACROSS = BY_FRICTION;
+
+// Values of a basis and their slopes.
+template <int MOST>
+struct Basis {
+    double value[MOST], slope[MOST];
+};
+
+// Uniform cubic B-splines at a log depth; first: the first of four levels.
+Basis<4> depth_basis(const DomeLibrary& library, double log_depth, int& first) {
+    const double share = std::clamp(std::exp(log_depth) / library.depth, 1e-9, 1.0);
+    const double level = std::pow(share, 1 / library.power) * library.levels, by_log = level / library.power;
+    first = std::min(static_cast<int>(level), library.levels - 1);
+    const double f = level - first, g = 1 - f;
+    return {{g * g * g / 6, (3 * f * f * f - 6 * f * f + 4) / 6, (-3 * f * f * f + 3 * f * f + 3 * f + 1) / 6, f * f * f / 6},
+            {-g * g / 2 * by_log, (3 * f * f - 4 * f) / 2 * by_log, (-3 * f * f + 2 * f + 1) / 2 * by_log, f * f / 2 * by_log}};
+}
+
+// Chebyshev polynomials of the shift over its reach.
+Basis<MOST_TERMS> shift_basis(const DomeLibrary& library, double shift) {
+    const double x = std::clamp(shift / library.reach, -1.0, 1.0);
+    Basis<MOST_TERMS> basis{{1, x}, {0, 1 / library.reach}};
+    for (int k = 2; k < library.order; ++k) {
+        basis.value[k] = 2 * x * basis.value[k - 1] - basis.value[k - 2];
+        basis.slope[k] = 2 * x * basis.slope[k - 1] - basis.slope[k - 2] + 2 / library.reach * basis.value[k - 1];
+    }
+    return basis;
+}
+
+Basis<MOST_TERMS> powers(double x, int count) {
+    Basis<MOST_TERMS> basis{{1}, {0}};
+    for (int k = 1; k < count; ++k) basis.value[k] = basis.value[k - 1] * x, basis.slope[k] = k * basis.value[k - 1];
+    return basis;
+}
+
+// sums (count, rows) += weights (count) times row (rows).
+TACTILE_WIDE void add_scaled(const double* row, std::size_t rows, const double* weights, int count, double* sums) {
+    for (int c = 0; c < count; ++c, sums += rows) {
+        const double by = weights[c];
+        if (by == 0) continue;  // of many slopes, and of all odd fields but one of a straight press
+        for (std::size_t k = 0; k < rows; ++k) sums[k] += by * row[k];
+    }
+}
+
+// The touch of a press on the mesh: direction of the meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its
+// slopes by that distance and by the log radius, drag along and across the meridian.
+struct Meridian {
+    double cosine, sine, away, shift, by_away, by_radius, along, across;
+};
+
+Meridian meridian_of(const DomeLibrary& library, const double* press) {
+    const double away = std::hypot(press[X], press[Y]);
+    const double radius = library.radius * std::exp(library.radius_spread * std::clamp(press[RADIUS], -BEYOND, BEYOND));
+    const double reach = library.curvature + radius, angle = std::asin(std::min(away / reach, WIDEST));
+    const double shift = std::tan(angle / 2) / library.disc_scale, half = std::cos(angle / 2);
+    // Slope of the shift by the sine of the angle.
+    const double by_sine = shift < library.reach ? 1 / (2 * half * half * library.disc_scale * std::cos(angle)) : 0;
+    Meridian meridian{1, 0, away, std::min(shift, library.reach), by_sine / reach, 0, 0, 0};
+    meridian.by_radius = -by_sine * away / (reach * reach) * radius * library.radius_spread;
+    if (away > 1e-12) meridian.cosine = press[X] / away, meridian.sine = press[Y] / away;
+    meridian.along = meridian.cosine * press[DRAG_X] + meridian.sine * press[DRAG_Y];
+    meridian.across = meridian.cosine * press[DRAG_Y] - meridian.sine * press[DRAG_X];
+    return meridian;
+}
+
+// Fields of a press (rings + 1, 3, harmonics + 1, COUNT): COUNT 1, the displacement alone, or FIELDS. Even ones, mirror symmetric to the
+// meridian plane: the straight press with a drag along the meridian; odd ones: by a drag across it.
+template <int COUNT>
+struct Fields {
+    std::vector<double> even, odd;
+
+    Fields(const DomeLibrary& library, const double* press, const Meridian& meridian) {
+        int first;
+        depths_ = depth_basis(library, press[DEPTH], first);
+        shifts_ = shift_basis(library, meridian.shift);
+        radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
+        const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
+        std::vector<double> even_modes(library.even * COUNT, 0.0), odd_modes(library.odd * COUNT, 0.0);
+        const std::size_t even_block = static_cast<std::size_t>(library.order) * library.radii * library.even;
+        const std::size_t odd_block = static_cast<std::size_t>(library.order) * library.radii * library.odd;
+        for (int level = 0; level < 4; ++level) {
+            const double* table = library.even_table + (first + level) * (STRAIGHT + 1) * even_block;
+            for (int power = 0; power < STRAIGHT; ++power, table += even_block)
+                add_block(library, table, library.even, level, {rough.value[power], rough.slope[power], 0}, even_modes);
+            add_block(library, table, library.even, level, {meridian.along, 0, 1}, even_modes);
+            add_block(library, library.odd_table + (first + level) * odd_block, library.odd, level, {meridian.across, 1, 0}, odd_modes);
+        }
+        even = summed(library, library.even_modes, even_modes);
+        odd = summed(library, library.odd_modes, odd_modes);
+    }
+
+ private:
+    Basis<4> depths_;
+    Basis<MOST_TERMS> shifts_, radii_;
+
+    // Shares of a block in the value and its slopes, and in the last two fields.
+    struct Shares {
+        double value, friction, along;
+    };
+
+    // Adds a block (order, radii, count) of a table at a level to the weights (COUNT, count) of the modes.
+    void add_block(const DomeLibrary& library, const double* table, int count, int level, const Shares& by, std::vector<double>& sum) {
+        for (int a = 0; a < library.order; ++a) {
+            for (int r = 0; r < library.radii; ++r, table += count) {
+                const double depth = depths_.value[level], shift = shifts_.value[a], radius = radii_.value[r];
+                const double at = depth * shift * radius;
+                const double weights[FIELDS] = {by.value * at,
+                                                by.value * depth * shifts_.slope[a] * radius,
+                                                by.value * depths_.slope[level] * shift * radius,
+                                                by.value * depth * shift * radii_.slope[r],
+                                                by.friction * at,
+                                                by.along * at};
+                add_scaled(table, count, weights, COUNT, sum.data());
+            }
+        }
+    }
+
+    // Sum of modes with weights (COUNT, count).
+    static std::vector<double> summed(const DomeLibrary& library, const double* modes, const std::vector<double>& weights) {
+        const std::size_t size = static_cast<std::size_t>(library.rings + 1) * 3 * (library.harmonics + 1), count = weights.size() / COUNT;
+        std::vector<double> sum(size * COUNT);
+        for (std::size_t first = 0; first < size; first += PART) {
+            const std::size_t part = std::min(PART, size - first);
+            double apart[COUNT * PART] = {}, by[COUNT];
+            for (std::size_t m = 0; m < count; ++m) {
+                for (int c = 0; c < COUNT; ++c) by[c] = weights[c * count + m];
+                add_scaled(modes + m * size + first, part, by, COUNT, apart);
+            }
+            for (std::size_t k = 0; k < part; ++k)
+                for (int c = 0; c < COUNT; ++c) sum[(first + k) * COUNT + c] = apart[c * part + k];
+        }
+        return sum;
+    }
+};
+
+// A marker on the mesh of a touch: z in the unit disc, first ring, part of the way to the next and one over their distance, cosines and
+// sines; slopes of distance and direction from the centre by the mesh's shift and by the direction of the meridian.
+struct Spot {
+    int ring = -1;
+    double part = 0, per_width = 0, cosine[MOST_WAVES], sine[MOST_WAVES];
+    double far_by_shift = 0, turn_by_shift = 0, far_by_meridian = 0, turn_by_meridian = 0;
+};
+
+// Finds point (3) on the mesh; false where it is unknown or beyond the rim.
+bool find_spot(const DomeLibrary& library, const Meridian& meridian, const double* point, Spot& spot) {
+    const double stereographic = (library.curvature + point[2] - library.centre_z) * library.disc_scale;
+    const Complex w = Complex(point[0], point[1]) * Complex(meridian.cosine, -meridian.sine) / stereographic;
+    const Complex under = 1.0 / (1.0 - meridian.shift * w), z = (w - meridian.shift) * under;  // inverse of the mesh's automorphism
+    const double far = std::abs(z);
+    if (!(far < 1)) return false;
+    spot.ring = static_cast<int>(std::upper_bound(library.edges + 1, library.edges + library.rings, far) - library.edges) - 1;
+    spot.per_width = 1 / std::max(library.edges[spot.ring + 1] - library.edges[spot.ring], 1e-12);
+    spot.part = (far - library.edges[spot.ring]) * spot.per_width;
+    const Complex step = far > 1e-12 ? z / far : Complex(1, 0);
+    Complex wave(1, 0);
+    for (int m = 0; m <= library.harmonics; ++m, wave *= step) spot.cosine[m] = wave.real(), spot.sine[m] = wave.imag();
+    const Complex by_shift = (w * w - 1.0) * under * under * std::conj(step);
+    const Complex by_meridian = Complex(0, -1) * w * (1 - meridian.shift * meridian.shift) * under * under * std::conj(step);
+    const double per_far = far > 1e-12 ? 1 / far : 0;
+    spot.far_by_shift = by_shift.real(), spot.turn_by_shift = by_shift.imag() * per_far;
+    spot.far_by_meridian = by_meridian.real(), spot.turn_by_meridian = by_meridian.imag() * per_far;
+    return true;
+}
+
+// The fields at a spot, along one axis of the meridian's frame; slopes of the displacement by distance and direction on the mesh.
+template <int COUNT>
+struct AtSpot {
+    double field[COUNT], by_far, by_turn;
+    double across = 0;  // COUNT FIELDS: by a drag across the meridian
+
+    AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
+        const int waves = library.harmonics + 1;
+        const std::size_t start = (static_cast<std::size_t>(spot.ring) * 3 + axis) * waves * COUNT, next = 3 * waves * COUNT;
+        const double *even = &fields.even[start], *odd = &fields.odd[start];
+        // Even displacement in the meridian plane, and odd displacement across it, are cosines.
+        const double *of_even = axis == 1 ? spot.sine : spot.cosine, *of_odd = axis == 1 ? spot.cosine : spot.sine;
+        const double turn_even = axis == 1 ? 1 : -1;
+        double low[2][COUNT] = {}, high[2][COUNT] = {}, turn_low = 0, turn_high = 0;
+        for (int m = 0; m < waves; ++m, even += COUNT, odd += COUNT) {
+            for (int c = 0; c < COUNT; ++c) low[0][c] += even[c] * of_even[m], high[0][c] += even[next + c] * of_even[m];
+            for (int c = 0; c < COUNT; ++c) low[1][c] += odd[c] * of_odd[m], high[1][c] += odd[next + c] * of_odd[m];
+            turn_low += m * turn_even * (even[0] * of_odd[m] - odd[0] * of_even[m]);
+            turn_high += m * turn_even * (even[next] * of_odd[m] - odd[next] * of_even[m]);
+        }
+        double of[2][COUNT];
+        for (int part = 0; part < 2; ++part)
+            for (int c = 0; c < COUNT; ++c) of[part][c] = low[part][c] + spot.part * (high[part][c] - low[part][c]);
+        by_far = (high[0][0] + high[1][0] - low[0][0] - low[1][0]) * spot.per_width;
+        by_turn = turn_low + spot.part * (turn_high - turn_low);
+        for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + (c < BY_FRICTION ? of[1][c] : 0.0);
+        if (COUNT == FIELDS) across = of[1][BY_ACROSS % COUNT];
+    }
+};
+
+// Slopes (PRESS) of a marker's displacement along one axis of the meridian's frame, but for the turn of that frame.
+void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
+    const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
+    const double by_meridian = at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian +
+                               at.field[BY_ALONG] * meridian.across - at.across * meridian.along;
+    slopes[X] = by_shift * meridian.by_away * meridian.cosine - by_meridian * meridian.sine / meridian.away;
+    slopes[Y] = by_shift * meridian.by_away * meridian.sine + by_meridian * meridian.cosine / meridian.away;
+    slopes[DEPTH] = at.field[BY_DEPTH];
+    slopes[RADIUS] = at.field[BY_RADIUS] + by_shift * meridian.by_radius;
+    slopes[FRICTION] = at.field[BY_FRICTION];
+    slopes[DRAG_X] = at.field[BY_ALONG] * meridian.cosine - at.across * meridian.sine;
+    slopes[DRAG_Y] = at.field[BY_ALONG] * meridian.sine + at.across * meridian.cosine;
+}
+
+}  // namespace
+
+void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved) {
+    std::fill(moved, moved + 3 * markers.count, 0.0);
+    for (int p = 0; p < n; ++p) {
+        const Meridian meridian = meridian_of(library, presses + p * PRESS);
+        const Fields<1> fields(library, presses + p * PRESS, meridian);
+        Spot spot;
+        for (std::int64_t k = 0; k < markers.count; ++k) {
+            if (!find_spot(library, meridian, markers.points + 3 * k, spot)) continue;
+            double local[3];
+            for (int axis = 0; axis < 3; ++axis) local[axis] = AtSpot<1>(library, fields, spot, axis).field[VALUE];
+            moved[3 * k] += meridian.cosine * local[0] - meridian.sine * local[1];
+            moved[3 * k + 1] += meridian.sine * local[0] + meridian.cosine * local[1];
+            moved[3 * k + 2] += local[2];
+        }
+    }
+}
+
+TACTILE_WIDE void press_dome_with_slopes(const DomeLibrary& library, const DomeMarkers& markers, const double* press, double* moved,
+                                         double* slopes) {
+    const Meridian meridian = meridian_of(library, press);
+    const Fields<FIELDS> fields(library, press, meridian);
+    std::fill(slopes, slopes + 3 * PRESS * markers.count, 0.0);
+    Spot spot;
+    for (std::int64_t k = 0; k < markers.count; ++k, slopes += 3 * PRESS) {
+        if (!find_spot(library, meridian, markers.points + 3 * k, spot)) continue;
+        double local[3], steep[3][PRESS];
+        for (int axis = 0; axis < 3; ++axis) {
+            const AtSpot<FIELDS> at(library, fields, spot, axis);
+            local[axis] = at.field[VALUE];
+            chain(meridian, spot, at, steep[axis]);
+        }
+        const double x = meridian.cosine * local[0] - meridian.sine * local[1];
+        const double y = meridian.sine * local[0] + meridian.cosine * local[1];
+        moved[3 * k] += x, moved[3 * k + 1] += y, moved[3 * k + 2] += local[2];
+        for (int number = 0; number < PRESS; ++number) {
+            slopes[3 * number] = meridian.cosine * steep[0][number] - meridian.sine * steep[1][number];
+            slopes[3 * number + 1] = meridian.sine * steep[0][number] + meridian.cosine * steep[1][number];
+            slopes[3 * number + 2] = steep[2][number];
+        }
+        const double turn_x = -meridian.sine / meridian.away, turn_y = meridian.cosine / meridian.away;  // of the frame, by the place
+        slopes[3 * X] -= y * turn_x, slopes[3 * X + 1] += x * turn_x;
+        slopes[3 * Y] -= y * turn_y, slopes[3 * Y + 1] += x * turn_y;
+    }
+}
+
+}  // namespace tactile

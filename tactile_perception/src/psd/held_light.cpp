@@ -1,0 +1,191 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+#include "psd/held_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactile {
+namespace {
+
+constexpr double BIN = 0.01;       // s, over which light is averaged. Derived: a period of lamps on 50 Hz mains
+constexpr double AGREE = 4;        // standard deviations by which bins may differ at rest. Chosen: as much as five of them do by noise
+constexpr double FORGOTTEN = 0.2;  // s without rest, after which the last rest says nothing. Chosen: lamps are switched faster
+constexpr double CERTAIN = 6;      // standard deviations of light that is judged. Chosen
+constexpr double AROUND = 0.2;     // half widths between centroids of the room's light and of the offset, which holds the dark voltages
+                                   // too. Chosen
+constexpr double APART = 0.05, APART_SIGMA = 4;      // half widths, and standard deviations, between the centroids of a lamp and of the
+                                                     // contact. Chosen
+constexpr double MOST_ROOM = 3, MOST_CONTACT = 0.5;  // parts of the room's light, and of the contact's; brighter changes are a second
+                                                     // object. Chosen
+constexpr double LEFT = 0.7;                         // part of an object's light that is left at most after it is gone. Chosen
+constexpr double SHADE = 0.05;        // standard deviation of the shade before it is measured. Chosen: an object hides a tenth at most
+constexpr double SHADE_LEAST = 0.01;  // smallest standard deviation: objects differ. Chosen
+constexpr double SHADE_MOST = 0.3;    // largest part. Chosen
+constexpr double TWO = 4;             // standard deviations of the cross term, beyond which it is that of two contacts. Chosen
+constexpr double ONSET = 0.03;        // s of a contact in which it grows. Chosen
+constexpr double MODEL = 0.2;  // s of a contact from which the shade is measured; the error of the expected cross term is the same for
+                               // all of it. Chosen
+
+double total_sigma(const HeldFinger& finger, double count) {
+    return std::sqrt(finger.noise[4 * TOTAL + TOTAL] / count);
+}
+
+// Distance between the centroids of two lights on the detector, half widths.
+double apart(const FingerSums& a, const FingerSums& b) {
+    return std::hypot(a[X] / a[TOTAL] - b[X] / b[TOTAL], a[Y] / a[TOTAL] - b[Y] / b[TOTAL]);
+}
+
+FingerSums difference(const FingerSums& a, const FingerSums& b) {
+    return {a[X] - b[X], a[Y] - b[Y], a[TOTAL] - b[TOTAL], a[CROSS] - b[CROSS]};
+}
+
+// Whether a change of the sums is the room's light, not that of the contact.
+bool is_room(const FingerSums& change, const FingerSums& contact, const FingerSums& room, double sigma) {
+    const double total = change[TOTAL], most = std::max(MOST_ROOM * room[TOTAL], MOST_CONTACT * contact[TOTAL]);
+    const FingerSums outputs = unmixed(change);
+    double least = outputs[0] / std::copysign(1.0, total);
+    for (const double output : outputs) least = std::min(least, output / std::copysign(1.0, total));
+    if (room[TOTAL] < CERTAIN * sigma || least < -sigma || std::abs(total) > most) return false;
+    const double from_room = apart(change, room), from_contact = apart(change, contact);
+    return from_room < std::min(AROUND, from_contact) && from_contact > APART + APART_SIGMA * sigma / std::abs(total);
+}
+
+// The cross term that is missing from light to which a part of the room's is added, V; NaN where it is not known.
+double missing_cross(const FingerSums& light, double shade, const FingerSums& room, const PlaceTable& table) {
+    FingerSums whole;
+    for (int i = 0; i < 4; ++i) whole[i] = light[i] + shade * room[i];
+    const Place place = place_of(whole.data());
+    if (!(light[TOTAL] > 0 && whole[TOTAL] > 0) || std::isnan(place.x + place.y)) return std::nan("");
+    return whole[CROSS] - TableCell(table, place).value(CROSS_PART) * whole[TOTAL];
+}
+
+// Updates the shaded part by the cross term of the mean of count samples: least squares with a known variance.
+void measure_shade(HeldState& state, const FingerSums& light, double count, double seconds, const HeldFinger& finger) {
+    const double missing = missing_cross(light, state.shade, state.room, finger.table);
+    const double slope = (missing_cross(light, state.shade + SHADE_LEAST, state.room, finger.table) - missing) / SHADE_LEAST;
+    const double each = finger.noise[4 * CROSS + CROSS] / count, model = finger.cross_volts * finger.cross_volts;
+    const double before = 1 / (SHADE * SHADE) + state.gained, variance = each + model * MODEL / seconds;
+    if (!(missing * missing <= TWO * TWO * (each + model + slope * slope / before))) return;
+    const double after = std::min(before + slope * slope / variance, 1 / (SHADE_LEAST * SHADE_LEAST));
+    const double shade = state.shade - slope * missing / variance / after;
+    if (std::isnan(shade)) return;
+    state.gained = after - 1 / (SHADE * SHADE);
+    state.shade = std::min(std::max(shade, 0.0), SHADE_MOST);
+}
+
+// The object rests with that light: whether it differs from that of the last rest by the room's, and by what.
+bool judge(HeldState& state, const FingerSums& light, double sigma, FingerSums& shift) {
+    const FingerSums before = state.rest;
+    const bool known = state.rests > 0;
+    state.restless = 0;
+    if (known && std::abs(light[TOTAL] - before[TOTAL]) > CERTAIN * sigma) {
+        shift = difference(light, before);
+        if (is_room(shift, before, state.room, sigma)) {
+            state.bins = 0;
+            return true;
+        }
+        if (light[TOTAL] < LEFT * before[TOTAL] && is_room(light, before, state.room, sigma)) {  // the object is gone
+            interrupt_held(state);
+            shift = light;
+            return true;
+        }
+    }
+    state.rest = light;
+    state.rests = 1;
+    return false;
+}
+
+// Largest difference between the finished bins, V, in any of the sums; and their mean.
+double range_of_bins(const HeldState& state, FingerSums& mean) {
+    double widest = 0;
+    for (int i = 0; i < 4; ++i) {
+        double low = state.finished[0][i], high = low, sum = 0;
+        for (const FingerSums& bin : state.finished) {
+            low = std::min(low, bin[i]);
+            high = std::max(high, bin[i]);
+            sum += bin[i];
+        }
+        widest = std::max(widest, high - low);
+        mean[i] = sum / RESTS;
+    }
+    return widest;
+}
+
+// See judge; takes the mean of the present bin into account and begins the next one.
+bool end_bin(HeldState& state, const HeldFinger& finger, FingerSums& shift) {
+    const double count = state.count, seconds = count * finger.period, sigma = total_sigma(finger, count);
+    FingerSums light;
+    for (int i = 0; i < 4; ++i) light[i] = state.sum[i] / count;
+    state.sum.fill(0);
+    state.count = 0;
+    state.since += seconds;
+    if (state.bins == RESTS) std::rotate(state.finished.begin(), state.finished.begin() + 1, state.finished.end());
+    state.bins = std::min(state.bins + 1, static_cast<double>(RESTS));
+    state.finished[static_cast<int>(state.bins) - 1] = light;
+    if (ONSET < state.since && state.since <= ONSET + MODEL) measure_shade(state, light, count, seconds, finger);
+    FingerSums mean;
+    if (state.bins < RESTS || range_of_bins(state, mean) > AGREE * sigma) {
+        state.restless += seconds;
+        if (state.restless > FORGOTTEN) state.rests = 0;
+        return false;
+    }
+    return judge(state, mean, sigma / std::sqrt(static_cast<double>(RESTS)), shift);
+}
+
+// What is to be added to the sums whose mean of count samples is known. lasting: as follow_held returns it.
+FingerSums correction(const HeldState& state, const FingerSums& mean, double count, const HeldFinger& finger, const FingerSums* lasting) {
+    FingerSums added;
+    for (int i = 0; i < 4; ++i) added[i] = state.shade * state.room[i];
+    if (lasting != nullptr) return difference(added, *lasting);
+    const double sigma = total_sigma(finger, count);
+    const FingerSums change = difference(mean, state.rest);
+    if (state.rests > 0 && std::abs(change[TOTAL]) > CERTAIN * sigma && is_room(change, state.rest, state.room, sigma))
+        return difference(added, change);
+    return added;
+}
+
+}  // namespace
+
+void begin_held(HeldState& state, const double* offset) {
+    FingerSums net;
+    std::copy(offset, offset + 4, net.begin());
+    mix(net.data(), state.room.data());
+    state.since = 0;
+    interrupt_held(state);
+}
+
+void interrupt_held(HeldState& state) {
+    state.rests = state.bins = state.count = state.restless = 0;
+    state.sum.fill(0);
+}
+
+double shaded_volts(const HeldState& state) {
+    return std::abs(state.room[TOTAL]) / std::sqrt(1 / (SHADE * SHADE) + std::max(state.gained, 0.0));
+}
+
+bool follow_held(HeldState& state, double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,
+                 const HeldFinger& finger, FingerSums& shift) {
+    FingerSums mean{};
+    double used = 0;
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        if (!in_contact[k] || saturated[k]) continue;
+        for (int i = 0; i < 4; ++i) mean[i] += sums[4 * k + i];
+        ++used;
+    }
+    if (used == 0) return false;
+    for (int i = 0; i < 4; ++i) {
+        state.sum[i] += mean[i];
+        mean[i] /= used;
+    }
+    state.count += used;
+    const bool lasts = state.count * finger.period >= BIN * (1 - 1e-9) && end_bin(state, finger, shift);
+    const FingerSums added = correction(state, mean, used, finger, lasts ? &shift : nullptr);
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        if (!in_contact[k]) continue;
+        for (int i = 0; i < 4; ++i) sums[4 * k + i] += added[i];
+    }
+    return lasts;
+}
+
+}  // namespace tactile

@@ -1,0 +1,283 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Contact score of each taxel: pressure over that which the pad's mechanics expects at the border of a contact.
+//
+// The level of pressure inside a contact is fitted to each patch of touched taxels, a plane or a quadratic. A flat face ends with a
+// step, of which a fixed share is seen at its border. Under a curved face the level is a dome that runs out to zero as a ramp, which the
+// pad rounds off: a Gaussian of width sigma leaves sigma / sqrt(2 pi) times the slope at its foot.
+#include "taxel/taxel_score.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "common/grid.hpp"
+
+namespace tactile {
+namespace {
+
+using Values = std::vector<float>;
+using Six = std::array<double, 6>;
+
+constexpr float LEVEL = 0.5f;          // score at the border of a contact
+constexpr float GAP = 0.35f;           // of the level, down to which a dip in a contact is closed. Chosen: well below the share
+constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted. Chosen: over two for each of the 6 coefficients
+// Parts of the plane's residual variance that a quadratic explains, from which it has a share in the level, and from which it is the level.
+// Chosen: between them both count, since a hard choice would shift the border of a contact from frame to frame.
+constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
+constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it. Chosen
+constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
+constexpr double PI = 3.14159265358979323846;
+
+// Within 0 and 1; 0 for NaN.
+float clipped(float value) {
+    return value > 0 ? std::min(value, 1.0f) : 0.0f;
+}
+
+// The largest pressure within a thickness, continued to the border by its change over another one.
+Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
+    spread_largest(smooth, rows, columns, rule.reach);
+    Values found(smooth.size());
+    const auto at = [&](std::ptrdiff_t r, std::ptrdiff_t c) {
+        return smooth[std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns + std::clamp<std::ptrdiff_t>(c, 0, columns - 1)];
+    };
+    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+        for (std::ptrdiff_t c = 0; c < columns; ++c) {
+            const float near = at(r, c);
+            const float far =
+                std::max(std::max(at(r - rule.reach, c), at(r + rule.reach, c)), std::max(at(r, c - rule.reach), at(r, c + rule.reach)));
+            found[r * columns + c] = std::max(std::max(2 * near - far, LEAST * near), rule.least);
+        }
+    }
+    return found;
+}
+
+// Where mask is not zero within half a side along both axes.
+std::vector<std::uint8_t> joined(const std::vector<std::uint8_t>& mask, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t half) {
+    Values values(mask.begin(), mask.end());
+    spread_largest(values, rows, columns, half);
+    return {values.begin(), values.end()};
+}
+
+// Solves a symmetric positive definite system by Cholesky's method; count unknowns.
+Six solved(std::array<Six, 6> matrix, Six right, int count) {
+    for (int j = 0; j < count; ++j) {
+        for (int k = 0; k < j; ++k) matrix[j][j] -= matrix[j][k] * matrix[j][k];
+        matrix[j][j] = std::sqrt(std::max(matrix[j][j], 1e-30));
+        for (int i = j + 1; i < count; ++i) {
+            for (int k = 0; k < j; ++k) matrix[i][j] -= matrix[i][k] * matrix[j][k];
+            matrix[i][j] /= matrix[j][j];
+        }
+    }
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < i; ++k) right[i] -= matrix[i][k] * right[k];
+        right[i] /= matrix[i][i];
+    }
+    for (int i = count - 1; i >= 0; --i) {
+        for (int k = i + 1; k < count; ++k) right[i] -= matrix[k][i] * right[k];
+        right[i] /= matrix[i][i];
+    }
+    for (int i = count; i < 6; ++i) right[i] = 0;
+    return right;
+}
+
+// Level of a patch: coefficients of 1, y, x, yy, xy, xx, in taxels from the middle of its box; mean of the fitted pressure.
+struct Level {
+    Six share;
+    double row, column, mean;
+    bool dome = false;  // runs out to zero near the touched taxels
+    double top = 0;     // of a dome: highest level, and where
+    double top_y = 0, top_x = 0;
+
+    double value(double y, double x) const {
+        return share[0] + (share[1] + share[3] * y) * y + (share[2] + share[4] * y + share[5] * x) * x;
+    }
+
+    // Level bounded to what is usual, for the step at the border of a flat face.
+    float step(double y, double x) const { return static_cast<float>(std::min(std::max(value(y, x), LEAST * mean), MOST * mean)); }
+
+    // Slope per taxel with which a dome runs out to zero in the direction of (y, x) from its top.
+    float ramp(double y, double x) const {
+        const double down = share[1] + 2 * share[3] * y + share[4] * x, across = share[2] + share[4] * y + 2 * share[5] * x;
+        const double fallen = top - value(y, x);
+        return fallen > 1e-6 * top ? static_cast<float>(std::sqrt((down * down + across * across) * top / fallen)) : 0;
+    }
+
+    // Makes it a dome if it is one: its foot encloses at most WIDEST times the taxels with half of the pressure at its top.
+    template <class Count>
+    void find_dome(Count above) {
+        const double determinant = 4 * share[3] * share[5] - share[4] * share[4];
+        if (!(share[3] < 0 && share[5] < 0 && determinant > 0)) return;
+        top_y = (share[4] * share[2] - 2 * share[5] * share[1]) / determinant;
+        top_x = (share[4] * share[1] - 2 * share[3] * share[2]) / determinant;
+        top = value(top_y, top_x);
+        const double foot = 2 * PI * top / std::sqrt(determinant);
+        dome = top > 0 && foot < WIDEST * static_cast<double>(above(static_cast<float>(top / 2)));
+    }
+};
+
+// Weighted least squares in a box; weight(r, c): of 0 to 1. Nothing where fewer than ENOUGH taxels count.
+template <class Weight>
+std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const Box& box, Weight weight) {
+    Level level{{}, 0.5 * static_cast<double>(box.top + box.bottom - 1), 0.5 * static_cast<double>(box.left + box.right - 1), 0};
+    const double scale = 2.0 / static_cast<double>(std::max(box.rows(), box.columns()));
+    std::array<Six, 6> normal{};
+    Six sums{};
+    double square = 0;
+    std::ptrdiff_t count = 0;
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
+        for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
+            const double w = weight(r, c), value = pressure[r * columns + c];
+            if (!(w > 0)) continue;
+            const double y = scale * (static_cast<double>(r) - level.row), x = scale * (static_cast<double>(c) - level.column);
+            const Six terms{1, y, x, y * y, x * y, x * x};
+            for (int i = 0; i < 6; ++i) {
+                for (int j = 0; j <= i; ++j) normal[i][j] += w * terms[i] * terms[j];
+                sums[i] += w * terms[i] * value;
+            }
+            square += w * value * value;
+            ++count;
+        }
+    }
+    if (count < ENOUGH) return {};
+    level.mean = sums[0] / normal[0][0];
+    for (int i = 0; i < 6; ++i) normal[i][i] += 1e-6 * static_cast<double>(count);
+    const Six plane = solved(normal, sums, 3), bent = solved(normal, sums, 6);
+    const auto left = [&](const Six& share) {
+        double sum = square;
+        for (int i = 0; i < 6; ++i) sum -= share[i] * sums[i];
+        return sum;
+    };
+    const double explained = 1 - left(bent) / std::max(left(plane), 1e-300);
+    const double curved = std::clamp((explained - BENT_FROM) / (BENT_WHOLLY - BENT_FROM), 0.0, 1.0);
+    for (int i = 0; i < 6; ++i) level.share[i] = plane[i] + curved * (bent[i] - plane[i]);
+    const Six unit{1, scale, scale, scale * scale, scale * scale, scale * scale};
+    for (int i = 0; i < 6; ++i) level.share[i] *= unit[i];
+    return level;
+}
+
+// Expected pressure at the border, (rows, columns): by what is near, and on and around each patch by its level.
+class Border {
+ public:
+    Border(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule)
+        : pressure_(pressure), rows_(rows), columns_(columns), rule_(rule), smooth_(pressure, pressure + rows * columns) {
+        blur(smooth_, rows, columns, rule.smooth, Outside::replicated);
+        expected = nearby(smooth_, rows, columns, rule);
+        std::vector<std::uint8_t> touched(rows * columns);
+        soft_.resize(rows * columns);
+        // Soft thresholds: hard ones would shift level and border as a contact moves by parts of a taxel.
+        for (std::size_t k = 0; k < touched.size(); ++k) {
+            touched[k] = pressure[k] > rule.share * expected[k];
+            soft_[k] = clipped(2.5f * pressure[k] / expected[k] - 1);
+        }
+        inner_ = soft_;
+        blur(inner_, rows, columns, rule.smooth, Outside::replicated);
+        for (float& value : inner_) value = clipped(5 * value - 3.75f);
+        for (float& value : expected) value *= rule.share;
+        const std::ptrdiff_t half = (rule.reach + 1) / 2;
+        std::vector<std::int32_t> labels;
+        const auto patches = components(joined(touched, rows, columns, half).data(), rows, columns, true, labels);
+        for (std::size_t k = 0; k < patches.size(); ++k) fit(labels, static_cast<std::int32_t>(k) + 1, patches[k], half);
+    }
+    Values expected;
+
+ private:
+    void fit(const std::vector<std::int32_t>& labels, std::int32_t label, const Component& patch, std::ptrdiff_t half) {
+        if (patch.count < ENOUGH) return;
+        const auto inside = [&](const Values& weights) {
+            return fitted(pressure_, columns_, patch.box, [&](std::ptrdiff_t r, std::ptrdiff_t c) {
+                const std::ptrdiff_t k = r * columns_ + c;
+                return labels[k] == label ? weights[k] : 0.0f;
+            });
+        };
+        auto level = inside(inner_);
+        if (!level) level = inside(soft_);  // a contact that is nowhere wider than what the pad rounds off
+        if (!level) return;
+        level->find_dome([&](float half_of_top) {
+            std::ptrdiff_t count = 0;
+            for (std::ptrdiff_t r = patch.box.top; r < patch.box.bottom; ++r) {
+                for (std::ptrdiff_t c = patch.box.left; c < patch.box.right; ++c) {
+                    const std::ptrdiff_t k = r * columns_ + c;
+                    count += labels[k] == label && pressure_[k] > half_of_top;
+                }
+            }
+            return count;
+        });
+        const Box box = patch.box.grown(half, rows_, columns_);
+        std::vector<std::uint8_t> mine(box.rows() * box.columns());
+        for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
+            for (std::ptrdiff_t c = box.left; c < box.right; ++c)
+                mine[(r - box.top) * box.columns() + c - box.left] = labels[r * columns_ + c] == label;
+        }
+        mine = joined(mine, box.rows(), box.columns(), half);
+        for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
+            for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
+                if (mine[(r - box.top) * box.columns() + c - box.left]) expected[r * columns_ + c] = at_border(*level, r, c);
+            }
+        }
+    }
+
+    // Share of the step, or the foot of the ramp.
+    float at_border(const Level& level, std::ptrdiff_t r, std::ptrdiff_t c) const {
+        const double y = static_cast<double>(r) - level.row, x = static_cast<double>(c) - level.column;
+        const float value = level.dome ? rule_.ramp * level.ramp(y, x) : rule_.share * level.step(y, x);
+        return std::max(value, rule_.share * rule_.least);
+    }
+
+    const float* pressure_;
+    const std::ptrdiff_t rows_, columns_;
+    const ScoreRule rule_;
+    Values smooth_, soft_, inner_;
+};
+
+// Fills dips in which pressure stays above GAP of the level: a rough face, no hole.
+void close(Values& score, std::ptrdiff_t rows, std::ptrdiff_t columns, float free_below) {
+    std::vector<std::uint8_t> above(score.size());
+    for (std::size_t k = 0; k < score.size(); ++k) above[k] = score[k] > LEVEL;
+    const Box box = box_around(above.data(), rows, columns).grown(1, rows, columns);
+    std::vector<std::uint8_t> low(box.rows() * box.columns());
+    for (std::ptrdiff_t r = 0; r < box.rows(); ++r) {
+        for (std::ptrdiff_t c = 0; c < box.columns(); ++c) low[r * box.columns() + c] = !above[(box.top + r) * columns + box.left + c];
+    }
+    std::vector<std::int32_t> labels;
+    const auto dips = components(low.data(), box.rows(), box.columns(), false, labels);
+    std::vector<std::uint8_t> filled(dips.size() + 1);
+    for (std::size_t k = 0; k < dips.size(); ++k) {
+        const Box& dip = dips[k].box;
+        filled[k + 1] = dip.top > 0 && dip.left > 0 && dip.bottom < box.rows() && dip.right < box.columns();
+    }
+    const auto value = [&](std::ptrdiff_t k) -> float& {
+        return score[(box.top + k / box.columns()) * columns + box.left + k % box.columns()];
+    };
+    for (std::ptrdiff_t k = 0; k < box.rows() * box.columns(); ++k) {
+        if (value(k) < free_below) filled[labels[k]] = 0;
+    }
+    for (std::ptrdiff_t k = 0; k < box.rows() * box.columns(); ++k) {
+        if (filled[labels[k]]) value(k) = 1;
+    }
+}
+
+}  // namespace
+
+std::vector<float> taxel_score(const float* pressure, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
+    Values score(rows * columns);
+    std::vector<std::uint8_t> pressed(score.size());
+    for (std::size_t k = 0; k < score.size(); ++k) pressed[k] = pressure[k] > rule.share * rule.least;
+    const Box inside = box_around(pressed.data(), rows, columns);
+    if (inside.rows() == 0) return score;
+    // What is farther away has no part in a contact's score.
+    const auto margin = 2 * rule.reach + 2 * static_cast<std::ptrdiff_t>(std::ceil(4 * rule.smooth)) + 2;
+    const Box box = inside.grown(margin, rows, columns);
+    Values near;
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r)
+        near.insert(near.end(), pressure + r * columns + box.left, pressure + r * columns + box.right);
+    const Border border(near.data(), box.rows(), box.columns(), rule);
+    for (std::size_t k = 0; k < near.size(); ++k) near[k] = clipped(0.5f * near[k] / border.expected[k]);
+    close(near, box.rows(), box.columns(), 0.5f * GAP / rule.share);
+    for (std::ptrdiff_t r = 0; r < box.rows(); ++r)
+        std::copy_n(near.begin() + r * box.columns(), box.columns(), score.begin() + (box.top + r) * columns + box.left);
+    return score;
+}
+
+}  // namespace tactile

@@ -1,0 +1,320 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Each separate object has a motion of its own. Sticking dots move with it; a dot that lags behind it slips. In gross slip no dot moves
+// with the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to
+// frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
+// Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
+// below one that turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
+#include "touchpad/contact/stick_slip.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/grid.hpp"
+#include "common/median.hpp"
+
+namespace tactile {
+namespace {
+
+enum State : std::uint8_t { FREE, STICKING, SLIPPING };
+constexpr double HALF = 0.5;             // score of the border of a contact
+constexpr std::size_t FEWEST = 5;        // dots that determine a motion; chosen: two more than three
+constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
+constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
+constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
+constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
+// Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
+// gradually; chosen.
+constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
+constexpr double QUIET =
+    1.0 / 3;                     // of the tolerance: dots that move less in a frame are at rest; chosen: a sixth of what sliding dots move
+constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
+constexpr double LIVELY = 1.5;   // of the tolerance: dots that moved less before they came to rest did so gradually; chosen
+constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
+constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
+
+using Dots = std::vector<std::ptrdiff_t>;
+
+// NaN counts as infinite.
+double median_of(std::vector<double> values) {
+    for (double& value : values) value = std::isnan(value) ? INFINITY : value;
+    return median(std::move(values));
+}
+
+// Dots of each separate object, the largest first: dots with up to one free dot between them belong together.
+std::vector<Dots> separate(Grid grid, const std::vector<std::uint8_t>& touched) {
+    std::vector<std::uint8_t> wide(grid.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (!touched[k]) continue;
+        for (std::ptrdiff_t row = k / grid.columns; row <= std::min(k / grid.columns + 1, grid.rows - 1); ++row) {
+            for (std::ptrdiff_t c = k % grid.columns; c <= std::min(k % grid.columns + 1, grid.columns - 1); ++c)
+                wide[row * grid.columns + c] = 1;
+        }
+    }
+    std::vector<std::int32_t> label;
+    std::vector<Dots> objects(components(wide.data(), grid.rows, grid.columns, true, label).size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (touched[k]) objects[label[k] - 1].push_back(k);
+    }
+    std::stable_sort(objects.begin(), objects.end(), [](const Dots& a, const Dots& b) { return a.size() > b.size(); });
+    return objects;
+}
+
+std::vector<double> gathered(const double* array, const Dots& dots) {
+    std::vector<double> found(3 * dots.size());
+    for (std::size_t i = 0; i < dots.size(); ++i) store(found.data(), static_cast<std::ptrdiff_t>(i), vec3_at(array, dots[i]));
+    return found;
+}
+
+// One object in one frame: the motions of its dots, which were in contact and seen in the last frame too.
+class ObjectFrame {
+ public:
+    ObjectFrame(Grid grid, const FrameBefore& last, const TouchedFrame& now, const Dots& dots, const double* origin,
+                StickSlipMemory& memory)
+        : grid_(grid),
+          now_(now),
+          dots_(dots),
+          count_(static_cast<std::ptrdiff_t>(dots.size())),
+          normals_(gathered(now.normals, dots)),
+          motions_(gathered(last.places, dots).data(), gathered(now.places, dots).data(), normals_.data(), count_, origin, memory.noise,
+                   memory.depth_noise),
+          memory_(memory) {}
+
+    // Which dots slip. Updates the object and the memory.
+    std::vector<std::uint8_t> classify(TouchingObject& thing, const std::vector<std::uint8_t>& touched) {
+        if (thing.moves) {
+            const Vec3 turn{thing.twist[3], thing.twist[4], thing.twist[5]}, shift = cross(turn, motions_.centre() - thing.centre);
+            expected_ = thing.twist;
+            expected_[0] += shift.x, expected_[1] += shift.y, expected_[2] += shift.z;
+            if (!in_touch(expected_)) expected_ = constrained_to_normals(expected_);
+        }
+        find_friction(touched, thing.moves);
+        watch_rest(thing);
+        const Twist twist = find_motion(thing);
+        std::vector<std::uint8_t> slips(count_);
+        const double limit = std::hypot(1.3 * memory_.tolerance, 3 * memory_.noise);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) slips[i] = length(motions_.residual(i, twist)) > limit;
+        thing.twist = thing.rests ? expected_ : twist, thing.centre = motions_.centre(), thing.moves = true;
+        thing.slipping = static_cast<double>(std::count(slips.begin(), slips.end(), 1)) / static_cast<double>(count_);
+        learn(thing, twist, slips);
+        return slips;
+    }
+
+ private:
+    // twist with the components that move the surface along its normals fitted to the dots, the others, which slip hides, kept.
+    Twist constrained_to_normals(const Twist& twist) const {
+        const std::vector<double> none(3 * count_);
+        return motions_.fit_robust(&twist, none.data(), none.data(), 1, 1, LOOSE);
+    }
+
+    // Whether the dots follow the object along the normal, as all dots in contact must.
+    bool in_touch(const Twist& twist) const {
+        std::vector<double> off(count_), size(count_);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) off[i] = motions_.normal_residual(i, twist), size[i] = std::abs(off[i]);
+        return std::abs(median_of(off)) < 2 * memory_.depth_noise && median_of(size) < 3 * memory_.depth_noise;
+    }
+
+    // Direction in which the object, by the expected twist, slides over a dot, across its normal; 0: unknown.
+    Vec3 sliding_direction(std::ptrdiff_t i) const {
+        const Vec3 up = vec3_at(normals_.data(), i), lag = -1.0 * motions_.residual(i, expected_), across = lag - dot(lag, up) * up;
+        const double size = length(across);
+        return size > memory_.tolerance / 2 ? 1 / size * across : Vec3{0, 0, 0};
+    }
+
+    // Tangential over normal load, and the tangential load, of each dot, summed over 3 x 3 dots. Where the object slides over the surface,
+    // only the load in that direction counts: it may differ from dot to dot.
+    void find_friction(const std::vector<std::uint8_t>& touched, bool expected) {
+        std::vector<double> normal(grid_.size()), along(grid_.size());
+        std::vector<Vec3> pull(grid_.size(), Vec3{0, 0, 0}), direction(count_, Vec3{0, 0, 0});
+        for (std::ptrdiff_t k = 0; k < grid_.size(); ++k) {
+            if (!touched[k]) continue;
+            const Vec3 force = vec3_at(now_.force, k), up = vec3_at(now_.normals, k);
+            normal[k] = -dot(force, up);
+            pull[k] = force + normal[k] * up;
+        }
+        for (std::ptrdiff_t i = 0; expected && i < count_; ++i) {
+            direction[i] = sliding_direction(i);
+            along[dots_[i]] = dot(pull[dots_[i]], direction[i]);
+        }
+        ratio_.resize(count_), drag_.resize(3 * count_);
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            double carried = 0, slid = 0;
+            Vec3 sum{0, 0, 0};
+            const std::ptrdiff_t row = dots_[i] / grid_.columns, column = dots_[i] % grid_.columns;
+            for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid_.rows - 1); ++r) {
+                for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid_.columns - 1); ++c) {
+                    const std::ptrdiff_t k = r * grid_.columns + c;
+                    carried += normal[k], slid += along[k], sum = sum + pull[k];
+                }
+            }
+            const bool told = direction[i].x != 0 || direction[i].y != 0 || direction[i].z != 0;
+            ratio_[i] = (told ? slid : length(sum)) / std::max(carried, 1e-9);
+            store(drag_.data(), i, sum);
+        }
+    }
+
+    // Counts the frames in which the dots are at rest, and notes how far they move in the others.
+    void watch_rest(TouchingObject& thing) const {
+        const auto count = static_cast<double>(count_);
+        double squares = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 across = motions_.residual(i, {});
+            squares += dot(across, across);
+        }
+        // Whether the mean square motion is within three standard deviations of noise, or far below that of dots under a sliding object.
+        const double size = std::sqrt(squares / count), excess = size * size / (2 * memory_.noise * memory_.noise) - 1;
+        if ((excess < 3 / std::sqrt(count) || size < QUIET * memory_.tolerance) && in_touch({})) {
+            thing.still = std::min(thing.still + 1, 1 << 20);
+        } else {
+            thing.still = 0;
+            thing.lively = std::max(size, FADING * thing.lively);
+        }
+    }
+
+    // Frames for which dots must be at rest before the object counts as at rest.
+    int rest_frames(const TouchingObject& thing) const {
+        if (!thing.gross) return 1;
+        double sum = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum += length(vec3_at(drag_.data(), i));
+        return length(whole_drag()) < ONE_WAY * sum && thing.lively < LIVELY * memory_.tolerance ? REST_AFTER_TURN : REST_AFTER_GROSS;
+    }
+
+    // Sum of the dots' tangential loads.
+    Vec3 whole_drag() const {
+        Vec3 sum{0, 0, 0};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum = sum + vec3_at(drag_.data(), i);
+        return sum;
+    }
+
+    // The object's twist; sets whether it slips grossly or rests after that.
+    Twist find_motion(TouchingObject& thing) const {
+        const bool gross = thing.gross, rested = thing.rests, still = thing.still >= rest_frames(thing);
+        thing.gross = thing.rests = false;
+        if (still) {
+            thing.rests = gross || rested;
+            return {};
+        }
+        if (rested && slides_again(thing)) {
+            thing.gross = true;
+            return expected_;
+        }
+        const double fine = memory_.tolerance, share = 0.1 * static_cast<double>(count_);
+        std::vector<double> grip(count_, 1.0);
+        for (std::ptrdiff_t i = 0; thing.friction > 0 && i < count_; ++i) {
+            grip[i] = std::pow(std::clamp((thing.friction - ratio_[i]) / (0.4 * thing.friction), 0.05, 1.0), 2);
+        }
+        if (thing.moves && !rested) {
+            const Twist near = motions_.fit_robust(&expected_, drag_.data(), grip.data(), 4 * fine, fine, std::max(1.0, share));
+            std::ptrdiff_t agree = 0;
+            for (std::ptrdiff_t i = 0; i < count_; ++i) agree += length(motions_.residual(i, near)) < 1.3 * fine;
+            const bool slides = slides_on(thing, gross);
+            if (static_cast<double>(agree) >= std::max(FEWEST - 1.0, share) && !gross && in_touch(near) && !(slides && behind(near)))
+                return near;
+            thing.gross = slides;
+            if (slides) return expected_;
+        }
+        return motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
+    }
+
+    // Whether the motion that most dots share lags behind the expected one along the drag: then these dots slip, they do not stick.
+    bool behind(const Twist& near) const {
+        const Vec3 drag = whole_drag();
+        return dot(mean_residual(near) - mean_residual(expected_), drag) > 2 * memory_.tolerance * length(drag);
+    }
+
+    // Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drag.
+    bool slides_again(const TouchingObject& thing) const {
+        const Vec3 drag = whole_drag();
+        return dot(mean_residual({}), drag) > -0.5 * memory_.tolerance * length(drag) && loaded(thing) && in_touch(expected_);
+    }
+
+    Vec3 mean_residual(const Twist& twist) const {
+        Vec3 sum{0, 0, 0};
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum = sum + motions_.residual(i, twist);
+        return 1.0 / static_cast<double>(count_) * sum;
+    }
+
+    // Whether the dots are dragged about as much as in earlier slip.
+    bool loaded(const TouchingObject& thing) const { return !(thing.friction > 0) || median_of(ratio_) > LOADED * thing.friction; }
+
+    // Whether the dots lag behind the expected motion as in gross slip: all along their drag, at the friction of earlier slip.
+    bool slides_on(const TouchingObject& thing, bool gross) const {
+        double along = 0, size = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 lag = -1.0 * motions_.residual(i, expected_), drag = vec3_at(drag_.data(), i);
+            size += length(lag) + 1e-12;
+            along += dot(lag, drag) / std::max(length(drag), 1e-12);
+        }
+        return along / size > (gross ? 0.25 : 0.5) && loaded(thing) && in_touch(expected_) && (gross || thing.slipping > MANY);
+    }
+
+    // Updates the running means of the slipping dots' friction and of the noise along the normal.
+    void learn(TouchingObject& thing, const Twist& twist, const std::vector<std::uint8_t>& slips) {
+        const Twist along = constrained_to_normals(twist);
+        std::vector<double> off(count_), slipping;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            off[i] = std::abs(motions_.normal_residual(i, along));
+            if (slips[i]) slipping.push_back(ratio_[i]);
+        }
+        const double spread = std::max(SIGMA_PER_MAD * median_of(off), memory_.tolerance / 2);
+        memory_.depth_noise += SMOOTHING * (spread - memory_.depth_noise);
+        const double seen = slipping.size() >= FEWEST ? median_of(slipping) : 0.0;
+        if (!(seen > LEAST_FRICTION)) return;
+        thing.friction = thing.friction > 0 ? thing.friction + SMOOTHING * (seen - thing.friction) : seen;
+        memory_.friction = thing.friction;
+    }
+
+    Grid grid_;
+    const TouchedFrame& now_;
+    const Dots& dots_;
+    std::ptrdiff_t count_;
+    std::vector<double> normals_;
+    DotMotions motions_;
+    StickSlipMemory& memory_;
+    Twist expected_{};
+    std::vector<double> ratio_, drag_;
+};
+
+// The object of the last frame that held most of the dots, as it was then; a new one if none did.
+TouchingObject continued(const Dots& dots, const StickSlipMemory& memory) {
+    std::vector<int> shared(memory.objects.size() + 1);
+    for (const std::ptrdiff_t k : dots) ++shared[memory.held[k]];
+    shared[0] = 0;
+    const std::ptrdiff_t number = std::max_element(shared.begin(), shared.end()) - shared.begin();
+    return number ? memory.objects[number - 1] : TouchingObject{memory.friction};
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const TouchedFrame& now, const double* origin,
+                                     StickSlipMemory& memory) {
+    std::vector<std::uint8_t> touched(grid.size()), states(grid.size());
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) touched[k] = now.score[k] > HALF, states[k] = touched[k] ? STICKING : FREE;
+    std::vector<TouchingObject> objects;
+    std::vector<std::int64_t> held(grid.size());
+    for (const Dots& dots : separate(grid, touched)) {
+        TouchingObject thing = continued(dots, memory);
+        Dots both;
+        for (const std::ptrdiff_t k : dots) {
+            held[k] = static_cast<std::int64_t>(objects.size()) + 1;
+            if (now.seen[k] && last.seen[k] && memory.held[k] > 0) both.push_back(k);
+        }
+        if (both.size() >= FEWEST) {
+            const std::vector<std::uint8_t> slips = ObjectFrame(grid, last, now, both, origin, memory).classify(thing, touched);
+            for (std::size_t i = 0; i < both.size(); ++i) {
+                if (slips[i]) states[both[i]] = SLIPPING;
+            }
+            for (const std::ptrdiff_t k : dots) {  // new dots do as their object
+                if (memory.held[k] == 0 && thing.gross) states[k] = SLIPPING;
+            }
+        } else if (dots.size() < FEWEST) {
+            thing = TouchingObject{thing.friction};
+        }
+        objects.push_back(thing);
+    }
+    memory.objects = std::move(objects), memory.held = std::move(held);
+    return states;
+}
+
+}  // namespace tactile
