@@ -32,6 +32,7 @@ APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
 NOT_LINEAR = 0.12    # error of place and depth over the way of a drag, which is linearised
+SCALED = 0.5         # error of depth over depth, over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
@@ -166,7 +167,8 @@ class DomeModelMethod:
         onto = self._onto(press, radius)
         covariance = onto @ found.covariance[part, part] @ onto.T * max(1.0, found.misfit)
         dragged = NOT_LINEAR * pressed * float(np.hypot(*press[5:]))
-        extra = np.array([calibration.place_error + dragged] * 2 + [calibration.depth_share * depth + abs(sunk) + dragged])
+        share = calibration.depth_share + SCALED * abs(calibration.deeper - 1)
+        extra = np.array([calibration.place_error + dragged] * 2 + [share * depth + abs(sunk) + dragged])
         covariance = covariance + np.diag(extra**2)
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 3)
