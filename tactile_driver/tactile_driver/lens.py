@@ -26,7 +26,7 @@ def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> n
     x = (pixels[:, 0, 0] - matrix[0, 2]) / matrix[0, 0]
     y = (pixels[:, 0, 1] - matrix[1, 2]) / matrix[1, 1]
     square = x * x + y * y
-    seen = square < _farthest_square(float(distortion[0]), float(distortion[1]), float(distortion[4]))
+    seen = square < farthest_square(distortion)
     if not seen.all():
         plane[~seen] = np.nan
     wide = np.flatnonzero(seen & (square > _WIDE**2))
@@ -37,8 +37,13 @@ def undistorted(uv: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> n
     return plane
 
 
+def farthest_square(distortion: np.ndarray) -> float:
+    """Square of the normalised radius in the image up to which a lens with that distortion (5,) images rays; inf without an end."""
+    return _turning_square(*(float(distortion[k]) for k in (0, 1, 4)))
+
+
 @lru_cache(maxsize=16)
-def _farthest_square(k1: float, k2: float, k3: float) -> float:
+def _turning_square(k1: float, k2: float, k3: float) -> float:
     """Square of the distorted radius, normalised, at the first maximum of r (1 + k1 r^2 + k2 r^4 + k3 r^6); inf without a maximum."""
     turns = [root.real for root in np.roots([7 * k3, 5 * k2, 3 * k1, 1.0]) if abs(root.imag) < 1e-9 and root.real > 0]
     if not turns:

@@ -57,15 +57,14 @@ class Watcher:
 
     def state(self):
         """Asked again every 3 s: the middleware may lose the answer to a client that the server has only just met."""
-        client, answers = self.node.create_client(GetState, f'/{self.name}/get_state'), []
+        client = self.node.create_client(GetState, f'/{self.name}/get_state')
         assert client.wait_for_service(timeout_sec=20.0)
-
-        def answered():
-            if not answers or time.monotonic() > answers[-1][0] + 3:
-                answers.append((time.monotonic(), client.call_async(GetState.Request())))
-            return any(answer.done() for _, answer in answers)
-        self.until(answered)
-        return next(answer.result() for _, answer in answers if answer.done()).current_state.label
+        for _ in range(7):
+            future = client.call_async(GetState.Request())
+            self.executor.spin_until_future_complete(future, timeout_sec=3.0)
+            if future.done():
+                return future.result().current_state.label
+        raise AssertionError(f'/{self.name}/get_state does not answer')
 
     def change(self, transition):
         request = ChangeState.Request()

@@ -45,12 +45,15 @@ def face_named(name: str) -> Face:
 
 
 FINE = 2  # threads along the side of a taxel
+_NEAR = 0.45  # of the thickness times friction over pressure: way by which friction moves a thread's load in the sheet
 
 
 @dataclass(frozen=True)
 class PadSpecimen:
     """rows, columns, pitch (m): of the taxels; thickness: of the pad, m; press: N/m^3, normal stiffness per area; pull: N/m^3, tangential
-    stiffness per area; grip: coefficient of friction; spread: m, standard deviation of a thread's load in the sheet."""
+    stiffness per area; grip: coefficient of friction; spread: m, standard deviation of a thread's load in the sheet; around: part of
+    the moment of friction about the sheet that load around the face balances, 0.55 for a pad that is bonded to the sheet, 0 for threads
+    alone."""
 
     rows: int = 44
     columns: int = 44
@@ -60,6 +63,7 @@ class PadSpecimen:
     pull: float = 5.2e7
     grip: float = 0.55
     spread: float = 0.75e-3
+    around: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -144,16 +148,21 @@ class ThreadPad:
         held = self.specimen.pull * state.tilt
         lean = np.zeros_like(state.tilt)
         np.divide(held * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
-        feet = (self.places + 0.45 * lean) / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
-        image = _splat(feet[state.touched], load[state.touched], (s.rows * FINE, s.columns * FINE))
+        shape, touched = (s.rows * FINE, s.columns * FINE), state.touched
+        feet = self.places / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
+        lean *= FINE / s.pitch
+        image = _splat((feet + _NEAR * lean)[touched], load[touched], shape)
         image = cv2.GaussianBlur(image, (0, 0), s.spread / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
+        if s.around:
+            more = _splat((feet + s.around * lean)[touched], load[touched], shape) - _splat(feet[touched], load[touched], shape)
+            image += cv2.GaussianBlur(more, (0, 0), s.thickness / s.pitch * FINE, borderType=cv2.BORDER_CONSTANT)
         return cv2.resize(image, (s.columns, s.rows), interpolation=cv2.INTER_AREA) * (FINE**2 / s.pitch**2)
 
     def force(self, state: PadState) -> np.ndarray:
-        """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface."""
+        """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface at rest."""
         pushed = np.column_stack([self.specimen.pull * state.tilt, -state.pressure]) * self.cell
-        x, y = self.places.T
-        moment = [y @ pushed[:, 2], -(x @ pushed[:, 2]), x @ pushed[:, 1] - y @ pushed[:, 0]]
+        (x, y), z = self.places.T, -state.pressure / self.specimen.press
+        moment = [y @ pushed[:, 2] - z @ pushed[:, 1], z @ pushed[:, 0] - x @ pushed[:, 2], x @ pushed[:, 1] - y @ pushed[:, 0]]
         return np.concatenate([pushed.sum(axis=0), moment])
 
 

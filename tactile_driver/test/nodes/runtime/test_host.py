@@ -54,15 +54,15 @@ def test_takers_are_called_and_the_middleware_is_left_out_where_nobody_subscribe
     shared.publish('both')
     end()
     shared.publish('away')
-    assert [word for word, _ in taken] == ['here', 'both'] and all(0 <= passed < 1e9 for _, passed in taken)
+    assert [word for word, _ in taken] == ['here', 'both'] and all(0 <= passed < 20e9 for _, passed in taken)
     assert wire.sent == ['both', 'away'] and changes == [1, 2]
 
 
 def test_takers_are_told_how_long_ago_it_was_sent():
     shared, ages = SharedPublisher(Wire(), lambda: None), []
     shared.attach(lambda message, sent_ns: ages.append(time.time_ns() - sent_ns))
-    shared.publish('late', 0.25)
-    assert 0.25e9 <= ages[0] < 1.25e9
+    shared.publish('late', 30.0)
+    assert 30e9 <= ages[0] < 50e9
 
 
 def test_a_host_shares_topics_by_their_full_name(node):
