@@ -5,8 +5,10 @@
 #include "bindings/border.hpp"
 #include "common/rigid_motion.hpp"
 #include "common/vectors.hpp"
+#include "touchpad/contact/carried_loads.hpp"
 #include "touchpad/contact/contact_score.hpp"
 #include "touchpad/contact/dot_loads.hpp"
+#include "touchpad/contact/edge_places.hpp"
 #include "touchpad/contact/stick_slip.hpp"
 #include "touchpad/membrane/holes.hpp"
 #include "touchpad/membrane/membrane_forces.hpp"
@@ -32,7 +34,7 @@ struct GivenMembrane {
     Input<double> triangles, residual;
     Membrane membrane;
     GivenMembrane(const py::object& triangles_, const py::object& residual_, Grid grid)
-        : triangles(triangles_, "triangles", {grid.triangles(), 4}),
+        : triangles(triangles_, "triangles", {grid.rows - 1, 16, grid.padded_cells()}),
           residual(residual_, "residual", {grid.size(), 3}),
           membrane{grid, triangles.data(), residual.data()} {}
 };
@@ -53,13 +55,13 @@ py::array_t<double> filled(const py::object& values, const py::object& known, in
 py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
     const Input<double> given(rest, "rest", {ANY, 3});
     const Grid grid = grid_of(given, "rest", rows, columns);
-    return output(membrane_at_rest(grid, given.data(), stiffness, area_share), {grid.triangles(), 4});
+    return output(membrane_at_rest(grid, given.data(), stiffness, area_share), {grid.rows - 1, 16, grid.padded_cells()});
 }
 
 py::tuple forces(const py::object& places, const py::object& triangles, int rows, int columns) {
     const Input<double> given(places, "places", {ANY, 3});
     const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> weights(triangles, "triangles", {grid.triangles(), 4});
+    const Input<double> weights(triangles, "triangles", {grid.rows - 1, 16, grid.padded_cells()});
     std::vector<double> force(3 * grid.size()), share(3 * grid.size());
     {
         py::gil_scoped_release others_run;
@@ -89,6 +91,14 @@ py::tuple loads(const py::object& places, const py::object& triangles, const py:
         found = find_loads(of.membrane, given.data(), rest_pressure);
     }
     return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
+}
+
+py::tuple carried(const py::object& places, const py::object& force, const py::object& load, int rows, int columns, double loaded) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> pushed(force, "force", {grid.size(), 3}), pressed(load, "load", {grid.size()});
+    const CarriedLoads found = carried_loads(grid, given.data(), pushed.data(), pressed.data(), loaded);
+    return py::make_tuple(output(found.force, {grid.size(), 3}), output(found.wrench, {6}));
 }
 
 py::tuple membrane_solution(const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id,
@@ -165,6 +175,18 @@ py::array_t<double> score(const py::object& load, const py::object& places, cons
     {
         py::gil_scoped_release others_run;
         found = contact_score(grid, carried.data(), given.data(), up.data(), pitch);
+    }
+    return output(found, {grid.size()});
+}
+
+py::array_t<double> with_edges(const py::object& score, const py::object& load, int rows, int columns) {
+    const Input<double> given(score, "score", {ANY});
+    const Grid grid = grid_of(given, "score", rows, columns);
+    const Input<double> carried(load, "load", {grid.size()});
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = place_edges(grid, given.data(), carried.data());
     }
     return output(found, {grid.size()});
 }
@@ -253,11 +275,10 @@ void bind_contact(py::module_& module) {
         "fill_holes", &filled, py::arg("values"), py::arg("known"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         "values (K, n) float64 of dots on a grid with those where known (K,) bool is false replaced by the mean of their neighbours\n"
         "(Laplace's equation), in which unknown neighbours count half; all 0 where nothing is known.");
-    module.def(
-        "membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
-        py::arg("area_share"),
-        "Triangles (T, 4) float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
-        "of the springs opposite to their corners, N/m, and factor of the area term of the energy, which has the share area_share.");
+    module.def("membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
+               py::arg("area_share"),
+               "Triangles float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
+               "of the springs opposite to their corners, N/m, and factor of the area term of the energy, which has the share area_share.");
     module.def("membrane_forces", &forces, py::arg("places"), py::arg("triangles"), py::kw_only(), py::arg("rows"), py::arg("columns"),
                "Elastic force (K, 3), N, on each dot at places (K, 3) float64, m, and its share (K, 3), m^2, of the area vectors.");
     module.def(
@@ -269,6 +290,11 @@ void bind_contact(py::module_& module) {
         "membrane_loads", &loads, py::arg("places"), py::arg("triangles"), py::arg("residual"), py::kw_only(), py::arg("rows"),
         py::arg("columns"), py::arg("rest_pressure"),
         "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
+    module.def(
+        "carried_loads", &carried, py::arg("places"), py::arg("force"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        py::arg("loaded"),
+        "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, or have such a neighbour, 0 on others, of the\n"
+        "force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
     module.def(
         "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
         py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),
@@ -291,6 +317,10 @@ void bind_contact(py::module_& module) {
         py::arg("pitch"),
         "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
         "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
+    module.def(
+        "place_edges", &with_edges, py::arg("score"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+        "Scores (K,) float64 above 0.5 where score (K,) is; beside an edge of a contact the mean of score and of what the dot's distance\n"
+        "from the edge says, by the loads (K,) over the fluid's pressure on the two dots at its sides.");
     module.def(
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),

@@ -57,8 +57,13 @@ class DomeArrays {
 
  private:
     static constexpr int DOME_NUMBERS = 8;
-    static int length(const Input<double>& array, int axis) { return static_cast<int>(array.length(axis)); }
-    const Input<double> numbers_, edges_, even_table_, odd_table_, even_modes_, odd_modes_, points_, eyes_;
+    template <class Array>
+    static int length(const Array& array, int axis) {
+        return static_cast<int>(array.length(axis));
+    }
+    const Input<double> numbers_, edges_;
+    const Input<float> even_table_, odd_table_, even_modes_, odd_modes_;
+    const Input<double> points_, eyes_;
 };
 
 constexpr double LARGEST_NUMBER = 1e3;  // of a press: m, and logs. Chosen: far outside any dome

@@ -106,10 +106,10 @@ py::array_t<double> held_before() {
     return held_numbers(HeldState{});
 }
 
-py::array_t<double> held_begin(const py::object& state, const py::object& offset) {
-    const Input<double> numbers(state, "state", {HELD_NUMBERS}), rest(offset, "offset", {4});
+py::array_t<double> held_begin(const py::object& state, const py::object& offset, const py::object& calibrated) {
+    const Input<double> numbers(state, "state", {HELD_NUMBERS}), rest(offset, "offset", {4}), then(calibrated, "calibrated", {4});
     HeldState held = as_held(numbers);
-    begin_held(held, rest.data());
+    begin_held(held, rest.data(), then.data());
     return held_numbers(held);
 }
 
@@ -182,8 +182,10 @@ void bind_finger(py::module_& module) {
         "whether an output has stopped changing. NaN where it cannot be told.");
     module.def("held_before", &held_before,
                "The state of held light before the first contact, an array of numbers for the functions below.");
-    module.def("held_begin", &held_begin, py::arg("state"), py::arg("offset"),
-               "The state as a contact begins on a finger whose untouched outputs are offset (4,) float64, V.");
+    module.def(
+        "held_begin", &held_begin, py::arg("state"), py::arg("offset"), py::arg("calibrated"),
+        "The state as a contact begins on a finger whose untouched outputs are offset (4,) float64, V; calibrated: (4,) float64, V,\n"
+        "the same at its calibration.");
     module.def("held_interrupt", &held_interrupt, py::arg("state"), "The state after samples that are missing.");
     module.def(
         "held_follow", &held_follow, py::arg("state"), py::arg("sums"), py::arg("in_contact"), py::arg("saturated"), py::arg("table"),

@@ -7,6 +7,7 @@
 #include "bindings/border.hpp"
 #include "common/contact_point.hpp"
 #include "common/outlines.hpp"
+#include "common/point_shapes.hpp"
 #include "common/region_moments.hpp"
 
 namespace tactile::border {
@@ -147,9 +148,21 @@ py::tuple point(const py::object& points, const py::object& border, const py::ob
     return py::make_tuple(output(position, {3}), output(found.covariance, {3, 3}), output(up, {3}));
 }
 
-double depth(const py::object& points, const py::object& gap, double pitch) {
-    const Input<double> dots(points, "points", {ANY, 3}), height(gap, "gap", {dots.length()});
-    return contact_depth(dots.data(), height.data(), dots.length(), within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE));
+double depth(const py::object& points, double centre_z, double radius, double pitch) {
+    const Input<double> dots(points, "points", {ANY, 3});
+    return contact_depth(dots.data(), dots.length(), {within(centre_z, "centre_z", -LARGEST_SIZE, LARGEST_SIZE), radius},
+                         within(pitch, "pitch", 1 / LARGEST_SIZE, LARGEST_SIZE));
+}
+
+bool on_a_line(const py::object& points, double thinnest) {
+    const Input<double> given(points, "points", {ANY, 3});
+    return lie_on_a_line(given.data(), given.length(), within(thinnest, "thinnest", 0, 1));
+}
+
+double notch(const py::object& corners) {
+    const Input<double> given(corners, "corners", {ANY, 2});
+    check_places(given, "corners");
+    return deepest_notch(given.data(), given.length());
 }
 
 }  // namespace
@@ -182,8 +195,12 @@ void bind_region(py::module_& module) {
         py::arg("normal"), py::kw_only(), py::arg("area"), py::arg("pitch"), py::arg("sigma"),
         "Contact point (3,), m, its covariance (3, 3), m^2, and the normal (3,) of the surface wide there, of a region with dots at\n"
         "points (N, 3), m, of standard deviation sigma; border (M, 3), start (L + 1,): of its polygons.");
-    module.def("contact_depth", &depth, py::arg("points"), py::arg("gap"), py::kw_only(), py::arg("pitch"),
-               "Largest height, m, of the surface at rest over points (N, 3), m, whose heights are gap (N,), by a quadratic around it.");
+    module.def("contact_depth", &depth, py::arg("points"), py::kw_only(), py::arg("centre_z"), py::arg("radius"), py::arg("pitch"),
+               "Largest height, m, of the surface at rest, a sphere's upper half, over points (N, 3), m, by a quadratic around it.");
+    module.def("lie_on_a_line", &on_a_line, py::arg("points"), py::kw_only(), py::arg("thinnest"),
+               "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
+    module.def("deepest_notch", &notch, py::arg("corners"),
+               "Largest distance of one of a polygon's corners (M, 2) from the side of the convex hull that spans it.");
 }
 
 }  // namespace tactile::border

@@ -61,8 +61,8 @@ py::tuple regions_of_taxels(const py::object& score, const py::object& pressure,
                           output(found.loops.region, {static_cast<py::ssize_t>(found.loops.region.size())}));
 }
 
-py::tuple edges_of_taxels(const py::object& score, double steep, int rim, int most) {
-    const Input<float> given(score, "score", {ANY, ANY});
+py::tuple edges_of_taxels(const py::object& image, double steep, int rim, int most) {
+    const Input<float> given(image, "image", {ANY, ANY});
     within(steep, "steep", 1e-6, 1e6);
     within(rim, "rim", 0, MOST_TAXELS);
     within(most, "most", 1, LONGEST);
@@ -77,19 +77,19 @@ py::tuple edges_of_taxels(const py::object& score, double steep, int rim, int mo
                           output(std::vector<double>(found.middle.begin(), found.middle.end()), {2}), found.reach, found.count);
 }
 
-py::tuple register_taxels(const py::object& score, const py::object& place, const py::object& value, const py::object& slopes,
+py::tuple register_taxels(const py::object& image, const py::object& place, const py::object& value, const py::object& slopes,
                           const py::object& middle, double reach, bool turns, const py::object& guess) {
-    const Input<float> image(score, "score", {ANY, ANY});
+    const Input<float> given(image, "image", {ANY, ANY});
     const Input<double> at(place, "place", {ANY, 2}), there(value, "value", {at.length()}), sloping(slopes, "slopes", {at.length(), 4});
     const Input<double> centre(middle, "middle", {2}), start(guess, "guess", {4});
     within(reach, "reach", 1e-6, LONGEST);
-    within(image.length(0), "score", 1, MOST_TAXELS);
-    within(image.length(1), "score", 1, MOST_TAXELS);
+    within(given.length(0), "image", 1, MOST_TAXELS);
+    within(given.length(1), "image", 1, MOST_TAXELS);
     Registered found;
     {
         py::gil_scoped_release others_run;
         const double *m = centre.data(), *g = start.data();
-        found = registered(image.data(), image.length(0), image.length(1), at.data(), there.data(), sloping.data(), at.length(),
+        found = registered(given.data(), given.length(0), given.length(1), at.data(), there.data(), sloping.data(), at.length(),
                            {m[0], m[1]}, reach, turns, {g[0], g[1], g[2], g[3]});
     }
     return py::make_tuple(output(std::vector<double>(found.fit.begin(), found.fit.end()), {4}), found.spread, found.inliers);
@@ -168,15 +168,15 @@ void bind_taxels(py::module_& module) {
         "y,\n"
         "xx, xy, yy; and the outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
     module.def(
-        "taxel_edges", &edges_of_taxels, py::arg("score"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
-        "Edge taxels of a score (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
+        "taxel_edges", &edges_of_taxels, py::arg("image"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
+        "Edge taxels of an image (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
         "columns and rows, turn times reach, growth; and of all edge taxels, also those left out: sums of products of the slopes (4, 4),\n"
         "middle (2,) row and column, reach, taxels, and their number. steep: 1/taxel, least slope; rim: taxels at the array's border\n"
         "that are ignored; most: about how many are used.");
     module.def(
-        "taxel_register", &register_taxels, py::arg("score"), py::arg("place"), py::arg("value"), py::arg("slopes"), py::arg("middle"),
+        "taxel_register", &register_taxels, py::arg("image"), py::arg("place"), py::arg("value"), py::arg("slopes"), py::arg("middle"),
         py::arg("reach"), py::kw_only(), py::arg("turns"), py::arg("guess"),
-        "Motion of edges (taxel_edges) to a score (rows, columns) float32: fit (4,) shift along columns and rows, turn times reach,\n"
+        "Motion of edges (taxel_edges) to an image (rows, columns) float32: fit (4,) shift along columns and rows, turn times reach,\n"
         "growth, taxels; standard deviation of the residuals; share of inliers. turns: whether a turn is fitted; guess: (4,) to begin "
         "with.");
     module.def(

@@ -231,7 +231,12 @@ ContactPlace contact_point(const double* points, std::ptrdiff_t count, const Reg
     return found;
 }
 
-double contact_depth(const double* points, const double* gap, std::ptrdiff_t count, double pitch) {
+double contact_depth(const double* points, std::ptrdiff_t count, const RestCap& rest, double pitch) {
+    std::vector<double> gap(count);  // NaN beyond the sphere
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        const Vec3 place = vec3_at(points, i);
+        gap[i] = rest.centre_z + std::sqrt(rest.radius * rest.radius - (place.x * place.x + place.y * place.y)) - place.z;
+    }
     std::ptrdiff_t deepest = -1;
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         if (std::isfinite(gap[i]) && (deepest < 0 || gap[i] > gap[deepest])) deepest = i;

@@ -33,8 +33,13 @@ struct ContactPlace {
 // covariance covers both cases.
 ContactPlace contact_point(const double* points, std::ptrdiff_t count, const RegionShape& region, const Nodes& wide, double sigma);
 
-// Largest of the heights gap (count) of the surface at rest over points (count, 3), by a quadratic fitted around the highest one; NaN
-// without a known one.
-double contact_depth(const double* points, const double* gap, std::ptrdiff_t count, double pitch);
+// The upper half of a sphere around (0, 0, centre_z), m.
+struct RestCap {
+    double centre_z, radius;
+};
+
+// Largest height of the surface at rest over points (count, 3), m, by a quadratic fitted around the highest one; NaN without points
+// under it.
+double contact_depth(const double* points, std::ptrdiff_t count, const RestCap& rest, double pitch);
 
 }  // namespace tactile

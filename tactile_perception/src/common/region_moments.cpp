@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/pi.hpp"
+
 namespace tactile {
 namespace {
 
@@ -88,7 +90,7 @@ std::array<double, 3> region_axes(const double* sums, const double* points, cons
         squares += side * off * off;
     });
     const bool told = !(2 * half < DIRECTION * border_sigma(squares, pitch) / area);
-    return {major, minor, !told ? NAN : angle > -0.5 * M_PI ? angle : 0.5 * M_PI};
+    return {major, minor, !told ? NAN : angle > -0.5 * PI ? angle : 0.5 * PI};
 }
 
 }  // namespace tactile

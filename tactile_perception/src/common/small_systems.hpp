@@ -3,7 +3,9 @@
 // Least squares with a few unknowns: normal equations, solved by Cholesky's method.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
+
+#include "common/cholesky.hpp"
 
 namespace tactile {
 
@@ -25,21 +27,10 @@ class SmallSystem {
     // Writes the unknowns; false where the equations are singular.
     bool solve(double* found) const {
         double factor[N][N];
-        for (int i = 0; i < N; ++i) {
-            double value = right[i];
-            for (int j = 0; j <= i; ++j) {
-                double sum = matrix[i][j];
-                for (int k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
-                if (j == i && !(sum > 0)) return false;
-                factor[i][j] = j == i ? std::sqrt(sum) : sum / factor[j][j];
-            }
-            for (int k = 0; k < i; ++k) value -= factor[i][k] * found[k];
-            found[i] = value / factor[i][i];
-        }
-        for (int i = N - 1; i >= 0; --i) {
-            for (int k = i + 1; k < N; ++k) found[i] -= factor[k][i] * found[k];
-            found[i] /= factor[i][i];
-        }
+        std::copy(matrix[0], matrix[0] + N * N, factor[0]);
+        if (!factorise(factor[0], N, N)) return false;
+        std::copy(right, right + N, found);
+        substitute(factor[0], N, N, found);
         return true;
     }
     double matrix[N][N] = {}, right[N] = {};

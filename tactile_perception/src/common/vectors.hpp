@@ -5,26 +5,37 @@
 
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
+
+#include "common/wide.hpp"
 
 namespace tactile {
 
-struct Vec3 {
-    double x, y, z;
+// Of numbers, or of several numbers at once (lanes.hpp).
+template <class Number>
+struct Vector3 {
+    Number x, y, z;
 };
+using Vec3 = Vector3<double>;
 
-inline Vec3 operator+(Vec3 a, Vec3 b) {
+template <class Number>
+TACTILE_INLINE Vector3<Number> operator+(const Vector3<Number>& a, const Vector3<Number>& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline Vec3 operator-(Vec3 a, Vec3 b) {
+template <class Number>
+TACTILE_INLINE Vector3<Number> operator-(const Vector3<Number>& a, const Vector3<Number>& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-inline Vec3 operator*(double s, Vec3 a) {
+template <class Number>
+TACTILE_INLINE Vector3<Number> operator*(const std::common_type_t<Number>& s, const Vector3<Number>& a) {
     return {s * a.x, s * a.y, s * a.z};
 }
-inline double dot(Vec3 a, Vec3 b) {
+template <class Number>
+TACTILE_INLINE Number dot(const Vector3<Number>& a, const Vector3<Number>& b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-inline Vec3 cross(Vec3 a, Vec3 b) {
+template <class Number>
+TACTILE_INLINE Vector3<Number> cross(const Vector3<Number>& a, const Vector3<Number>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline double length(Vec3 a) {

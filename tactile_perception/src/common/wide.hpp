@@ -9,3 +9,6 @@
 #else
 #define TACTILE_WIDE
 #endif
+
+// TACTILE_INLINE before a function makes it a part of each that calls it, so that TACTILE_WIDE there compiles its loops, too.
+#define TACTILE_INLINE [[gnu::always_inline]] inline

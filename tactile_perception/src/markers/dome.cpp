@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include "common/wide.hpp"
@@ -12,14 +14,23 @@
 namespace tactile {
 namespace {
 
-constexpr double BEYOND = 1.2;     // times the spread: logs of radius and friction are clamped to it. Chosen
-constexpr int MOST_TERMS = 16;     // of the polynomials
-constexpr int MOST_WAVES = 100;    // of the mesh's harmonics
-constexpr std::size_t PART = 128;  // of a field is summed at once, in the processor's nearest cache. Chosen
-constexpr double WIDEST = 0.99;    // sine of the angle of a touch: a place farther out is taken there
+constexpr double BEYOND = 1.2;   // times the spread: logs of radius and friction are clamped to it. Chosen
+constexpr int MOST_TERMS = 16;   // of the polynomials
+constexpr int MOST_WAVES = 100;  // of the mesh's harmonics
+constexpr std::size_t SPAN = 8;  // numbers of a field that are summed at once, in registers. Chosen
+constexpr double WIDEST = 0.99;  // sine of the angle of a touch: a place farther out is taken there
 
 using Complex = std::complex<double>;
+typedef float Span __attribute__((vector_size(SPAN * sizeof(float))));
 
+TACTILE_INLINE float value_of(float number) {
+    return number;
+}
+TACTILE_INLINE float value_of(const Span& numbers) {
+    return numbers[0];
+}
+
+// Sums of modes are float: their error, 1e-8 m, is far below the noise of a marker.
 // A displacement on the mesh and its slopes at a fixed place there, side by side. Even fields end with the slopes by friction and by
 // drags along the meridian, odd ones with that by drags across it.
 enum FieldNumber { VALUE, BY_SHIFT, BY_DEPTH, BY_RADIUS, BY_FRICTION, BY_ALONG, FIELDS };
@@ -58,12 +69,24 @@ Basis<MOST_TERMS> powers(double x, int count) {
     return basis;
 }
 
-// sums (count, rows) += weights (count) times row (rows).
-TACTILE_WIDE void add_scaled(const double* row, std::size_t rows, const double* weights, int count, double* sums) {
-    for (int c = 0; c < count; ++c, sums += rows) {
-        const double by = weights[c];
-        if (by == 0) continue;  // of many slopes, and of all odd fields but one of a straight press
-        for (std::size_t k = 0; k < rows; ++k) sums[k] += by * row[k];
+// sums (size, STRIDE), the first COUNT of them, = rows (count, size), transposed, times weights (count, COUNT).
+template <int COUNT, int STRIDE>
+TACTILE_INLINE void sum_rows(const float* rows, int count, std::size_t size, const float* weights, float* sums) {
+    std::size_t first = 0;
+    for (; first + SPAN <= size; first += SPAN) {
+        Span apart[COUNT] = {}, row;
+        for (int m = 0; m < count; ++m) {
+            std::memcpy(&row, rows + m * size + first, sizeof row);
+            for (int c = 0; c < COUNT; ++c) apart[c] += weights[m * COUNT + c] * row;
+        }
+        for (std::size_t k = 0; k < SPAN; ++k)
+            for (int c = 0; c < COUNT; ++c) sums[(first + k) * STRIDE + c] = apart[c][k];
+    }
+    for (; first < size; ++first) {
+        float* sum = sums + first * STRIDE;
+        std::fill(sum, sum + COUNT, 0.0f);
+        for (int m = 0; m < count; ++m)
+            for (int c = 0; c < COUNT; ++c) sum[c] += weights[m * COUNT + c] * rows[m * size + first];
     }
 }
 
@@ -88,73 +111,67 @@ Meridian meridian_of(const DomeLibrary& library, const double* press) {
     return meridian;
 }
 
-// Fields of a press (rings + 1, 3, harmonics + 1, COUNT): COUNT 1, the displacement alone, or FIELDS. Even ones, mirror symmetric to the
-// meridian plane: the straight press with a drag along the meridian; odd ones: by a drag across it.
+// Fields of a press (rings + 1, 3, harmonics + 1), COUNT numbers each: 1, the displacement alone, or FIELDS. Even ones, mirror symmetric to
+// the meridian plane: the straight press with a drag along the meridian; odd ones: by a drag across it.
 template <int COUNT>
 struct Fields {
-    std::vector<double> even, odd;
+    using Numbers = std::conditional_t<COUNT == 1, float, Span>;
+    static constexpr int STRIDE = sizeof(Numbers) / sizeof(float);
+    std::vector<float> even, odd;
 
-    Fields(const DomeLibrary& library, const double* press, const Meridian& meridian) {
+    TACTILE_INLINE Fields(const DomeLibrary& library, const double* press, const Meridian& meridian) {
         int first;
         depths_ = depth_basis(library, press[DEPTH], first);
         shifts_ = shift_basis(library, meridian.shift);
         radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
         const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
-        std::vector<double> even_modes(library.even * COUNT, 0.0), odd_modes(library.odd * COUNT, 0.0);
-        const std::size_t even_block = static_cast<std::size_t>(library.order) * library.radii * library.even;
-        const std::size_t odd_block = static_cast<std::size_t>(library.order) * library.radii * library.odd;
+        std::vector<float> of_even, of_odd;  // weights (rows, COUNT) of the rows of the tables at four levels
         for (int level = 0; level < 4; ++level) {
-            const double* table = library.even_table + (first + level) * (STRAIGHT + 1) * even_block;
-            for (int power = 0; power < STRAIGHT; ++power, table += even_block)
-                add_block(library, table, library.even, level, {rough.value[power], rough.slope[power], 0}, even_modes);
-            add_block(library, table, library.even, level, {meridian.along, 0, 1}, even_modes);
-            add_block(library, library.odd_table + (first + level) * odd_block, library.odd, level, {meridian.across, 1, 0}, odd_modes);
+            for (int power = 0; power < STRAIGHT; ++power)
+                add_weights(library, level, {rough.value[power], rough.slope[power], 0}, of_even);
+            add_weights(library, level, {meridian.along, 0, 1}, of_even);
+            add_weights(library, level, {meridian.across, 1, 0}, of_odd);
         }
-        even = summed(library, library.even_modes, even_modes);
-        odd = summed(library, library.odd_modes, odd_modes);
+        const std::size_t block = static_cast<std::size_t>(library.order) * library.radii;
+        even =
+            summed(library, library.even_table + first * (STRAIGHT + 1) * block * library.even, of_even, library.even_modes, library.even);
+        odd = summed(library, library.odd_table + first * block * library.odd, of_odd, library.odd_modes, library.odd);
     }
 
  private:
     Basis<4> depths_;
     Basis<MOST_TERMS> shifts_, radii_;
 
-    // Shares of a block in the value and its slopes, and in the last two fields.
+    // Shares of a block (order, radii) of a table in the value and its slopes, and in the last two fields.
     struct Shares {
         double value, friction, along;
     };
 
-    // Adds a block (order, radii, count) of a table at a level to the weights (COUNT, count) of the modes.
-    void add_block(const DomeLibrary& library, const double* table, int count, int level, const Shares& by, std::vector<double>& sum) {
+    void add_weights(const DomeLibrary& library, int level, const Shares& by, std::vector<float>& weights) {
         for (int a = 0; a < library.order; ++a) {
-            for (int r = 0; r < library.radii; ++r, table += count) {
+            for (int r = 0; r < library.radii; ++r) {
                 const double depth = depths_.value[level], shift = shifts_.value[a], radius = radii_.value[r];
                 const double at = depth * shift * radius;
-                const double weights[FIELDS] = {by.value * at,
-                                                by.value * depth * shifts_.slope[a] * radius,
-                                                by.value * depths_.slope[level] * shift * radius,
-                                                by.value * depth * shift * radii_.slope[r],
-                                                by.friction * at,
-                                                by.along * at};
-                add_scaled(table, count, weights, COUNT, sum.data());
+                const double of[FIELDS] = {by.value * at,
+                                           by.value * depth * shifts_.slope[a] * radius,
+                                           by.value * depths_.slope[level] * shift * radius,
+                                           by.value * depth * shift * radii_.slope[r],
+                                           by.friction * at,
+                                           by.along * at};
+                for (int c = 0; c < COUNT; ++c) weights.push_back(static_cast<float>(of[c]));
             }
         }
     }
 
-    // Sum of modes with weights (COUNT, count).
-    static std::vector<double> summed(const DomeLibrary& library, const double* modes, const std::vector<double>& weights) {
-        const std::size_t size = static_cast<std::size_t>(library.rings + 1) * 3 * (library.harmonics + 1), count = weights.size() / COUNT;
-        std::vector<double> sum(size * COUNT);
-        for (std::size_t first = 0; first < size; first += PART) {
-            const std::size_t part = std::min(PART, size - first);
-            double apart[COUNT * PART] = {}, by[COUNT];
-            for (std::size_t m = 0; m < count; ++m) {
-                for (int c = 0; c < COUNT; ++c) by[c] = weights[c * count + m];
-                add_scaled(modes + m * size + first, part, by, COUNT, apart);
-            }
-            for (std::size_t k = 0; k < part; ++k)
-                for (int c = 0; c < COUNT; ++c) sum[(first + k) * COUNT + c] = apart[c * part + k];
-        }
-        return sum;
+    // Fields from rows of a table (rows, count) with weights (rows, COUNT), the amplitudes of count modes.
+    TACTILE_INLINE static std::vector<float> summed(const DomeLibrary& library, const float* table, const std::vector<float>& weights,
+                                                    const float* modes, int count) {
+        const std::size_t size = static_cast<std::size_t>(library.rings + 1) * 3 * (library.harmonics + 1);
+        std::vector<float> amplitudes(static_cast<std::size_t>(count) * COUNT);
+        std::vector<float> fields(size * STRIDE);
+        sum_rows<COUNT, COUNT>(table, static_cast<int>(weights.size() / COUNT), count, weights.data(), amplitudes.data());
+        sum_rows<COUNT, STRIDE>(modes, count, size, amplitudes.data(), fields.data());
+        return fields;
     }
 };
 
@@ -162,7 +179,8 @@ struct Fields {
 // sines; slopes of distance and direction from the centre by the mesh's shift and by the direction of the meridian.
 struct Spot {
     int ring = -1;
-    double part = 0, per_width = 0, cosine[MOST_WAVES], sine[MOST_WAVES];
+    double part = 0, per_width = 0;
+    float cosine[MOST_WAVES], sine[MOST_WAVES];
     double far_by_shift = 0, turn_by_shift = 0, far_by_meridian = 0, turn_by_meridian = 0;
 };
 
@@ -170,15 +188,17 @@ struct Spot {
 bool find_spot(const DomeLibrary& library, const Meridian& meridian, const double* point, Spot& spot) {
     const double stereographic = (library.curvature + point[2] - library.centre_z) * library.disc_scale;
     const Complex w = Complex(point[0], point[1]) * Complex(meridian.cosine, -meridian.sine) / stereographic;
-    const Complex under = 1.0 / (1.0 - meridian.shift * w), z = (w - meridian.shift) * under;  // inverse of the mesh's automorphism
-    const double far = std::abs(z);
+    const Complex below = 1.0 - meridian.shift * w, under = std::conj(below) / std::norm(below);  // one over it, without checks of range
+    const Complex z = (w - meridian.shift) * under;                                               // inverse of the mesh's automorphism
+    const double far = std::sqrt(std::norm(z));
     if (!(far < 1)) return false;
     spot.ring = static_cast<int>(std::upper_bound(library.edges + 1, library.edges + library.rings, far) - library.edges) - 1;
     spot.per_width = 1 / std::max(library.edges[spot.ring + 1] - library.edges[spot.ring], 1e-12);
     spot.part = (far - library.edges[spot.ring]) * spot.per_width;
     const Complex step = far > 1e-12 ? z / far : Complex(1, 0);
     Complex wave(1, 0);
-    for (int m = 0; m <= library.harmonics; ++m, wave *= step) spot.cosine[m] = wave.real(), spot.sine[m] = wave.imag();
+    for (int m = 0; m <= library.harmonics; ++m, wave *= step)
+        spot.cosine[m] = static_cast<float>(wave.real()), spot.sine[m] = static_cast<float>(wave.imag());
     const Complex by_shift = (w * w - 1.0) * under * under * std::conj(step);
     const Complex by_meridian = Complex(0, -1) * w * (1 - meridian.shift * meridian.shift) * under * under * std::conj(step);
     const double per_far = far > 1e-12 ? 1 / far : 0;
@@ -193,27 +213,36 @@ struct AtSpot {
     double field[COUNT], by_far, by_turn;
     double across = 0;  // COUNT FIELDS: by a drag across the meridian
 
-    AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
-        const int waves = library.harmonics + 1;
-        const std::size_t start = (static_cast<std::size_t>(spot.ring) * 3 + axis) * waves * COUNT, next = 3 * waves * COUNT;
-        const double *even = &fields.even[start], *odd = &fields.odd[start];
+    TACTILE_INLINE AtSpot(const DomeLibrary& library, const Fields<COUNT>& fields, const Spot& spot, int axis) {
+        using Numbers = typename Fields<COUNT>::Numbers;
+        constexpr int STRIDE = Fields<COUNT>::STRIDE;
+        const int waves = library.harmonics + 1, start = (spot.ring * 3 + axis) * waves * STRIDE, next = 3 * waves * STRIDE;
+        const float *even = fields.even.data() + start, *odd = fields.odd.data() + start;
         // Even displacement in the meridian plane, and odd displacement across it, are cosines.
-        const double *of_even = axis == 1 ? spot.sine : spot.cosine, *of_odd = axis == 1 ? spot.cosine : spot.sine;
-        const double turn_even = axis == 1 ? 1 : -1;
-        double low[2][COUNT] = {}, high[2][COUNT] = {}, turn_low = 0, turn_high = 0;
-        for (int m = 0; m < waves; ++m, even += COUNT, odd += COUNT) {
-            for (int c = 0; c < COUNT; ++c) low[0][c] += even[c] * of_even[m], high[0][c] += even[next + c] * of_even[m];
-            for (int c = 0; c < COUNT; ++c) low[1][c] += odd[c] * of_odd[m], high[1][c] += odd[next + c] * of_odd[m];
-            turn_low += m * turn_even * (even[0] * of_odd[m] - odd[0] * of_even[m]);
-            turn_high += m * turn_even * (even[next] * of_odd[m] - odd[next] * of_even[m]);
+        const float *of_even = axis == 1 ? spot.sine : spot.cosine, *of_odd = axis == 1 ? spot.cosine : spot.sine;
+        const float turn_even = axis == 1 ? 1 : -1;
+        Numbers low[2] = {}, high[2] = {};
+        float turn_low = 0, turn_high = 0;
+        for (int m = 0; m < waves; ++m, even += STRIDE, odd += STRIDE) {
+            Numbers here[2], outer[2];
+            std::memcpy(&here[0], even, sizeof(Numbers)), std::memcpy(&outer[0], even + next, sizeof(Numbers));
+            std::memcpy(&here[1], odd, sizeof(Numbers)), std::memcpy(&outer[1], odd + next, sizeof(Numbers));
+            low[0] += here[0] * of_even[m], high[0] += outer[0] * of_even[m];
+            low[1] += here[1] * of_odd[m], high[1] += outer[1] * of_odd[m];
+            const float turn = static_cast<float>(m) * turn_even;
+            turn_low += turn * (even[0] * of_odd[m] - odd[0] * of_even[m]);
+            turn_high += turn * (even[next] * of_odd[m] - odd[next] * of_even[m]);
         }
-        double of[2][COUNT];
-        for (int part = 0; part < 2; ++part)
-            for (int c = 0; c < COUNT; ++c) of[part][c] = low[part][c] + spot.part * (high[part][c] - low[part][c]);
-        by_far = (high[0][0] + high[1][0] - low[0][0] - low[1][0]) * spot.per_width;
+        const auto part = static_cast<float>(spot.part);
+        const Numbers of[2] = {low[0] + part * (high[0] - low[0]), low[1] + part * (high[1] - low[1])};
+        by_far = (value_of(high[0]) + value_of(high[1]) - value_of(low[0]) - value_of(low[1])) * spot.per_width;
         by_turn = turn_low + spot.part * (turn_high - turn_low);
-        for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + (c < BY_FRICTION ? of[1][c] : 0.0);
-        if (COUNT == FIELDS) across = of[1][BY_ACROSS % COUNT];
+        if constexpr (COUNT == 1) {
+            field[VALUE] = of[0] + of[1];
+        } else {
+            for (int c = 0; c < COUNT; ++c) field[c] = of[0][c] + (c < BY_FRICTION ? of[1][c] : 0.0f);
+            across = of[1][BY_ACROSS];
+        }
     }
 };
 
@@ -233,7 +262,7 @@ void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at,
 
 }  // namespace
 
-void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved) {
+TACTILE_WIDE void press_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* presses, int n, double* moved) {
     std::fill(moved, moved + 3 * markers.count, 0.0);
     for (int p = 0; p < n; ++p) {
         const Meridian meridian = meridian_of(library, presses + p * PRESS);

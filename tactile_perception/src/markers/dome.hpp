@@ -20,10 +20,10 @@ struct DomeLibrary {
     double curvature, centre_z, disc_scale;             // of the dome: radius and height of the centre, m; see disc_scale in mesh.py
     double reach, depth, power, radius, radius_spread;  // largest shift of the mesh; deepest press; grading of depths; middle tip
     const double* edges;                                // (rings + 1), radii of the rings in the unit disc
-    const double* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and drags along the meridian
-    const double* odd_table;   // (levels + 3, order, radii, odd): drags across the meridian
-    const double* even_modes;  // (even, rings + 1, 3, harmonics + 1)
-    const double* odd_modes;   // (odd, rings + 1, 3, harmonics + 1)
+    const float* even_table;  // (levels + 3, STRAIGHT + 1, order, radii, even): straight presses, and drags along the meridian
+    const float* odd_table;   // (levels + 3, order, radii, odd): drags across the meridian
+    const float* even_modes;  // (even, rings + 1, 3, harmonics + 1)
+    const float* odd_modes;   // (odd, rings + 1, 3, harmonics + 1)
 };
 
 // Markers of the dome: K places on the untouched dome (K, 3), NaN unknown, and their eyes (K, 3); height of the viewing plane.

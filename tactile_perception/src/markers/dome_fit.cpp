@@ -3,19 +3,21 @@
 #include "markers/dome_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+
+#include "common/cholesky.hpp"
 
 namespace tactile {
 namespace {
 
-constexpr int ITERATIONS = 14;           // at most, trials included. Chosen
-constexpr double SETTLED = 3e-3;         // of the longest step: a smaller one ends the iteration. Chosen
-constexpr double GAINED = 1e-4;          // of the cost: an iteration that gains less is the last. Chosen
-constexpr double NEAREST = 0.1;          // least height of a point over the eye, of its untouched height. Chosen
-constexpr double DAMPED = 1e-3;          // first damping, over the normal equations' diagonal. Chosen
-constexpr double MORE = 10, LESS = 0.1;  // change of the damping after a step that failed, and after one that succeeded. Chosen
-constexpr double ASIDE = 2e-5;           // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
+constexpr int ITERATIONS = 14;    // at most, trials included. Chosen
+constexpr double SETTLED = 3e-3;  // of the longest step: a smaller one ends the iteration. Chosen
+constexpr double GAINED = 1e-3;   // of the cost: an iteration that gains less is the last. Chosen
+constexpr double NEAREST = 0.1;   // least height of a point over the eye, of its untouched height. Chosen
+constexpr double DAMPED = 1e-3;   // first damping, over the normal equations' diagonal. Chosen
+constexpr double ASIDE = 2e-5;    // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
 
 using Values = std::vector<double>;
 
@@ -43,30 +45,6 @@ void appear_slopes(const DomeMarkers& markers, const Values& moved, const Values
         const double shift = (along[axis] - offset * along[2]) * larger;
         shown[number] = std::isfinite(shift) ? shift : 0.0;
     }
-}
-
-// Solves the symmetric positive definite system (n, n) for right (n, m), both overwritten, by Cholesky's method. Returns false where it
-// is not positive definite.
-bool solve(Values& matrix, Values& right, int n, int m) {
-    for (int j = 0; j < n; ++j) {
-        for (int i = j; i < n; ++i) {
-            double sum = matrix[i * n + j];
-            for (int k = 0; k < j; ++k) sum -= matrix[i * n + k] * matrix[j * n + k];
-            if (i == j && !(sum > 0)) return false;
-            matrix[i * n + j] = i == j ? std::sqrt(sum) : sum / matrix[j * n + j];
-        }
-    }
-    for (int c = 0; c < m; ++c) {
-        for (int i = 0; i < n; ++i) {
-            for (int k = 0; k < i; ++k) right[i * m + c] -= matrix[i * n + k] * right[k * m + c];
-            right[i * m + c] /= matrix[i * n + i];
-        }
-        for (int i = n - 1; i >= 0; --i) {
-            for (int k = i + 1; k < n; ++k) right[i * m + c] -= matrix[k * n + i] * right[k * m + c];
-            right[i * m + c] /= matrix[i * n + i];
-        }
-    }
-    return true;
 }
 
 struct Problem {
@@ -113,28 +91,75 @@ struct Problem {
             for (int a = 0; a < size; ++a) {
                 const double weighted = weight[i / 2] * row[a];
                 right[a] += weighted * at.left[i];
-                for (int b = 0; b < size; ++b) normal[a * size + b] += weighted * row[b];
+                for (int b = 0; b <= a; ++b) normal[a * size + b] += weighted * row[b];
             }
         }
         for (int a = 0; a < size; ++a) {
+            for (int b = 0; b < a; ++b) normal[b * size + a] = normal[a * size + b];
             normal[a * size + a] += prior.weight[a % PRESS];
             right[a] += prior.weight[a % PRESS] * (prior.mean[a % PRESS] - at.presses[a]);
         }
     }
 
-    // The presses after the step, shortened to its limits; their change over the longest step. Infinite where there is no solution.
-    double step_from(const Values& presses, Values normal, Values step, double damping, Values& next) const {
+    // Farthest step of number a of presses, down and up: within its range, and at most its longest step.
+    std::array<double, 2> farthest(const Values& presses, int a) const {
+        const int number = a % PRESS;
+        return {std::max(-prior.limit[number], prior.least[number] - presses[a]),
+                std::min(prior.limit[number], prior.most[number] - presses[a])};
+    }
+
+    // The step that the damped normal equations ask for. Numbers that are stopped step as given, the others as if that were known. Empty
+    // where there is no solution.
+    Values wanted(Values normal, Values right, double damping, const std::vector<char>& stopped, const Values& given) const {
         for (int a = 0; a < size; ++a) normal[a * size + a] *= 1 + damping;
-        next = presses;
-        if (!solve(normal, step, size, 1)) return std::numeric_limits<double>::infinity();
-        double largest = 0;
         for (int a = 0; a < size; ++a) {
-            if (!std::isfinite(step[a])) return std::numeric_limits<double>::infinity();
-            largest = std::max(largest, std::abs(step[a]) / prior.limit[a % PRESS]);
+            if (!stopped[a]) continue;
+            for (int b = 0; b < size; ++b) {
+                right[b] -= normal[b * size + a] * given[a];
+                normal[a * size + b] = normal[b * size + a] = 0;
+            }
+            normal[a * size + a] = 1, right[a] = given[a];
         }
-        const double share = largest > 1 ? 1 / largest : 1;
-        for (int a = 0; a < size; ++a) next[a] = std::clamp(presses[a] + share * step[a], prior.least[a % PRESS], prior.most[a % PRESS]);
-        return largest;
+        if (!factorise(normal.data(), size, size)) return Values();
+        substitute(normal.data(), size, size, right.data());
+        return std::all_of(right.begin(), right.end(), [](double x) { return std::isfinite(x); }) ? right : Values();
+    }
+
+    // The step from presses within what is allowed: the number that would go beyond it by most stops there, one after the other. Empty
+    // where there is no solution.
+    Values step_from(const Values& presses, const Values& normal, const Values& right, double damping) const {
+        std::vector<char> stopped(size, false);
+        Values step(size, 0.0);
+        while (true) {
+            step = wanted(normal, right, damping, stopped, step);
+            int worst = -1;
+            double beyond = 0, end = 0;
+            for (int a = 0; a < static_cast<int>(step.size()); ++a) {
+                const auto [down, up] = farthest(presses, a);
+                const double allowed = std::clamp(step[a], down, up), over = std::abs(step[a] - allowed) / prior.limit[a % PRESS];
+                if (!stopped[a] && over > beyond) worst = a, beyond = over, end = allowed;
+            }
+            if (worst < 0) return step;
+            stopped[worst] = true, step[worst] = end;
+        }
+    }
+
+    // The gain in cost that the normal equations expect of a step.
+    double expected(const Values& step, const Values& normal, const Values& right) const {
+        double gain = 0;
+        for (int a = 0; a < size; ++a) {
+            double change = 2 * right[a];
+            for (int b = 0; b < size; ++b) change -= normal[a * size + b] * step[b];
+            gain += change * step[a];
+        }
+        return gain;
+    }
+
+    // The largest part of a longest step.
+    double largest(const Values& step) const {
+        double found = 0;
+        for (int a = 0; a < size; ++a) found = std::max(found, std::abs(step[a]) / prior.limit[a % PRESS]);
+        return found;
     }
 };
 
@@ -143,29 +168,35 @@ struct Problem {
 DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const double* shift, const double* weight, const double* starts,
                  int n, const DomePrior& prior) {
     const Problem problem{library, markers, shift, weight, prior, n, n * PRESS};
-    Values normal, right, next, start(starts, starts + problem.size);
+    Values normal, right, next(problem.size), start(starts, starts + problem.size);
     for (int a = 0; a < problem.size; ++a) start[a] = std::clamp(start[a], prior.least[a % PRESS], prior.most[a % PRESS]);
     auto best = problem.guess(start);
     problem.linearise(best, normal, right);
-    double damping = DAMPED;
+    double damping = DAMPED, more = 2;
     for (int turn = 0; turn < ITERATIONS; ++turn) {
-        const double largest = problem.step_from(best.presses, normal, right, damping, next);
-        if (!std::isfinite(largest)) break;
+        const Values step = problem.step_from(best.presses, normal, right, damping);
+        if (step.empty()) break;
+        for (int a = 0; a < problem.size; ++a) next[a] = best.presses[a] + step[a];
         auto trial = problem.guess(next);
-        const double gained = best.cost - trial.cost;
+        const double gained = best.cost - trial.cost, expected = problem.expected(step, normal, right), enough = GAINED * best.cost;
         if (gained > 0) {
             best = std::move(trial);
             problem.linearise(best, normal, right);
-            damping *= LESS;
+            damping *= std::max(1.0 / 3, 1 - std::pow(2 * gained / expected - 1, 3));
+            more = 2;
         } else {
-            damping *= MORE;
+            damping *= more;
+            more *= 2;
         }
-        if (largest < SETTLED || (gained >= 0 && gained < GAINED * best.cost)) break;
+        if (problem.largest(step) < SETTLED || expected < enough || (gained >= 0 && gained < enough)) break;
     }
     DomeFit fit{best.presses, Values(normal.size(), 0.0), best.left, best.squares};
-    for (int a = 0; a < problem.size; ++a) fit.covariance[a * problem.size + a] = 1;
-    if (!solve(normal, fit.covariance, problem.size, problem.size))
+    if (!factorise(normal.data(), problem.size, problem.size))
         std::fill(fit.covariance.begin(), fit.covariance.end(), std::numeric_limits<double>::quiet_NaN());
+    for (int a = 0; a < problem.size; ++a) {  // symmetric: a row is a column
+        fit.covariance[a * problem.size + a] += 1;
+        substitute(normal.data(), problem.size, problem.size, &fit.covariance[a * problem.size]);
+    }
     return fit;
 }
 

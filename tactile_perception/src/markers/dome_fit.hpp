@@ -1,6 +1,7 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// The presses of a dome that explain a frame: least squares by Levenberg's and Marquardt's method. Lengths in m.
+// The presses of a dome that explain a frame: least squares by the method of Levenberg and Marquardt, with the damping of Nielsen (1999,
+// Damping parameter in Marquardt's method, IMM-REP-1999-05). Lengths in m.
 #pragma once
 
 #include <vector>

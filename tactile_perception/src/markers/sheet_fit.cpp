@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/cholesky.hpp"
 #include "markers/sheet_view.hpp"
 
 namespace tactile {
@@ -172,15 +173,8 @@ void weigh(const MarkerNoise& noise, double sigma, double depth, double doubt, c
 
 // Inverse of a symmetric positive definite matrix (size, size) by Cholesky factors; false where it is not.
 bool invert(std::vector<double>& matrix, int size) {
-    std::vector<double> lower(size * size, 0.0), inverse(size * size, 0.0);
-    for (int i = 0; i < size; ++i) {
-        for (int j = 0; j <= i; ++j) {
-            double sum = matrix[i * size + j];
-            for (int k = 0; k < j; ++k) sum -= lower[i * size + k] * lower[j * size + k];
-            if (i == j && !(sum > 0 && std::isfinite(sum))) return false;
-            lower[i * size + j] = i == j ? std::sqrt(sum) : sum / lower[j * size + j];
-        }
-    }
+    std::vector<double> lower = matrix, inverse(size * size, 0.0);
+    if (!factorise(lower.data(), size, size)) return false;
     for (int c = 0; c < size; ++c) {
         for (int i = c; i < size; ++i) {  // L^-1
             double sum = i == c ? 1.0 : 0.0;

@@ -18,8 +18,10 @@ constexpr double APART = 0.05, APART_SIGMA = 4;      // half widths, and standar
                                                      // contact. Chosen
 constexpr double MOST_ROOM = 3, MOST_CONTACT = 0.5;  // parts of the room's light, and of the contact's; brighter changes are a second
                                                      // object. Chosen
+constexpr double ALIKE = 0.05;                       // part of a lamp's light by which it may change until the object goes. Chosen
 constexpr double LEFT = 0.7;                         // part of an object's light that is left at most after it is gone. Chosen
-constexpr double SHADE = 0.05;        // standard deviation of the shade before it is measured. Chosen: an object hides a tenth at most
+// Part of the room's light that an object shades, and its standard deviation, before it is measured. Chosen: it hides a tenth at most.
+constexpr double SHADE_EXPECTED = 0.05, SHADE = 0.05;
 constexpr double SHADE_LEAST = 0.01;  // smallest standard deviation: objects differ. Chosen
 constexpr double SHADE_MOST = 0.3;    // largest part. Chosen
 constexpr double TWO = 4;             // standard deviations of the cross term, beyond which it is that of two contacts. Chosen
@@ -51,10 +53,24 @@ bool is_room(const FingerSums& change, const FingerSums& contact, const FingerSu
     return from_room < std::min(AROUND, from_contact) && from_contact > APART + APART_SIGMA * sigma / std::abs(total);
 }
 
-// The cross term that is missing from light to which a part of the room's is added, V; NaN where it is not known.
-double missing_cross(const FingerSums& light, double shade, const FingerSums& room, const PlaceTable& table) {
+// Whether light is what has come suddenly while the object rested.
+bool is_doubtful(const FingerSums& light, const FingerSums& doubtful, double sigma) {
+    const double most = ALIKE * doubtful[TOTAL] + AGREE * sigma;
+    const FingerSums apart = difference(light, doubtful);
+    return doubtful[TOTAL] > CERTAIN * sigma && std::all_of(apart.begin(), apart.end(), [most](double d) { return std::abs(d) < most; });
+}
+
+// What the object shades of the room's light.
+FingerSums shaded(const HeldState& state, double shade) {
+    FingerSums light;
+    for (int i = 0; i < 4; ++i) light[i] = state.expected[i] + shade * state.room[i];
+    return light;
+}
+
+// The cross term that is missing from light to which the shaded light is added, V; NaN where it is not known.
+double missing_cross(const FingerSums& light, const FingerSums& shaded, const PlaceTable& table) {
     FingerSums whole;
-    for (int i = 0; i < 4; ++i) whole[i] = light[i] + shade * room[i];
+    for (int i = 0; i < 4; ++i) whole[i] = light[i] + shaded[i];
     const Place place = place_of(whole.data());
     if (!(light[TOTAL] > 0 && whole[TOTAL] > 0) || std::isnan(place.x + place.y)) return std::nan("");
     return whole[CROSS] - TableCell(table, place).value(CROSS_PART) * whole[TOTAL];
@@ -62,16 +78,17 @@ double missing_cross(const FingerSums& light, double shade, const FingerSums& ro
 
 // Updates the shaded part by the cross term of the mean of count samples: least squares with a known variance.
 void measure_shade(HeldState& state, const FingerSums& light, double count, double seconds, const HeldFinger& finger) {
-    const double missing = missing_cross(light, state.shade, state.room, finger.table);
-    const double slope = (missing_cross(light, state.shade + SHADE_LEAST, state.room, finger.table) - missing) / SHADE_LEAST;
+    const double missing = missing_cross(light, shaded(state, state.shade), finger.table);
+    const double slope = (missing_cross(light, shaded(state, state.shade + SHADE_LEAST), finger.table) - missing) / SHADE_LEAST;
     const double each = finger.noise[4 * CROSS + CROSS] / count, model = finger.cross_volts * finger.cross_volts;
     const double before = 1 / (SHADE * SHADE) + state.gained, variance = each + model * MODEL / seconds;
     if (!(missing * missing <= TWO * TWO * (each + model + slope * slope / before))) return;
     const double after = std::min(before + slope * slope / variance, 1 / (SHADE_LEAST * SHADE_LEAST));
     const double shade = state.shade - slope * missing / variance / after;
     if (std::isnan(shade)) return;
+    const double least = -state.expected[TOTAL] / std::max(state.room[TOTAL], state.expected[TOTAL]);  // no object adds light
     state.gained = after - 1 / (SHADE * SHADE);
-    state.shade = std::min(std::max(shade, 0.0), SHADE_MOST);
+    state.shade = std::min(std::max(shade, std::min(least, 0.0)), SHADE_MOST);
 }
 
 // The object rests with that light: whether it differs from that of the last rest by the room's, and by what.
@@ -85,11 +102,13 @@ bool judge(HeldState& state, const FingerSums& light, double sigma, FingerSums& 
             state.bins = 0;
             return true;
         }
-        if (light[TOTAL] < LEFT * before[TOTAL] && is_room(light, before, state.room, sigma)) {  // the object is gone
+        const bool of_room = is_room(light, before, state.room, sigma) || is_doubtful(light, state.doubtful, sigma);
+        if (light[TOTAL] < LEFT * before[TOTAL] && of_room) {  // the object is gone
             interrupt_held(state);
             shift = light;
             return true;
         }
+        for (int i = 0; i < 4; ++i) state.doubtful[i] += shift[i];
     }
     state.rest = light;
     state.rests = 1;
@@ -135,8 +154,7 @@ bool end_bin(HeldState& state, const HeldFinger& finger, FingerSums& shift) {
 
 // What is to be added to the sums whose mean of count samples is known. lasting: as follow_held returns it.
 FingerSums correction(const HeldState& state, const FingerSums& mean, double count, const HeldFinger& finger, const FingerSums* lasting) {
-    FingerSums added;
-    for (int i = 0; i < 4; ++i) added[i] = state.shade * state.room[i];
+    const FingerSums added = shaded(state, state.shade);
     if (lasting != nullptr) return difference(added, *lasting);
     const double sigma = total_sigma(finger, count);
     const FingerSums change = difference(mean, state.rest);
@@ -147,11 +165,13 @@ FingerSums correction(const HeldState& state, const FingerSums& mean, double cou
 
 }  // namespace
 
-void begin_held(HeldState& state, const double* offset) {
-    FingerSums net;
-    std::copy(offset, offset + 4, net.begin());
-    mix(net.data(), state.room.data());
+void begin_held(HeldState& state, const double* offset, const double* calibrated) {
+    FingerSums expected;
+    for (int i = 0; i < 4; ++i) expected[i] = SHADE_EXPECTED * (offset[i] - calibrated[i]);
+    mix(offset, state.room.data());
+    mix(expected.data(), state.expected.data());
     state.since = 0;
+    state.doubtful.fill(0);
     interrupt_held(state);
 }
 

@@ -6,6 +6,9 @@
 // so its centroid on the detector is the offset's, not the contact's. An object that rests keeps its light; a step between two rests whose
 // centroid is the room's is a lamp. Four outputs hold one number more than light and place: the cross term, which is known for a single
 // contact; what is missing there is the shaded light.
+// Light that is left alone when the object goes, and equals what has come suddenly before, is a lamp's, whose centroid was the contact's by
+// chance. The calibrated map holds what was shaded of the room then, and nothing shades the dark voltages of the amplifiers: before it is
+// measured, a part is expected of what this room has beyond that one.
 #pragma once
 
 #include <array>
@@ -21,7 +24,7 @@ constexpr int RESTS = 5;  // bins that agree while an object rests. Chosen
 // What is known of the light of a contact. Numbers alone, so that Python holds it as one array; all 0 before the first contact.
 struct HeldState {
     FingerSums room;                         // of the untouched outputs before the contact
-    double shade;                            // part of the room's light that the object shades
+    double shade;                            // part of the room's light that the object shades beyond the expected
     double gained;                           // information on it, 1 / variance, beyond what is known beforehand
     double since;                            // s, from the contact's begin to the last bin's end
     double restless;                         // s without rest
@@ -31,11 +34,13 @@ struct HeldState {
     FingerSums sum;                          // of them
     double bins;                             // finished bins, 0 to RESTS
     std::array<FingerSums, RESTS> finished;  // their mean light
+    FingerSums expected;                     // shaded light before it is measured
+    FingerSums doubtful;                     // sudden changes of the contact's light, which may be a lamp's
 };
 constexpr std::ptrdiff_t HELD_NUMBERS = sizeof(HeldState) / sizeof(double);
 
-// A contact begins on a finger whose untouched outputs are offset (4,), V.
-void begin_held(HeldState& state, const double* offset);
+// A contact begins on a finger whose untouched outputs are offset (4,), V, and were calibrated (4,), V, when it was calibrated.
+void begin_held(HeldState& state, const double* offset, const double* calibrated);
 
 // Samples are missing: what came before them is no longer compared with what follows.
 void interrupt_held(HeldState& state);

@@ -1,13 +1,15 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
 // Registration of a contact's image with a keyframe: Gauss-Newton on the residuals at the edges (Lucas and Kanade 1981), weighted by
-// Tukey's biweight. The image (here: score) is the sum of a cubic B-spline at each taxel times its value there.
+// Tukey's biweight. The image is the sum of a cubic B-spline at each taxel times its value there.
 #include "taxel/taxel_registration.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "common/cholesky.hpp"
 #include "common/median.hpp"
 
 namespace tactile {
@@ -17,7 +19,7 @@ constexpr double QUANTILE = 0.9;  // of the edges' distances, is the reach: a fe
 constexpr int ITERATIONS = 4;
 constexpr double CONVERGED = 0.04;      // taxels: a step below it leaves an error of about a tenth of it
 constexpr double TUKEY = 4.685;         // of the biweight: 95 percent efficiency for Gaussian noise
-constexpr double LEAST_SPREAD = 0.015;  // least standard deviation of the score's residuals. Chosen
+constexpr double LEAST_SPREAD = 0.015;  // least standard deviation of the image's residuals. Chosen
 constexpr double FARTHEST = 1e6;        // taxels, of a guess, beyond which the fit has failed
 
 // Cubic B-spline at the four taxels around a place, part past the second.
@@ -26,14 +28,14 @@ std::array<double, 4> spline(double part) {
     return {rest * rest * rest / 6, (4 + part * part * (3 * part - 6)) / 6, (4 + rest * rest * (3 * rest - 6)) / 6, part * part * part / 6};
 }
 
-double sampled(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, double row, double column) {
+double sampled(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, double row, double column) {
     row = row > 0 ? std::min(row, static_cast<double>(rows - 1)) : 0;
     column = column > 0 ? std::min(column, static_cast<double>(columns - 1)) : 0;
     const auto top = static_cast<std::ptrdiff_t>(row), left = static_cast<std::ptrdiff_t>(column);
     const auto down = spline(row - static_cast<double>(top)), across = spline(column - static_cast<double>(left));
     double sum = 0;
     for (std::ptrdiff_t r = 0; r < 4; ++r) {
-        const float* line = score + std::clamp<std::ptrdiff_t>(top + r - 1, 0, rows - 1) * columns;
+        const float* line = image + std::clamp<std::ptrdiff_t>(top + r - 1, 0, rows - 1) * columns;
         double part = 0;
         for (std::ptrdiff_t c = 0; c < 4; ++c) part += across[c] * line[std::clamp<std::ptrdiff_t>(left + c - 1, 0, columns - 1)];
         sum += down[r] * part;
@@ -41,37 +43,25 @@ double sampled(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, 
     return sum;
 }
 
-// Step of count unknowns, by Cholesky's method.
+// Step of count unknowns; NaN where it cannot be solved for.
 void solve(double (&normal)[4][4], double (&step)[4], int count) {
     double sum = 0;
     for (int j = 0; j < count; ++j) sum += normal[j][j];
-    for (int j = 0; j < count; ++j) {
-        normal[j][j] += 1e-9 * sum + 1e-12;
-        for (int k = 0; k < j; ++k) normal[j][j] -= normal[j][k] * normal[j][k];
-        normal[j][j] = std::sqrt(std::max(normal[j][j], 1e-30));
-        for (int i = j + 1; i < count; ++i) {
-            for (int k = 0; k < j; ++k) normal[i][j] -= normal[i][k] * normal[j][k];
-            normal[i][j] /= normal[j][j];
-        }
-        for (int k = 0; k < j; ++k) step[j] -= normal[j][k] * step[k];
-        step[j] /= normal[j][j];
-    }
-    for (int j = count - 1; j >= 0; --j) {
-        for (int k = j + 1; k < count; ++k) step[j] -= normal[k][j] * step[k];
-        step[j] /= normal[j][j];
-    }
+    for (int j = 0; j < count; ++j) normal[j][j] += 1e-9 * sum + 1e-12;
+    if (!factorise(normal[0], count, 4, LEAST_PIVOT)) std::fill(step, step + 4, std::numeric_limits<double>::quiet_NaN());
+    substitute(normal[0], count, 4, step);
 }
 
 }  // namespace
 
-Edges edges_of(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
+Edges edges_of(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
     struct Edge {
         std::ptrdiff_t row, column;
         double across, down, value;
     };
     std::vector<Edge> all;
     for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(rim, 1); r < rows - std::max<std::ptrdiff_t>(rim, 1); ++r) {
-        const float *up = score + (r - 1) * columns, *here = up + columns, *low = here + columns;
+        const float *up = image + (r - 1) * columns, *here = up + columns, *low = here + columns;
         for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(rim, 1); c < columns - std::max<std::ptrdiff_t>(rim, 1); ++c) {
             const double left = up[c - 1] + 4.0 * here[c - 1] + low[c - 1], right = up[c + 1] + 4.0 * here[c + 1] + low[c + 1];
             const double top = up[c - 1] + 4.0 * up[c] + up[c + 1], bottom = low[c - 1] + 4.0 * low[c] + low[c + 1];
@@ -109,7 +99,7 @@ Edges edges_of(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, 
     return found;
 }
 
-Registered registered(const float* score, std::ptrdiff_t rows, std::ptrdiff_t columns, const double* place, const double* value,
+Registered registered(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, const double* place, const double* value,
                       const double* slopes, std::ptrdiff_t count, const std::array<double, 2>& middle, double reach, bool turns,
                       const std::array<double, 4>& guess) {
     const int used[4] = {0, 1, turns ? 2 : 3, 3}, unknowns = turns ? 4 : 3;
@@ -121,7 +111,7 @@ Registered registered(const float* score, std::ptrdiff_t rows, std::ptrdiff_t co
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const double y = place[2 * k] - middle[0], x = place[2 * k + 1] - middle[1];
             const double row = middle[0] + cosine * y + sine * x + found.fit[1], column = middle[1] + cosine * x - sine * y + found.fit[0];
-            left[k] = value[k] - sampled(score, rows, columns, row, column) - slopes[4 * k + 3] * found.fit[3];
+            left[k] = value[k] - sampled(image, rows, columns, row, column) - slopes[4 * k + 3] * found.fit[3];
             size[k] = std::abs(left[k]);
         }
         found.spread = std::max(SIGMA_PER_MAD * (count > 0 ? smallest(size, count / 2) : 0), LEAST_SPREAD);

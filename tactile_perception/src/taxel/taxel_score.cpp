@@ -12,7 +12,9 @@
 #include <cmath>
 #include <optional>
 
+#include "common/cholesky.hpp"
 #include "common/grid.hpp"
+#include "common/pi.hpp"
 
 namespace tactile {
 namespace {
@@ -28,7 +30,6 @@ constexpr std::ptrdiff_t ENOUGH = 16;  // taxels from which a level is fitted. C
 constexpr double BENT_FROM = 0.2, BENT_WHOLLY = 0.4;
 constexpr float LEAST = 0.3f, MOST = 1.7f;  // bounds of the level relative to what is near it. Chosen
 constexpr double WIDEST = 2.5;              // see Level::find_dome; 2 for a paraboloid, over 4 for a disc wider than 4 thicknesses
-constexpr double PI = 3.14159265358979323846;
 
 // Within 0 and 1; 0 for NaN.
 float clipped(float value) {
@@ -60,25 +61,11 @@ std::vector<std::uint8_t> joined(const std::vector<std::uint8_t>& mask, std::ptr
     return {values.begin(), values.end()};
 }
 
-// Solves a symmetric positive definite system by Cholesky's method; count unknowns.
+// Solves for the first count of six unknowns; the others, and what cannot be solved, are 0.
 Six solved(std::array<Six, 6> matrix, Six right, int count) {
-    for (int j = 0; j < count; ++j) {
-        for (int k = 0; k < j; ++k) matrix[j][j] -= matrix[j][k] * matrix[j][k];
-        matrix[j][j] = std::sqrt(std::max(matrix[j][j], 1e-30));
-        for (int i = j + 1; i < count; ++i) {
-            for (int k = 0; k < j; ++k) matrix[i][j] -= matrix[i][k] * matrix[j][k];
-            matrix[i][j] /= matrix[j][j];
-        }
-    }
-    for (int i = 0; i < count; ++i) {
-        for (int k = 0; k < i; ++k) right[i] -= matrix[i][k] * right[k];
-        right[i] /= matrix[i][i];
-    }
-    for (int i = count - 1; i >= 0; --i) {
-        for (int k = i + 1; k < count; ++k) right[i] -= matrix[k][i] * right[k];
-        right[i] /= matrix[i][i];
-    }
-    for (int i = count; i < 6; ++i) right[i] = 0;
+    if (!factorise(matrix[0].data(), count, 6, LEAST_PIVOT)) return {};
+    substitute(matrix[0].data(), count, 6, right.data());
+    std::fill(right.begin() + count, right.end(), 0.0);
     return right;
 }
 

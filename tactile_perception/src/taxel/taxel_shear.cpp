@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "common/grid.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -20,25 +21,28 @@ constexpr float RELAXATION = 1.4f;  // Derived: best for a coupling of 2, whose 
 constexpr float CONVERGED = 1e-8f;  // m, largest change in a sweep. Chosen: a hundred thousandth of a taxel of 1 mm
 constexpr float TINY = 1e-12f;      // m, against a division by zero
 
-// One field of the box with a margin of one element that repeats its border.
+// One field of the box with a margin of one element that repeats its border. Even and odd columns of a row stand apart: the relaxation
+// takes every other element, and finds those side by side.
 class Field {
  public:
-    Field(std::ptrdiff_t rows, std::ptrdiff_t columns) : stride(columns + 2), values((rows + 2) * stride), rows_(rows), columns_(columns) {}
-    float* row(std::ptrdiff_t r) { return values.data() + (r + 1) * stride + 1; }
-    const float* row(std::ptrdiff_t r) const { return values.data() + (r + 1) * stride + 1; }
+    Field(std::ptrdiff_t rows, std::ptrdiff_t columns)
+        : rows_(rows), columns_(columns), length_(columns / 2 + 2), values_((rows + 2) * 2 * length_) {}
+    // Columns odd, odd + 2, ... of a row; -1 is the column left of the first one.
+    float* half(std::ptrdiff_t r, std::ptrdiff_t odd) { return values_.data() + (2 * (r + 1) + odd) * length_ + 1; }
+    const float* half(std::ptrdiff_t r, std::ptrdiff_t odd) const { return values_.data() + (2 * (r + 1) + odd) * length_ + 1; }
+    float& at(std::ptrdiff_t r, std::ptrdiff_t c) { return half(r, c % 2)[c / 2]; }
     void repeat_border() {
         for (std::ptrdiff_t r = 0; r < rows_; ++r) {
-            row(r)[-1] = row(r)[0];
-            row(r)[columns_] = row(r)[columns_ - 1];
+            half(r, 1)[-1] = at(r, 0);
+            at(r, columns_) = at(r, columns_ - 1);
         }
-        std::copy(row(0), row(0) + columns_, row(-1));
-        std::copy(row(rows_ - 1), row(rows_ - 1) + columns_, row(rows_));
+        std::copy_n(half(0, 0) - 1, 2 * length_, half(-1, 0) - 1);
+        std::copy_n(half(rows_ - 1, 0) - 1, 2 * length_, half(rows_, 0) - 1);
     }
-    const std::ptrdiff_t stride;
-    std::vector<float> values;
 
  private:
-    const std::ptrdiff_t rows_, columns_;
+    std::ptrdiff_t rows_, columns_, length_;
+    std::vector<float> values_;
 };
 
 // The box of a contact with what the relaxation needs there.
@@ -51,11 +55,11 @@ class Contact {
           stiff_(1 + 4 * coupling_),
           carried_{Field(rows_, columns_), Field(rows_, columns_)},
           drag_{carried_[0], carried_[1]},
-          limit_(rows_ * columns_) {
+          limit_(rows_, columns_) {
         std::vector<float> smooth(rows_ * columns_);
         for (std::ptrdiff_t r = 0; r < rows_; ++r)
             std::copy_n(pressure + (box.top + r) * pad.columns + box.left, columns_, &smooth[r * columns_]);
-        limit_ = smooth;
+        const std::vector<float> seen = smooth;
         blur(smooth, rows_, columns_, pad.sharp, Outside::replicated);
         const std::ptrdiff_t plane = pad.rows * pad.columns;
         for (std::ptrdiff_t r = 0; r < rows_; ++r) {
@@ -64,71 +68,86 @@ class Contact {
                 const std::ptrdiff_t k = r * columns_ + c, at = (box.top + r) * pad.columns + box.left + c;
                 const double x = pad.pitch * (static_cast<double>(box.left + c) - 0.5 * static_cast<double>(pad.columns - 1));
                 const bool here = touched[at] != 0;
-                carried_[0].row(r)[c] = drag[at] + (here ? static_cast<float>(shift.x - shift.turn * y) : 0);
-                carried_[1].row(r)[c] = drag[plane + at] + (here ? static_cast<float>(shift.y + shift.turn * x) : 0);
-                const float top = limit_[k] + static_cast<float>(pad.on_top) * (limit_[k] - smooth[k]);
-                limit_[k] = here ? std::max(top, 0.0f) * static_cast<float>(pad.limit) : 0;
+                carried_[0].at(r, c) = drag[at] + (here ? static_cast<float>(shift.x - shift.turn * y) : 0);
+                carried_[1].at(r, c) = drag[plane + at] + (here ? static_cast<float>(shift.y + shift.turn * x) : 0);
+                const float top = seen[k] + static_cast<float>(pad.on_top) * (seen[k] - smooth[k]);
+                limit_.at(r, c) = here ? std::max(top, 0.0f) * static_cast<float>(pad.limit) : 0;
             }
         }
-        for (int axis : {0, 1}) drag_[axis].values = carried_[axis].values;
+        for (int axis : {0, 1}) drag_[axis] = carried_[axis];
     }
 
     void relax() {
-        for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-            float largest = 0;
+        bool moves = true;
+        for (int sweep = 0; sweep < SWEEPS && moves; ++sweep) {
+            moves = false;
             for (int colour : {0, 1}) {
                 for (Field& field : drag_) field.repeat_border();
-                for (std::ptrdiff_t r = 0; r < rows_; ++r) largest = std::max(largest, relax_row(r, (r + colour) % 2));
+                for (std::ptrdiff_t r = 0; r < rows_; ++r) moves |= relax_row(r, (r + colour) % 2);
             }
-            if (!(largest > CONVERGED)) break;
         }
         for (Field& field : drag_) field.repeat_border();
     }
 
     // Displacement, traction and slip of one element.
     void read(std::ptrdiff_t r, std::ptrdiff_t c, bool here, float (&drag)[2], float (&pull)[2], float (&slip)[2]) const {
-        float others[2];
-        cut(r, c, others, pull);
+        const Line x = line(0, r, c % 2), y = line(1, r, c % 2);
+        const Traction traction = tractions(x, y, limit_.half(r, c % 2), c / 2);
         for (int axis : {0, 1}) {
-            drag[axis] = (pull[axis] + others[axis]) / stiff_;
-            slip[axis] = here ? carried_[axis].row(r)[c] - drag[axis] : 0;
+            pull[axis] = traction.pull[axis];
+            drag[axis] = (pull[axis] + traction.others[axis]) / stiff_;
+            slip[axis] = here ? (axis ? y : x).carried[c / 2] - drag[axis] : 0;
         }
     }
 
  private:
-    // Part of the neighbours, and the traction over shear stiffness, cut to what friction allows; whether it was cut.
-    bool cut(std::ptrdiff_t r, std::ptrdiff_t c, float (&others)[2], float (&pull)[2]) const {
-        for (int axis : {0, 1}) {
-            const Field& field = drag_[axis];
-            const float* here = field.row(r) + c;
-            others[axis] = coupling_ * (here[-field.stride] + here[field.stride] + here[-1] + here[1]);
-            pull[axis] = stiff_ * carried_[axis].row(r)[c] - others[axis];
-        }
-        const float length = std::sqrt(pull[0] * pull[0] + pull[1] * pull[1]) + TINY, share = limit_[r * columns_ + c] / length;
-        if (!(share < 1)) return false;
-        for (float& part : pull) part *= share;
-        return true;
+    // Every other element of a row, its neighbours, and where it is if it sticks; along one axis.
+    struct Line {
+        const float *here, *above, *below, *left, *right, *carried;
+    };
+    Line line(int axis, std::ptrdiff_t r, std::ptrdiff_t odd) const {
+        const Field& field = drag_[axis];
+        const float* between = field.half(r, 1 - odd) + odd;
+        return {field.half(r, odd), field.half(r - 1, odd), field.half(r + 1, odd), between - 1, between, carried_[axis].half(r, odd)};
     }
 
-    float relax_row(std::ptrdiff_t r, std::ptrdiff_t first) {
-        float largest = 0;
-        for (std::ptrdiff_t c = first; c < columns_; c += 2) {
-            float others[2], pull[2];
-            const float relaxation = cut(r, c, others, pull) ? RELAXATION : 1;  // what sticks goes where the object goes
-            for (int axis : {0, 1}) {
-                float& here = drag_[axis].row(r)[c];
-                const float change = (pull[axis] + others[axis]) / stiff_ - here;
-                here += relaxation * change;
-                largest = std::max(largest, std::abs(change));
-            }
+    // Part of the neighbours, and the traction over shear stiffness, cut to what friction allows; whether it was cut.
+    struct Traction {
+        float others[2], pull[2];
+        bool cut;
+    };
+    TACTILE_INLINE Traction tractions(const Line& x, const Line& y, const float* limit, std::ptrdiff_t k) const {
+        const float along = coupling_ * (x.above[k] + x.below[k] + x.left[k] + x.right[k]);
+        const float across = coupling_ * (y.above[k] + y.below[k] + y.left[k] + y.right[k]);
+        const float pull_x = stiff_ * x.carried[k] - along, pull_y = stiff_ * y.carried[k] - across;
+        const float share = limit[k] / (std::sqrt(pull_x * pull_x + pull_y * pull_y) + TINY);
+        const float left = share < 1 ? share : 1;
+        return {{along, across}, {left * pull_x, left * pull_y}, share < 1};
+    }
+
+    // Whether any element still moves.
+    bool relax_row(std::ptrdiff_t r, std::ptrdiff_t odd) {
+        const std::ptrdiff_t count = (columns_ + 1 - odd) / 2;
+        const Line x = line(0, r, odd), y = line(1, r, odd);
+        const float* limit = limit_.half(r, odd);
+        float *drag_x = drag_[0].half(r, odd), *drag_y = drag_[1].half(r, odd);
+        int moves = 0;
+#pragma GCC ivdep
+        for (std::ptrdiff_t k = 0; k < count; ++k) {
+            const Traction traction = tractions(x, y, limit, k);
+            const float relaxation = traction.cut ? RELAXATION : 1;  // what sticks goes where the object goes
+            const float change_x = (traction.pull[0] + traction.others[0]) / stiff_ - x.here[k];
+            const float change_y = (traction.pull[1] + traction.others[1]) / stiff_ - y.here[k];
+            drag_x[k] = x.here[k] + relaxation * change_x;
+            drag_y[k] = y.here[k] + relaxation * change_y;
+            moves |= (std::abs(change_x) > CONVERGED) | (std::abs(change_y) > CONVERGED);
         }
-        return largest;
+        return moves != 0;
     }
 
     const std::ptrdiff_t rows_, columns_;
     const float coupling_, stiff_;
-    Field carried_[2], drag_[2];
-    std::vector<float> limit_;
+    Field carried_[2], drag_[2], limit_;
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 """Arrays of dot values on the printed grid: layout, slopes, surface normals, interpolation of unseen dots."""
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from .vectors import cross
@@ -37,11 +36,6 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
     if len(ids) < len(seen):
         grid[~seen] = np.nan
     return grid.reshape(rows, columns, *values.shape[1:])
-
-
-def around(values: np.ndarray) -> np.ndarray:
-    """Sum of values (rows, columns, ...) over each dot and its eight neighbours; nothing outside the grid counts as 0."""
-    return cv2.boxFilter(values, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
 
 
 def grid_slopes(grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

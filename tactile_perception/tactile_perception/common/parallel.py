@@ -16,7 +16,8 @@ _log = logging.getLogger(__name__)
 
 
 def in_parallel(work: Callable[[Item], Result], items: Sequence[Item], what: str) -> list[Result]:
-    """[work(item) for item in items]; work: a module-level function; what: name of the items in the log."""
+    """[work(item) for item in items]; work: a module-level function, which may itself work in parallel; what: name of the items in the
+    log."""
     workers = min(len(items), len(os.sched_getaffinity(0)))
     if workers < 2:
         return _collected(map(work, items), len(items), what)

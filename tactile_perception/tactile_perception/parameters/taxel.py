@@ -37,7 +37,7 @@ TAXEL_SENSOR_PARAMETERS = (
 
 OBJECT_PARAMETERS = (
     Parameter('object.depth', float, -1.0, 'm',
-              'indentation depth of the object; negative: not known, the force is estimated from the pressure', -1.0, 0.1),
+              'indentation depth of the object; negative: not known. Tells the force where pressure does not', -1.0, 0.1),
     Parameter('object.weight', float, 0.0, 'N',
               'weight of the object between two fingers; 0: not known, friction forces are NaN', 0.0, 1e4),
     Parameter('object.gravity', list[float], [0.0, 1.0, 0.0], '', 'direction of gravity', -1.0, 1.0),

@@ -28,7 +28,7 @@ class FingerModel:
     which positions are in range; level: coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and
     the largest calibrated distance from the detector's centre, half widths; cross: coefficients of the cross term over the total for a
     single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance
-    of an output per V of its signal.
+    of an output per V of its signal; room: (4,) V, untouched outputs at the calibration.
     """
 
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
@@ -43,6 +43,7 @@ class FingerModel:
     force: np.ndarray | None = None
     depth: np.ndarray | None = None
     shot: float = 0.0
+    room: np.ndarray | None = None
 
     def normals(self, place: np.ndarray, light: np.ndarray | None = None) -> np.ndarray:
         """Unit normals (N, 3) at detector positions (N, 2), half widths, of contacts with light (N,), V, None for the typical one."""

@@ -59,7 +59,7 @@ def fit_finger(presses: Presses) -> FingerFit:
     force, force_error, force_notes = _load(segments, segments.force, 'force')
     depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
     model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
-                        cross_volts, force, depth, shot)
+                        cross_volts, force, depth, shot, presses.room)
     theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),

@@ -68,18 +68,20 @@ class Onsets:
 
 @dataclass(frozen=True)
 class Presses:
-    """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; left_out: one note per press that was skipped."""
+    """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; room: (4,) V, their mean outputs; left_out: one note
+    per press that was skipped."""
 
     segments: Segments
     onsets: Onsets
     noise: np.ndarray
+    room: np.ndarray
     left_out: list[str]
 
 
 def find_presses(recordings: list[Recording], saturation: float) -> Presses:
     """The presses in recordings; samples at or above saturation, V, are skipped. Raises BadCalibration without untouched samples or without
     a usable press."""
-    rows, onsets, rests, left_out = [], [], [], []
+    rows, onsets, rests, rooms, left_out = [], [], [], [], []
     for recording in recordings:
         runs = _runs(recording.touching)
         untouched = [_rest_before(recording, begin) for begin, _ in runs]
@@ -96,7 +98,9 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
             rows += segments
             light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
-        rests += [(rest - rest.mean(0)) @ MIX for rest in untouched if len(rest) >= _FEWEST_REST]
+        known = [rest for rest in untouched if len(rest) >= _FEWEST_REST]
+        rests += [(rest - rest.mean(0)) @ MIX for rest in known]
+        rooms += [rest.mean(0) for rest in known]
     if not any(recording.touching.any() for recording in recordings):
         raise BadCalibration('no usable press: the ground truth holds no contact')
     if not rests:
@@ -104,7 +108,8 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
     if not rows:
         raise BadCalibration('no usable press at a known position: ' + '; '.join(left_out[:3]))
     noise = np.concatenate(rests)
-    return Presses(Segments(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise), left_out)
+    return Presses(Segments(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise),
+                   np.mean(rooms, axis=0), left_out)
 
 
 def _runs(touching: np.ndarray) -> list[tuple[int, int]]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Breakaway of a smooth flat face, by the speed of its picture.
+"""Breakaway of a smooth flat face, and the end of a motion, by the speed of the picture.
 
 While an object sticks, its traction grows with its motion, and the picture leads it by ever more. Once all of it slides, traction grows no
 more, and the picture is only as fast as the object: of an object that keeps its speed the picture slows down by a known factor at once.
@@ -13,6 +13,9 @@ import numpy as np
 STRETCH_S = 0.04  # s, before and after the change, over which speeds are compared. Chosen: four frames at 100 Hz
 SIGMAS = 7.0  # standard deviations of a place, of the way that is missing. Chosen: the difference of two ways has 2.4
 PHASE = 0.04  # taxels, missing way at least. Chosen: twice what registration errs by with the phase between object and taxels
+# Frames over which an object that moves must move on, by at least so much of the way that its speed lets expect; a shorter way than so many
+# standard deviations of a place tells nothing. Chosen.
+LATEST, _GOES_ON, _EXPECTED_SIGMAS = 3, 0.25, 2.5
 _STOPPED = 0.5  # of the expected speed, below which the object itself has slowed down. Chosen
 
 
@@ -26,3 +29,14 @@ def broke_away(times: np.ndarray, places: np.ndarray, lead: float, least: float)
         return False
     before, after = np.diff(np.interp(times[-1] - np.array([2, 1, 0]) * STRETCH_S, times, places))
     return bool(before - after > least and _STOPPED * before / lead < after < 0.5 * (1 + 1 / lead) * before)
+
+
+def has_stopped(times: np.ndarray, places: np.ndarray, velocity: np.ndarray, noise: float) -> bool:
+    """Whether an object has not moved on lately, though a line through its places (N, 3), m, at times (N,) s still has a velocity (3,) m/s:
+    the line may hold the end of a motion. noise: standard deviation of a place, m."""
+    if len(times) <= LATEST:
+        return False
+    speed = float(np.sqrt(velocity @ velocity))
+    expected = speed * float(times[-1] - times[-1 - LATEST])
+    went = float((places[-1] - places[-1 - LATEST]) @ velocity) / max(speed, 1e-12)
+    return expected > _EXPECTED_SIGMAS * noise and went < _GOES_ON * expected

@@ -21,12 +21,12 @@ from .hysteresis import NOISE_GAIN, Hysteresis
 from .imprint import ImprintMotion, ImprintTracker, SeenPressure
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
-from .regions import Regions, TaxelRegion, find_regions
+from .regions import Regions, TaxelRegion, find_regions, joined
 from .repair import DeadTaxels, dead_mask
 from .response import Response
 from .score import ContactScore
 from .slip import TaxelSlip
-from .wrench import GraspedObject, normal_force, wrench_of
+from .wrench import GraspedObject, normal_force, pressure_centre, under_friction, wrench_of
 
 
 class ContinuousDirection:
@@ -102,6 +102,11 @@ class MechanicsMethod:
         self._imprint.reset()
         self._slip.reset()
 
+    @property
+    def friction(self) -> np.ndarray:
+        """(2,) N that the object exerts along the surface."""
+        return self._imprint.shear.force
+
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns)."""
         traction = self._imprint.traction_pressure()
@@ -111,7 +116,8 @@ class MechanicsMethod:
             surface = pressure - np.minimum(np.maximum(traction / np.float32(self._assumed), -bound), bound)
         score = self._score.compute(surface, sigma)
         self._seen = SeenPressure(pressure, sigma)
-        return find_regions(score, surface, self._array), surface
+        found = find_regions(score, surface, self._array)
+        return joined(found, self._pad.thickness / self._array.pitch, _AT_ONCE * sigma), surface
 
     def slip(self, regions: Regions, surface: np.ndarray, stamp_s: float,
              clipped: bool = False) -> tuple[SlipEstimate, ImprintMotion | None]:
@@ -181,33 +187,46 @@ class TaxelEstimator:
         full = frame >= _FULL * self.array.full_scale
         slip, motion = self._method.slip(regions, surface, stamp_s, bool((full & regions.touched).any()) if regions.all else False)
         tracked = self._tracker.assign(regions, _AT_ONCE * noise)
-        normal = self._normal_forces(regions)
-        contacts = [self._contact(*one, full, regions) for one in zip(regions.all, tracked, normal) if one[1].told]
+        saturated = [_any_in(full, region, regions) for region in regions.all]
+        normal = self._normal_forces(regions, saturated)
+        contacts = [self._contact(*one, regions) for one in zip(regions.all, tracked, normal, saturated) if one[1].told]
         region = self._region(regions, motion, interval)
         direction = self._direction.process(region.orientation)
         if not regions.all:
             self._direction.reset()
-        return TaxelResult(region, contacts, slip, self._wrench(regions, normal), direction, pressure,
+        return TaxelResult(region, contacts, slip, self._wrench(regions, normal, pressure), direction, pressure,
                            partial(self._points, regions, surface, normal, slip, motion))
 
-    def _normal_forces(self, regions: Regions) -> list[float]:
-        """N, of each region: from depth and area if the depth is known (eq 5), else from pressure; NaN if both are unknown or the image is
-        broken."""
+    def _normal_forces(self, regions: Regions, saturated: list[bool]) -> list[float]:
+        """N, of each region; NaN if the image is broken; saturated: whether taxels of each region are."""
         if regions.broken:
             return [np.nan] * len(regions.all)
-        if np.isfinite(self.grasped.depth):
-            return [normal_force(region.moments.area, self.grasped.depth, self.pad) for region in regions.all]
-        return [max(region.force, 0.0) if self.settings.response.known else np.nan for region in regions.all]
+        return [self._normal_force(*one) for one in zip(regions.all, saturated)]
 
-    def _wrench(self, regions: Regions, normal: list[float]) -> np.ndarray:
+    def _normal_force(self, region: TaxelRegion, saturated: bool) -> float:
+        """N, by calibrated pressure, else by depth and area (eq 5); NaN if both are unknown. Saturated taxels show too little: there the
+        larger of both counts. The published method prefers eq 5."""
+        by_depth = normal_force(region.moments.area, self.grasped.depth, self.pad)
+        by_pressure = max(region.force, 0.0) if self.settings.response.known else np.nan
+        if saturated:
+            return float(np.fmax(by_pressure, by_depth))
+        first, second = (by_depth, by_pressure) if self.settings.method == 'paper' else (by_pressure, by_depth)
+        return first if np.isfinite(first) else second
+
+    def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
-        loads = [region.force for region in regions.all]
-        load = sum(loads)
-        mean = sum(part * region.pressure_centre for part, region in zip(loads, regions.all)) / load if load > 0 else np.full(2, np.nan)
+        mean = pressure_centre(np.where(regions.near > 0, pressure, 0), self.array)
+        if self.settings.response.known:
+            mean = under_friction(mean, sum(normal), self._friction(), self.pad)
         contact = regions.total.centroid.copy()
         contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)
+
+    def _friction(self) -> np.ndarray:
+        """(2,) N of the object on the pad: half of its weight, else what its motion tells."""
+        half = 0.5 * self.grasped.weight[:2]
+        return half if np.isfinite(half).all() else self._method.friction
 
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ImprintMotion | None):
         """The SurfacePoints of one frame."""
@@ -215,7 +234,7 @@ class TaxelEstimator:
         forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or np.isfinite(self.grasped.depth)))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
-    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, full: np.ndarray, regions: Regions):
+    def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, saturated: bool, regions: Regions):
         depth = self.grasped.depth
         if not np.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
@@ -225,7 +244,7 @@ class TaxelEstimator:
         (rows, columns), (down, across) = self.array.shape, region.box
         if down.start == 0 or across.start == 0 or down.stop == rows or across.stop == columns:
             flags |= AT_EDGE
-        flags |= SATURATED if (full[region.box] & (regions.labels[region.box] == region.label)).any() else 0
+        flags |= SATURATED if saturated else 0
         return ContactEstimate(tracked.number, position, np.array([0.0, 0.0, 1.0]), float(depth), float(normal), self._covariance, flags,
                                _NO_DOTS)
 
@@ -234,8 +253,9 @@ class TaxelEstimator:
         if not regions.all:
             return estimate
         total = regions.total
-        estimate.outlines = [region.outline.points for region in regions.all]
-        estimate.holes = [hole for region in regions.all for hole in region.outline.holes]
+        outlines = [outline for region in regions.all for outline in region.outlines]
+        estimate.outlines = [outline.points for outline in outlines]
+        estimate.holes = [hole for outline in outlines for hole in outline.holes]
         estimate.area, estimate.centroid, estimate.normal = total.area, total.centroid, total.normal
         loops = estimate.outlines + estimate.holes
         if not regions.broken:
@@ -245,3 +265,9 @@ class TaxelEstimator:
             estimate.motion_rotation = np.array([0.0, 0.0, math.sin(0.5 * motion.step_turn), math.cos(0.5 * motion.step_turn)])
             estimate.motion_interval = interval
         return estimate
+
+
+def _any_in(mask: np.ndarray, region: TaxelRegion, regions: Regions) -> bool:
+    """Whether mask (rows, columns) bool holds in any taxel of the region."""
+    inside = mask[region.box]
+    return bool(inside.any()) and bool((inside & (regions.labels[region.box] == region.label)).any())

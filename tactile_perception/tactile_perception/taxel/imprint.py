@@ -15,7 +15,7 @@ import numpy as np
 
 from .._core import noise_of_places, steady_motion
 from .array import SoftPad, TaxelArray
-from .breakaway import PHASE, SIGMAS, broke_away
+from .breakaway import PHASE, SIGMAS, broke_away, has_stopped
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .score import BORDER_SHARE, LEVEL
 from .shear import BORDER_LEAD, SurfaceShear
@@ -189,7 +189,8 @@ class ImprintTracker:
         smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
         velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
-        self._moves = used > 1 and self._is_evident(math.sqrt(speed @ speed), sigma, float(times[-1] - times[-used]))
+        self._moves = (used > 1 and self._is_evident(math.sqrt(speed @ speed), sigma, float(times[-1] - times[-used]))
+                       and not (self._moves and has_stopped(times, places, speed, noise)))
         return smooth - last, velocity if used > 1 else np.full(3, np.nan), self._moves, used - 1
 
     def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:

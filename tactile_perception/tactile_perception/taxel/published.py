@@ -32,6 +32,11 @@ class PaperMethod:
         self._last: tuple[np.ndarray, float] | None = None
         self._state = NONE
 
+    @property
+    def friction(self) -> np.ndarray:
+        """(2,) N: none is told."""
+        return np.zeros(2)
+
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
         """Regions of nonzero taxels, and pressure (rows, columns) unchanged; sigma: its noise."""
         return find_regions((pressure > _ZERO * sigma).astype(np.float32), pressure, self._array), pressure

@@ -4,8 +4,9 @@
 I = 1 inside the outline)."""
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from .._core import taxel_regions
@@ -22,15 +23,16 @@ _LEAST = 0.25  # taxels, area of a region. Chosen: half of what a single taxel o
 
 @dataclass(frozen=True)
 class TaxelRegion:
-    """One connected region.
+    """One region, of one piece or of several that were joined.
 
-    label: in the frame's labels; box: its rows and columns, slices; outline: with holes; moments: of area; count: of taxels; force: sum of
-    pressure times area over its taxels and those around, in the pressure's unit times m^2; pressure_centre: (2,) m; peak: largest pressure.
+    label: in the frame's labels; box: its rows and columns, slices; outlines: of its pieces, with holes; moments: of area; count: of
+    taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times m^2; pressure_centre: (2,) m;
+    peak: largest pressure.
     """
 
     label: int
     box: tuple[slice, slice]
-    outline: Outline
+    outlines: list[Outline]
     moments: Moments
     count: int
     force: float
@@ -66,9 +68,51 @@ def find_regions(score: np.ndarray, pressure: np.ndarray, array: TaxelArray) -> 
     return Regions(regions, labels, labels > 0, near, broken)
 
 
+def joined(regions: Regions, reach: float, light: float) -> Regions:
+    """regions, with those that one object can make as one; reach: pitches that a pad hands pressure on to, its thickness; light: peak.
+
+    Two regions nearer than reach are one: the pad hands on the pressure of two objects so near as that of one. Of regions with lower peaks
+    than light, two are one up to twice reach: a rough object that is pressed lightly touches in pieces. A broken image stays as it is.
+    """
+    if len(regions.all) < 2 or regions.broken:
+        return regions
+    weak = [region.label for region in regions.all if region.peak < light]
+    meet = _grown(regions.touched, 0.5 * reach)
+    if len(weak) > 1:
+        meet |= _grown(np.isin(regions.labels, weak), reach)
+    _, numbers = cv2.connectedComponents(meet)
+    groups: dict[int, list[TaxelRegion]] = {}
+    for region in regions.all:
+        group = numbers[region.box][regions.labels[region.box] == region.label][0]
+        groups.setdefault(int(group), []).append(region)
+    if len(groups) == len(regions.all):
+        return regions
+    label = np.arange(max(int(regions.labels.max()), int(regions.near.max())) + 1, dtype=regions.labels.dtype)
+    for pieces in groups.values():
+        label[[piece.label for piece in pieces]] = pieces[0].label
+    together = sorted((_together(pieces) for pieces in groups.values()), key=lambda region: -region.moments.area)
+    return replace(regions, all=together, labels=label[regions.labels], near=label[regions.near])
+
+
+def _grown(mask: np.ndarray, reach: float) -> np.ndarray:
+    """(rows, columns) uint8: taxels within reach, in pitches, of mask (rows, columns) bool."""
+    size = 2 * round(reach) + 1
+    return cv2.dilate(mask.astype(np.uint8), cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
+
+
+def _together(pieces: list[TaxelRegion]) -> TaxelRegion:
+    """One region of several, largest first."""
+    force = sum(piece.force for piece in pieces)
+    centre = sum(piece.force * piece.pressure_centre for piece in pieces) / force if force > 0 else pieces[0].pressure_centre
+    box = tuple(slice(min(side.start for side in sides), max(side.stop for side in sides)) for sides in zip(*(p.box for p in pieces)))
+    return TaxelRegion(pieces[0].label, box, [outline for piece in pieces for outline in piece.outlines],
+                       sum((piece.moments for piece in pieces[1:]), pieces[0].moments), sum(piece.count for piece in pieces), force, centre,
+                       max(piece.peak for piece in pieces))
+
+
 def _region(outline: Outline, row: list[float]) -> TaxelRegion:
     """The TaxelRegion of an outline and its row in the kernel's table."""
     label, count, top, left, bottom, right = map(int, row[:6])
     force, x, y, peak, area, first_x, first_y, *second = row[6:]
     moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
-    return TaxelRegion(label, (slice(top, bottom), slice(left, right)), outline, moments, count, force, np.array([x, y]), peak)
+    return TaxelRegion(label, (slice(top, bottom), slice(left, right)), [outline], moments, count, force, np.array([x, y]), peak)

@@ -9,6 +9,7 @@ The picture of an object that rolls moves on without any traction. Only curved f
 """
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -17,6 +18,7 @@ import numpy as np
 from .array import SoftPad, TaxelArray
 from .shear import SPREADS
 
+_REACH = 2.5  # thicknesses around a contact, within which its traction is looked for. Chosen: beyond the wider of SPREADS
 _SMALLEST = 4  # rows and columns, from which slopes are told. Chosen
 _MEAN = 10  # frames at rest that are averaged for the picture before the motion. Chosen
 _FEWEST = 5  # of them, without which nothing is told. Chosen
@@ -94,7 +96,7 @@ class TractionWatch:
             self.rest(pressure, True)
         if self._fit is None:
             self._begin(touched)
-        found = self._fit @ (pressure - self._before).ravel()
+        found = self._fit @ (pressure[self._box] - self._before[self._box]).ravel()
         shift, traction = found[:2], found[2:]
         size = float(np.hypot(*direction))
         if size == 0 or not np.isfinite(found).all():
@@ -131,18 +133,23 @@ class TractionWatch:
 
     def _begin(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, turn, growth, load, and the pressure of an even traction."""
-        before = self._before
+        y, x = np.nonzero(touched)
+        reach = math.ceil(_REACH * self._thickness)
+        top, left = max(y.min() - reach, 0), max(x.min() - reach, 0)
+        self._box = slice(top, y.max() + reach + 1), slice(left, x.max() + reach + 1)
+        before, touched = self._before[self._box], touched[self._box]
         smooth = cv2.GaussianBlur(before, (0, 0), 0.5)
         down, across = np.gradient(smooth)
-        y, x = np.nonzero(touched)
-        y, x = np.arange(before.shape[0])[:, None] - y.mean(), np.arange(before.shape[1]) - x.mean()
+        y = np.arange(before.shape[0])[:, None] - (y.mean() - top)
+        x = np.arange(before.shape[1]) - (x.mean() - left)
         level = float(before[touched].mean())
         even = cv2.GaussianBlur(touched.astype(np.float32) * np.float32(level), (0, 0), 0.5)
         caused = [self._caused(np.gradient(even, axis=axis)) for axis in (1, 0)]
         columns = np.stack([-across, -down, *caused, y * across - x * down, np.hypot(across, down), before], axis=-1)
         columns = columns.reshape(-1, columns.shape[-1]).astype(float)
-        self._fit = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)[:4] @ columns.T
-        self._noise = float(np.sqrt((self._fit[2:]**2).sum(axis=1).max() * (1 + 1 / self._frames)))
+        fit = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)[:4] @ columns.T
+        self._fit = fit.astype(np.float32)
+        self._noise = float(np.sqrt((fit[2:]**2).sum(axis=1).max() * (1 + 1 / self._frames)))
         self._along, self._most, self._from, self._went = None, -np.inf, 0.0, 0.0
         self._straight = self._frames >= _FEWEST
 

@@ -92,14 +92,14 @@ def call_taxel_score(pressure=TAXELS):
     return _core.taxel_score(pressure, smooth=1.0, reach=2, least=100.0, share=0.6, ramp=0.33),
 
 
-def call_taxel_edges(score=TAXELS / 3e4):
+def call_taxel_edges(image=TAXELS / 3e4):
     """Edges with the numbers that are in use."""
-    return _core.taxel_edges(score, steep=0.08, rim=2, most=250)
+    return _core.taxel_edges(image, steep=0.08, rim=2, most=250)
 
 
-def call_taxel_register(score=TAXELS / 3e4, place=EDGES[0], value=EDGES[1], slopes=EDGES[2], middle=EDGES[4], guess=np.zeros(4)):
+def call_taxel_register(image=TAXELS / 3e4, place=EDGES[0], value=EDGES[1], slopes=EDGES[2], middle=EDGES[4], guess=np.zeros(4)):
     """A registration with the picture of the edges itself."""
-    return _core.taxel_register(score, place, value, slopes, middle, EDGES[5], turns=True, guess=guess)
+    return _core.taxel_register(image, place, value, slopes, middle, EDGES[5], turns=True, guess=guess)
 
 
 def call_taxel_move(drag=np.zeros((2, *TAXELS.shape), np.float32), touched=TAXELS > 0, pressure=TAXELS, shift=np.array([1e-4, 0, 0.01])):
@@ -158,9 +158,18 @@ def call_fit_worn_discs(image=FLOATS, places=PLACES):
     return _core.fit_worn_discs(image, places, radius=5.0, ring=1.4)
 
 
+CAMERA = {'uv': np.array([[300.0, 200.0], [640.0, 480.0], [320.0, 240.0]]), 'matrix': np.array([[600.0, 0, 320], [0, 605, 240], [0, 0, 1]]),
+          'distortion': np.array([-0.1, 0.02, 1e-4, -2e-4, 0.0]), 'rotation': np.eye(3), 'centre': np.array([0.0, 0.0, -0.06])}
+
+
+def call_back_project(**arrays):
+    """Pixels of a camera with a usual lens."""
+    return _core.back_project(**CAMERA | arrays, farthest=1.5, plane_z=0.0)
+
+
 DOME_ARRAYS = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
-               'even_table': np.full((6, 4, 2, 2, 2), 1e-3), 'odd_table': np.full((6, 2, 2, 2), 1e-3),
-               'even_modes': np.full((2, 4, 3, 3), 1e-3), 'odd_modes': np.full((2, 4, 3, 3), 1e-3),
+               'even_table': np.full((6, 4, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2), 1e-3, np.float32),
+               'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
                'points': np.full((5, 3), 0.01), 'eyes': np.zeros((5, 3))}
 DOME_PRIOR = np.array([np.zeros(7), np.ones(7), np.full(7, -3.0), np.full(7, 3.0), np.full(7, 0.1)])
 
@@ -199,8 +208,8 @@ CALLS = {
     'skin_light': (call_skin_light, SKIN),
     'water_lengths': (call_water_lengths, SEEN),
     'taxel_score': (call_taxel_score, {'pressure': TAXELS}),
-    'taxel_edges': (call_taxel_edges, {'score': TAXELS / 3e4}),
-    'taxel_register': (call_taxel_register, {'score': TAXELS / 3e4, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
+    'taxel_edges': (call_taxel_edges, {'image': TAXELS / 3e4}),
+    'taxel_register': (call_taxel_register, {'image': TAXELS / 3e4, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
                                              'middle': EDGES[4], 'guess': np.zeros(4)}),
     'taxel_move': (call_taxel_move, {'drag': np.zeros((2, *TAXELS.shape), np.float32), 'touched': TAXELS > 0, 'pressure': TAXELS,
                                      'shift': np.array([1e-4, 0, 0.01])}),
@@ -209,6 +218,7 @@ CALLS = {
     'fit_presses': (call_fit_presses, VIEWED | VALUES),
     'show_presses': (call_show_presses, VIEWED),
     'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),
+    'back_project': (call_back_project, CAMERA),
     'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
     'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)),
                                                'prior': DOME_PRIOR}),

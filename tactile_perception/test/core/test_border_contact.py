@@ -68,6 +68,8 @@ CALLS = {
         **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
+    'place_edges': (lambda score=np.linspace(0, 1, 42), load=np.linspace(0, 2, 42): [_core.place_edges(score, load, **GRID)],
+                    {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42)}),
     'settle_holes': (lambda **arrays: [_core.settle_holes(**HOLES | arrays, pressure=2000.0, **GRID)], HOLES),
     'stick_slip': (call_stick_slip, STICKING),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
@@ -78,8 +80,11 @@ CALLS = {
     'region_axes': (lambda sums=SUMS, points=POINTS, start=START: [_core.region_axes(sums, points, start, pitch=1e-3)],
                     {'sums': SUMS, 'points': POINTS, 'start': START}),
     'contact_point': (call_contact_point, PATCH),
-    'contact_depth': (lambda points=DOTS, gap=np.linspace(0, 1e-3, 42): [_core.contact_depth(points, gap, pitch=1.3e-3)],
-                      {'points': DOTS, 'gap': np.linspace(0, 1e-3, 42)}),
+    'contact_depth': (lambda points=DOTS: [_core.contact_depth(points, centre_z=-0.01, radius=0.02, pitch=1.3e-3)], {'points': DOTS}),
+    'carried_loads': (lambda places=DOTS, force=UP, load=np.linspace(0, 2, 42): _core.carried_loads(
+        places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
+    'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
+    'deepest_notch': (lambda corners=PLACES: [_core.deepest_notch(corners)], {'corners': PLACES}),
     'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights)[:2],
                      {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),
     'rigid_inliers': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): [

@@ -10,7 +10,7 @@ VOLTS = np.random.default_rng(3).uniform(0, 2, (40, 4))
 TABLE = np.random.default_rng(4).uniform(0.5, 1.5, (5, 5, 13))
 INSIDE, SATURATED, FOUR = np.arange(40) % 3 > 0, np.arange(40) % 7 == 0, np.full(4, 0.1)
 PLACES = np.random.default_rng(5).uniform(-1, 1, (40, 2))
-HELD = _core.held_begin(_core.held_before(), FOUR)
+HELD = _core.held_begin(_core.held_before(), FOUR, np.zeros(4))
 TOUCH = {'sums': VOLTS, 'in_contact': INSIDE, 'saturated': SATURATED, 'table': TABLE, 'noise': np.eye(4)}
 
 
@@ -36,7 +36,8 @@ CALLS = {
     'finger_samples': (call_finger_samples, {'volts': VOLTS, 'offset': FOUR, 'table': TABLE}),
     'finger_touch': (call_finger_touch, TOUCH | {'loads': np.ones((2, 8)), 'state': HELD}),
     'held_before': (lambda: [_core.held_before()], {}),
-    'held_begin': (lambda state=HELD, offset=FOUR: [_core.held_begin(state, offset)], {'state': HELD, 'offset': FOUR}),
+    'held_begin': (lambda state=HELD, offset=FOUR, calibrated=FOUR: [_core.held_begin(state, offset, calibrated)],
+                   {'state': HELD, 'offset': FOUR, 'calibrated': FOUR}),
     'held_interrupt': (lambda state=HELD: [_core.held_interrupt(state)], {'state': HELD}),
     'held_follow': (call_held_follow, {'state': HELD} | TOUCH),
     'count_repeats': (lambda volts=VOLTS, last=FOUR, same=FOUR: _core.count_repeats(volts, last, same, saturation=1.9),

@@ -28,5 +28,5 @@ def test_point_and_depth_are_the_references(pad, kind, seed):  # noqa: F811
 
 
 def test_depth_of_nothing_is_unknown():
-    assert np.isnan(_core.contact_depth(np.zeros((0, 3)), np.zeros(0), pitch=1e-3))
-    assert np.isnan(_core.contact_depth(np.zeros((4, 3)), np.full(4, np.nan), pitch=1e-3))
+    for points in (np.zeros((0, 3)), np.ones((4, 3)), np.full((4, 3), np.nan)):
+        assert np.isnan(_core.contact_depth(points, centre_z=-0.01, radius=0.02, pitch=1e-3))

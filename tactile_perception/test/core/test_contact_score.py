@@ -26,6 +26,33 @@ def beside(values):
     return cv2.boxFilter(values, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) - values
 
 
+def height_over_face(xyz, member, up, neighbours):
+    """Heights (rows, columns), m, of all dots above a paraboloid through the members (rows, columns) bool."""
+    up = up / np.linalg.norm(up)
+    along = np.array([up[2], 0, -up[0]]) / np.hypot(up[0], up[2])
+    local = (xyz - xyz[member].mean(axis=0)) @ np.array([along, np.cross(up, along), up]).T
+    x, y = np.moveaxis(local[..., :2] / np.abs(local[member][:, :2]).max(), -1, 0)
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+    some, weight = terms[member], np.clip((neighbours - 3) / 5, 0.05, 1)**2
+    for _ in range(4):
+        fit = np.linalg.solve(some.T @ (weight[:, None] * some) + 1e-6 * np.eye(6), some.T @ (weight * local[member][:, 2]))
+        left = local[..., 2] - terms @ fit
+        off = left[member] / max(1.4826 * np.sort(np.abs(left[member]))[len(some) // 2], 1e-5)
+        weight = np.where(off > 0, 1 / (1 + off**2)**2, 1 / (1 + off**2 / 4))
+    return left
+
+
+def on_face(height, xyz, loaded, load, place):
+    """How surely the dot at place (2,), with free ones beside it, lies on the face."""
+    row, column = place
+    rise = 0.0
+    for r, c in np.ndindex(loaded.shape):
+        if max(abs(r - row), abs(c - column)) == 1 and not loaded[r, c]:
+            rise = max(rise, (height[r, c] - height[row, column]) / np.linalg.norm(xyz[r, c] - xyz[row, column]))
+    largest = PITCH * (0.04 * (1 + max(0.0, 1 - rise / 0.2)) + 0.12 * load[row, column] * rise)
+    return np.clip(1 - height[row, column] / (2 * largest), 0, 1)
+
+
 def reference(load, xyz, normal):
     carried = np.where(load > 0.5, load, 0.0)
     mean = beside(carried**2) / np.maximum(beside(carried), 1e-9)
@@ -39,19 +66,9 @@ def reference(load, xyz, normal):
         member = patches == number
         if member.sum() < 8:
             continue
-        up = normal[member].sum(axis=0)
-        up /= np.linalg.norm(up)
-        along = np.array([up[2], 0, -up[0]]) / np.hypot(up[0], up[2])
-        local = (xyz[member] - xyz[member].mean(axis=0)) @ np.array([along, np.cross(up, along), up]).T
-        x, y = local[:, :2].T / np.abs(local[:, :2]).max()
-        terms, height = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1), local[:, 2]
-        weight = np.clip((beside(loaded.astype(float))[member] - 3) / 5, 0.05, 1)**2
-        for _ in range(4):
-            fit = np.linalg.solve(terms.T @ (weight[:, None] * terms) + 1e-6 * np.eye(6), terms.T @ (weight * height))
-            left = height - terms @ fit
-            scale = max(1.4826 * np.sort(np.abs(left))[len(left) // 2], 1e-5)
-            weight = np.where(left > 0, 1 / (1 + (left / scale)**2)**2, 1 / (1 + (left / scale)**2 / 4))
-        share[member] = np.minimum(share[member], np.clip(1 - left / (0.2 * PITCH), 0, 1))
+        height = height_over_face(xyz, member, normal[member].sum(axis=0), beside(loaded.astype(float))[member])
+        for place in np.argwhere(member & (beside(1.0 - loaded) > 0)):
+            share[tuple(place)] = min(share[tuple(place)], on_face(height, xyz, loaded, load, place))
     over = share > 0.5
     return np.where(over & (beside(over.astype(float)) == 0), 0.5, share)
 
@@ -73,6 +90,17 @@ def test_dots_beyond_the_edge_of_a_curved_face_stand_out():
     xyz[3, 2:10] += 0.25e-3 * normal[3, 2:10]
     found = score(load, xyz + np.random.default_rng(0).normal(size=xyz.shape) * 5e-6, normal)
     assert found[4:9, 2:10].min() > 0.7 and found[3, 2:10].max() < 0.5
+
+
+@pytest.mark.parametrize('carried, touches', [(1.0, False), (2.2, True)])
+def test_of_dots_as_high_above_the_face_the_heavy_one_touches_its_rounded_edge(carried, touches):
+    xyz, normal = scene()
+    load = np.zeros((12, 12))
+    load[3:9, 2:10], load[3, 2:10] = 1.0, carried
+    xyz[3] += 0.1 * PITCH * normal[3]
+    xyz[:3] += (0.1 + 0.35 * np.arange(3, 0, -1)[:, None, None]) * PITCH * normal[:3]
+    found = score(load, xyz, normal)
+    assert found[4:9, 2:10].min() > 0.5 and ((found[3, 2:10] > 0.5) == touches).all()
 
 
 def test_full_contact_is_what_the_dots_around_carry():

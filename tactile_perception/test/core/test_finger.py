@@ -109,7 +109,7 @@ def test_a_touch_is_that_of_the_mean_and_its_covariance_that_of_differences(seed
     spread = rng.normal(0, 0.01, (4, 4))
     noise, loads = spread @ spread.T, rng.normal(0, 0.3, (2, 8)) if calibrated else np.full((2, 8), np.nan)
     offset = rng.uniform(0.05, 0.4, 4)
-    state, room = (held_begin(held_before(), offset), mixed(offset)) if lit else (held_before(), np.zeros(4))
+    state, room = (held_begin(held_before(), offset, np.zeros(4)), mixed(offset)) if lit else (held_before(), np.zeros(4))
     position, normal, force, depth, covariance, flags = touch(sums, inside, saturated, values, noise, loads, state=state)
     used = inside & ~saturated
     mean = sums[used].mean(0)

@@ -25,15 +25,15 @@ def table(calibrated=True):
 
 
 class Held:
-    """The kernels with their state. shade: the part of the room's light that the object shades, the fifth of the numbers."""
+    """The kernels with their state. shade: the part of the room's light that the object shades beyond the expected, the fifth number."""
 
     def __init__(self, calibrated=True):
         self.state, self._table = held_before(), table(calibrated)
 
     shade = property(lambda self: float(self.state[4]))
 
-    def begin(self, offset):
-        self.state = held_begin(self.state, offset)
+    def begin(self, offset, calibrated=np.zeros(4)):
+        self.state = held_begin(self.state, offset, calibrated)
 
     def interrupt(self):
         self.state = held_interrupt(self.state)
@@ -51,10 +51,10 @@ def spot(x, y, light=1.0):
     return light * np.array([x, y, 1.0, x * y])
 
 
-def followed(sums, size=5, room=ROOM, held=None):
+def followed(sums, size=5, room=ROOM, held=None, calibrated=ROOM):
     """(corrected sums (N, 4), sum of shifts (4,)) of a contact with sums (N, 4) in batches, with noise."""
     held = held or Held()
-    held.begin(room)
+    held.begin(room, calibrated)
     rng, shifts, found = np.random.default_rng(0), np.zeros(4), []
     for k in range(0, len(sums), size):
         some = sums[k:k + size] + rng.normal(0, NOISE, (len(sums[k:k + size]), 4)) @ MIX - shifts @ MIX
@@ -105,18 +105,37 @@ def test_room_light_that_stays_after_the_object_ends_the_contact():
     assert shifts == pytest.approx(0.5 * ROOM, abs=0.02)
 
 
+def test_a_lamp_at_the_contacts_own_place_is_told_when_the_object_goes():
+    beside = (ROOM[1] + ROOM[2] - ROOM[0] - ROOM[3]) / ROOM.sum(), (ROOM[2] + ROOM[3] - ROOM[0] - ROOM[1]) / ROOM.sum()
+    room = lamp(1000, 300, 10, 0.6)
+    sums, shifts = followed(spot(*beside, 2.5) * (np.arange(1000) < 700)[:, None] + room)
+    assert shifts == pytest.approx(0.6 * ROOM / ROOM.sum(), abs=0.02) and np.abs(sums[-100:].mean(0)).max() < 0.02
+
+
+def test_a_contact_that_grows_weak_at_its_own_place_stays_one():
+    light = np.interp(np.arange(1000), [300, 310, 700, 710], [2.0, 2.6, 2.6, 1.0])
+    _, shifts = followed(light[:, None] * spot(0.05, 0.05))
+    assert not shifts.any()
+
+
 @pytest.mark.parametrize('part', [0.0, 0.06])
 def test_the_shaded_part_of_the_rooms_light_is_measured(part):
     held = Held()
     for x, y in ((0.4, 0.4), (-0.4, 0.4), (0.4, -0.4), (-0.4, -0.4)) * 3:
-        sums, _ = followed(np.tile(spot(x, y, 0.8) - part * (ROOM @ MIX), (300, 1)), held=held)
-    assert held.shade == pytest.approx(part, abs=0.015)
+        sums, _ = followed(np.tile(spot(x, y, 0.8) - part * (ROOM @ MIX), (300, 1)), held=held, calibrated=np.zeros(4))
+    assert held.shade + 0.05 == pytest.approx(part, abs=0.015)
     assert far(sums[-100:], (-0.4, -0.4)) < 0.02
+
+
+def test_a_twentieth_of_what_the_room_has_beyond_that_of_the_calibration_is_expected_to_be_shaded():
+    sums, _ = followed(np.tile(spot(0.3, 0.3, 0.8), (5, 1)), held=Held(calibrated=False), calibrated=0.4 * ROOM)
+    assert sums.mean(0) == pytest.approx(spot(0.3, 0.3, 0.8) + 0.05 * 0.6 * ROOM @ MIX, abs=0.03)
 
 
 def test_nothing_is_known_of_a_room_without_light_or_a_detector_without_a_cross_term():
     held = Held(calibrated=False)
-    sums, shifts = followed(np.tile(spot(0.4, 0.4, 0.8), (300, 1)) + lamp(300, 100, 5, 0.5), room=np.zeros(4), held=held)
+    given = np.tile(spot(0.4, 0.4, 0.8), (300, 1)) + lamp(300, 100, 5, 0.5)
+    sums, shifts = followed(given, room=np.zeros(4), held=held, calibrated=np.zeros(4))
     assert not shifts.any() and held.shade == 0.0 and sums[-50:, TOTAL].mean() == pytest.approx(1.3, abs=0.02)
 
 
@@ -148,8 +167,8 @@ def test_it_is_what_numpy_computes(seed, size, calibrated):
     held, plain = Held(calibrated), HeldLight((lambda place: place[:, 0] * place[:, 1]) if calibrated else None, 0.005)
     for contact in range(2):
         sums, inside, saturated = any_contact(rng, size)
-        held.begin(ROOM)
-        plain.begin(ROOM)
+        held.begin(ROOM, 0.3 * ROOM)
+        plain.begin(ROOM, 0.3 * ROOM)
         for k in range(0, len(sums), size):
             some, inner, clipped = (part[k:k + size] for part in (sums, inside, saturated))
             corrected, shift = held.follow(some, inner, clipped)

@@ -18,12 +18,12 @@ def face(row=20.3, column=21.6, turn=0.2, grown=0.0):
     return (sides[0] * sides[1]).astype(np.float32)
 
 
-def edges(score):
+def edges(image):
     """Edges with the arguments that are used on an array of 44 x 44."""
-    return taxel_edges(score, steep=0.08, rim=2, most=250)
+    return taxel_edges(image, steep=0.08, rim=2, most=250)
 
 
-def moved(score, at, fit):
+def moved(image, at, fit):
     """Places (M, 2) row and column of the edges after a motion fit (4,)."""
     place, _, _, _, middle, reach, _ = at
     turn = fit[2] / reach
@@ -32,13 +32,13 @@ def moved(score, at, fit):
 
 
 def test_edges_are_where_the_slope_is_steep():
-    score = face()
-    across = ndimage.correlate1d(ndimage.correlate1d(score.astype(float), SLOPE, 1), SPLINE, 0)
-    down = ndimage.correlate1d(ndimage.correlate1d(score.astype(float), SLOPE, 0), SPLINE, 1)
-    value = ndimage.correlate1d(ndimage.correlate1d(score.astype(float), SPLINE, 0), SPLINE, 1)
+    image = face()
+    across = ndimage.correlate1d(ndimage.correlate1d(image.astype(float), SLOPE, 1), SPLINE, 0)
+    down = ndimage.correlate1d(ndimage.correlate1d(image.astype(float), SLOPE, 0), SPLINE, 1)
+    value = ndimage.correlate1d(ndimage.correlate1d(image.astype(float), SPLINE, 0), SPLINE, 1)
     steep = np.hypot(across, down)
     row, column = np.nonzero(steep > 0.08)
-    place, values, slopes, normal, middle, reach, count = edges(score)
+    place, values, slopes, normal, middle, reach, count = edges(image)
     assert count == len(row) and middle == pytest.approx([row.mean(), column.mean()])
     step = -(-count // 250)
     kept = (row + column) % step == 0

@@ -22,9 +22,11 @@ _AROUND = 0.2  # half widths between centroids of the room's light and of the of
 _APART, _APART_SIGMA = 0.05, 4.0  # half widths, and standard deviations, between the centroids of a lamp and of the contact. Chosen
 _MOST_ROOM, _MOST_CONTACT = 3.0, 0.5  # parts of the room's light, and of the contact's; brighter changes are a second object. Chosen
 _LEFT = 0.7  # part of an object's light that is left at most after it is gone. Chosen
-_SHADE = 0.05  # standard deviation of the shaded part of the room's light before it is measured. Chosen: an object hides a tenth at most
+# Part of the room's light that an object shades, and its standard deviation, before it is measured. Chosen: it hides a tenth at most.
+_SHADE_EXPECTED, _SHADE = 0.05, 0.05
 _SHADE_LEAST = 0.01  # smallest standard deviation: objects differ. Chosen
 _SHADE_MOST = 0.3  # largest part. Chosen
+_ALIKE = 0.05  # part of a lamp's light by which it may change until the object goes. Chosen
 _TWO = 4.0  # standard deviations of the cross term, beyond which it is that of two contacts. Chosen
 _ONSET_S = 0.03  # s of a contact in which it grows. Chosen
 _MODEL_S = 0.2  # s of a contact from which the shade is measured; the error of the expected cross term is the same for it. Chosen
@@ -44,12 +46,13 @@ class HeldLight:
     def __init__(self, cross: Callable[[np.ndarray], np.ndarray] | None, cross_volts: float):
         self._cross, self._cross_volts = cross, cross_volts
         self.shade, self._information = 0.0, 1 / _SHADE**2
-        self.begin(np.zeros(4))
+        self.begin(np.zeros(4), np.zeros(4))
 
-    def begin(self, offset: np.ndarray) -> None:
-        """A contact begins; offset: (4,) V, of the untouched outputs before it."""
-        self._room, self._since_s = offset @ MIX, 0.0
-        self._shaded = self.shade * self._room
+    def begin(self, offset: np.ndarray, calibrated: np.ndarray) -> None:
+        """A contact begins; offset: (4,) V, of the untouched outputs before it; calibrated: (4,) V, at the calibration."""
+        self._room, self._expected, self._since_s = offset @ MIX, _SHADE_EXPECTED * (offset - calibrated) @ MIX, 0.0
+        self._shaded = self._expected + self.shade * self._room
+        self._doubtful = np.zeros(4)
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -95,9 +98,10 @@ class HeldLight:
             if self._is_room(light - before, before, sigma):
                 self._bins.clear()
                 return light - before
-            if light[TOTAL] < _LEFT * before[TOTAL] and self._is_room(light, before, sigma):
+            if light[TOTAL] < _LEFT * before[TOTAL] and (self._is_room(light, before, sigma) or self._is_doubtful(light, sigma)):
                 self.interrupt()
                 return light
+            self._doubtful = self._doubtful + light - before
         self._rest = light
         return None
 
@@ -113,10 +117,15 @@ class HeldLight:
         from_contact = math.dist(where, contact[:2] / contact[TOTAL])
         return from_room < min(_AROUND, from_contact) and from_contact > _APART + _APART_SIGMA * sigma / abs(total)
 
+    def _is_doubtful(self, light: np.ndarray, sigma: float) -> bool:
+        """Whether light (4,) is what has come suddenly while the object rested."""
+        total = self._doubtful[TOTAL]
+        return total > _CERTAIN * sigma and np.abs(light - self._doubtful).max() < _ALIKE * total + _AGREE * sigma
+
     def _measure_shade(self, light: np.ndarray, count: int, noise: np.ndarray, seconds: float) -> None:
         """Update the shaded part by the cross term of light (4,), the mean sums of count samples: least squares with a known variance."""
         step = max(_SHADE_LEAST, 1e-3)
-        tried = light + np.array([self.shade, self.shade + step])[:, None] * self._room
+        tried = light + self._expected + np.array([self.shade, self.shade + step])[:, None] * self._room
         if not (light[TOTAL] > 0 and (tried[:, TOTAL] > 0).all()):
             return
         missing = tried[:, CROSS] - self._cross(np.clip(position(tried), -1, 1)) * tried[:, TOTAL]
@@ -127,5 +136,6 @@ class HeldLight:
         variance = each + self._cross_volts**2 * _MODEL_S / seconds
         gained = slope * slope / variance
         self._information = min(self._information + gained, 1 / _SHADE_LEAST**2)
-        self.shade = min(max(self.shade - slope * missing[0] / variance / self._information, 0.0), _SHADE_MOST)
-        self._shaded = self.shade * self._room
+        least = min(-self._expected[TOTAL] / max(self._room[TOTAL], self._expected[TOTAL]), 0.0)  # no object adds light
+        self.shade = min(max(self.shade - slope * missing[0] / variance / self._information, least), _SHADE_MOST)
+        self._shaded = self._expected + self.shade * self._room

@@ -7,21 +7,23 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from tactile_perception.common.dot_grid import around
 from tactile_perception.common.statistics import robust_sigma
 from tactile_perception.touchpad.contact import stick_slip as compiled
 from tactile_perception.touchpad.contact.stick_slip import NON_CONTACT, SLIPPING, STICKING
 from twist_reference import DotMotions, across_rays, lengths, twist_about
 
-_FEWEST = 5  # dots that determine a motion; chosen: two more than three
+_FEWEST = 4  # dots that determine a motion; chosen: one more than three
 _SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
 # Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
 # gradually; chosen.
 _REST_AFTER_GROSS, _REST_AFTER_TURN = 3, 15
 _QUIET = 1 / 3  # of the tolerance: dots that move less in a frame are at rest; chosen
+_STARTS = 0.75  # of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
+_SWIFT = 50  # tolerances: an object that slides over its dots by more in a frame moves some in each; chosen
 _FADING = 0.5  # share of the liveliness that is left a frame later; chosen
 _LIVELY = 1.5  # of the tolerance: dots that moved less before they came to rest did so gradually; chosen
 _ONE_WAY = 0.5  # of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
+_ALONG = 0.5  # mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 _LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip grossly; chosen
 _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
 _MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
@@ -67,11 +69,9 @@ class StickSlipTracker(compiled.StickSlipTracker):
         known = state.seen & self._last[1] if self._last else np.zeros(len(score), bool)
         for member in self._separate(touched):
             thing, both = self._continued(member), member[known[member] & (self._held[member] > 0)]
-            if len(both) >= _FEWEST:
+            if len(both):
                 states[both[self._classify(thing, state, touched, both)]] = SLIPPING
                 states[member[self._held[member] == 0]] = SLIPPING if thing.gross else STICKING
-            elif len(member) < _FEWEST:
-                thing = _Object(thing.friction)
             objects.append(thing)
             held[member] = len(objects)
         self._last, self._objects, self._held = (state.xyz, state.seen), objects, held
@@ -102,23 +102,47 @@ class StickSlipTracker(compiled.StickSlipTracker):
     def _classify(self, thing, state, touched, both):
         """(N,) bool: which of the dots both (N,), in contact and seen now and in the last frame, slip."""
         motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
-        predicted = None if thing.twist is None else twist_about(thing.twist, thing.centre, motions.centre)
-        if predicted is not None and not self._in_touch(motions, predicted):
+        new = thing.twist is None
+        predicted = self._lowered(motions) if new else twist_about(thing.twist, thing.centre, motions.centre)
+        if not new and not self._in_touch(motions, predicted):
             predicted = motions.constrained_to_normals(predicted)
-        ratio, drag = self._friction(state, touched, both, motions, predicted)
+        ratio, drag = self._friction(state, touched, both, motions, None if new else predicted)
         self._watch_rest(thing, motions)
-        twist, thing.gross, thing.rests = self._motion(thing, motions, predicted, ratio, drag)
-        slips = lengths(motions.residuals(twist)) > np.hypot(1.3 * self.tolerance, 3 * self.noise)
-        thing.twist, thing.centre, thing.slipping = predicted if thing.rests else twist, motions.centre, slips.mean()
+        starts = new and self._starts_sliding(thing, motions, predicted, ratio, drag)
+        twist, thing.gross, thing.rests = ((predicted, True, False) if starts else
+                                           self._motion(thing, motions, None if new else predicted, ratio, drag))
+        if len(both) < _FEWEST and not thing.gross:
+            vars(thing).update(vars(_Object(thing.friction)))
+            return np.zeros(len(both), bool)
+        slips = lengths(motions.residuals(twist)) > self._slip_limit()
         self._learn(thing, motions, twist, ratio, slips)
+        if not starts:
+            thing.twist, thing.centre, thing.slipping = predicted if thing.rests else twist, motions.centre, slips.mean()
         return slips
+
+    def _slip_limit(self):
+        """Lag behind the object, m a frame, above which a dot slips."""
+        return np.hypot(1.3 * self.tolerance, 3 * self.noise)
+
+    def _lowered(self, motions):
+        """Motion (6,) along the sensor's axis that follows the dots along their normals."""
+        upright = motions.normal_rows[:, 2]
+        return np.array([0, 0, upright @ motions.normal_residuals(np.zeros(6)) / (upright @ upright), 0, 0, 0])
+
+    def _starts_sliding(self, thing, motions, predicted, ratio, drag):
+        """Whether the dots of a new object lag along their drag behind an object that moves along the sensor's axis alone."""
+        size = lengths(motions.residuals(predicted)).mean()
+        return size > self._slip_limit() and self._lag_along_drag(motions, predicted, drag) > _ALONG and self._loaded(thing, ratio)
 
     def _motion(self, thing, motions, predicted, ratio, drag):
         """The object's twist (6,), whether it slips grossly, and whether it rests after that."""
         fine = self.tolerance
         grip = np.clip((thing.friction - ratio) / (.4 * thing.friction), .05, 1)**2 if thing.friction > 0 else np.ones(len(ratio))
-        if thing.still >= self._rest_frames(thing, drag):
+        if thing.still >= self._rest_frames(thing, motions, predicted, drag):
             return np.zeros(6), False, thing.gross or thing.rests
+        moved = lengths(motions.residuals(np.zeros(6))).mean()
+        if thing.rests and moved < _STARTS * self.tolerance and self._in_touch(motions, np.zeros(6)):
+            return np.zeros(6), False, True
         if thing.rests and self._slides_again(thing, motions, predicted, ratio, drag):
             return predicted, True, False
         if predicted is not None and not thing.rests:
@@ -154,9 +178,9 @@ class StickSlipTracker(compiled.StickSlipTracker):
         else:
             thing.still, thing.lively = 0, max(size, _FADING * thing.lively)
 
-    def _rest_frames(self, thing, drag):
+    def _rest_frames(self, thing, motions, predicted, drag):
         """Frames for which dots must be at rest before the object counts as at rest."""
-        if not thing.gross:
+        if not thing.gross or lengths(motions.residuals(predicted)).mean() > _SWIFT * self.tolerance:
             return 1
         turns = np.linalg.norm(drag.sum(axis=0)) < _ONE_WAY * lengths(drag).sum()
         return _REST_AFTER_TURN if turns and thing.lively < _LIVELY * self.tolerance else _REST_AFTER_GROSS
@@ -168,12 +192,15 @@ class StickSlipTracker(compiled.StickSlipTracker):
 
     def _slides_on(self, thing, motions, predicted, ratio, drag):
         """Whether the dots lag behind the predicted motion as in gross slip: all along their drag, at the friction of earlier slip."""
-        lag = -motions.residuals(predicted)
-        size = lengths(lag) + 1e-12
-        along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
-        dragged = along.sum() / size.sum() > (.25 if thing.gross else .5)
+        dragged = self._lag_along_drag(motions, predicted, drag) > (_ALONG / 2 if thing.gross else _ALONG)
         return bool(dragged and self._loaded(thing, ratio) and self._in_touch(motions, predicted)
                     and (thing.gross or thing.slipping > _MANY))
+
+    def _lag_along_drag(self, motions, predicted, drag):
+        """Mean cosine, weighted by their size, between the dots' lags behind the predicted motion and their drags."""
+        lag = -motions.residuals(predicted)
+        along = np.einsum('ij,ij->i', lag, drag) / np.maximum(lengths(drag), 1e-12)
+        return along.sum() / (lengths(lag) + 1e-12).sum()
 
     def _loaded(self, thing, ratio):
         """Whether the dots are dragged about as much as in earlier slip."""
@@ -201,7 +228,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
         direction = self._sliding_direction(motions, predicted, state.normal[both])
         loads[:, 4] = 0
         loads[both, 4] = np.einsum('ij,ij->i', loads[both, 1:4], direction)
-        near = around(loads.reshape(*self.shape, 5)).reshape(-1, 5)[both]
+        around = cv2.boxFilter(loads.reshape(*self.shape, 5), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        near = around.reshape(-1, 5)[both]
         load = np.where(direction.any(1), near[:, 4], lengths(near[:, 1:4]))
         return load / np.maximum(near[:, 0], 1e-9), near[:, 1:4]
 

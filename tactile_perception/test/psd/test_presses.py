@@ -16,6 +16,7 @@ def test_presses_are_cut_into_stretches_with_their_loads():
     assert len(presses.onsets.level) == 25 and presses.left_out == []
     assert segments.count.max() <= 50 and len(segments.count) > 100
     assert np.sqrt(presses.noise[TOTAL, TOTAL]) == pytest.approx(0.023, rel=0.1)
+    assert presses.room == pytest.approx(recording.volts[:100].mean(0), abs=0.01)
     assert np.unique(segments.normal.round(6), axis=0).shape == (25, 3)
     assert (presses.onsets.level < 0.3 * presses.onsets.brightest).all()
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.taxel.breakaway import broke_away
+from tactile_perception.taxel.breakaway import broke_away, has_stopped
 
 LEAD, LEAST = 2.2, 4e-5
 
@@ -28,3 +28,19 @@ def test_a_stop_a_reversal_and_a_steady_motion_are_none_once_they_last(after):
 def test_a_slow_motion_and_a_short_past_tell_nothing():
     assert not any(told([5e-4] * 10 + [5e-4 / LEAD] * 10))
     assert not any(told([3e-3] * 4 + [3e-3 / LEAD] * 3))
+
+
+def stops(ways, velocity=(3e-3, 4e-3, 0.0), noise=1e-5):
+    """Whether an object has stopped that went such ways, m, along a velocity from frame to frame, 0.01 s each."""
+    places = np.cumsum(ways)[:, None] * np.array(velocity) / np.hypot(*velocity[:2])
+    return has_stopped(np.arange(len(ways)) / 100, places, np.array(velocity), noise)
+
+
+def test_an_object_that_stays_or_turns_back_has_stopped_whatever_speed_its_line_has():
+    assert stops([5e-5] * 6 + [0] * 3) and stops([5e-5] * 6 + [-5e-5] * 3)
+    assert not stops([5e-5] * 9) and not stops([5e-5] * 6 + [0] * 2) and not stops([5e-5] * 6 + [2e-5] * 3)
+
+
+def test_noise_and_a_short_past_tell_no_end():
+    assert not stops([5e-5] * 6 + [0] * 3, noise=7e-5)
+    assert not stops([5e-5] + [0] * 2) and not stops([0.0] * 6, velocity=(1e-12, 0.0, 0.0))

@@ -5,7 +5,7 @@ import pytest
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 from tactile_perception.common.region_moments import axes
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.regions import find_regions
+from tactile_perception.taxel.regions import find_regions, joined
 from tactile_perception.taxel.score import ContactScore
 
 SCORE = ContactScore(ARRAY, SoftPad())
@@ -27,12 +27,12 @@ def test_centroid_and_direction_of_a_bar(angle):
 
 def test_ring_has_one_hole():
     regions = regions_of(ring())
-    assert len(regions.all) == 1 and len(regions.all[0].outline.holes) == 1
+    assert len(regions.all) == 1 and len(regions.all[0].outlines[0].holes) == 1
     assert regions.total.area == pytest.approx(np.pi * 65e-6, rel=0.09)
 
 
 def test_hole_is_found_to_a_part_of_a_taxel():
-    hole = regions_of(ring(inner=5.0, outer=11.0)).all[0].outline.holes[0]
+    hole = regions_of(ring(inner=5.0, outer=11.0)).all[0].outlines[0].holes[0]
     assert np.hypot(*hole[:, :2].T) == pytest.approx(np.full(len(hole), 5e-3), abs=0.4e-3)
 
 
@@ -40,7 +40,7 @@ def test_hole_is_found_to_a_part_of_a_taxel():
 def test_round_and_square_shapes_have_no_direction(inside):
     regions = regions_of(inside)
     region = regions.all[0]
-    assert np.isnan(axes(region.moments, region.outline.loops, 0.5e-3)[2])
+    assert np.isnan(axes(region.moments, region.outlines[0].loops, 0.5e-3)[2])
 
 
 def test_two_fingers_with_their_forces():
@@ -63,3 +63,32 @@ def test_a_taxel_that_hardly_exceeds_the_border_is_no_region():
     assert not find_regions(image, image, ARRAY).all
     image[10, 13] = 0.9
     assert find_regions(image, image, ARRAY).all[0].count == 2
+
+
+def pads(gap):
+    """Two squares of 8 mm with gap, mm, between them."""
+    return both(bar(-4 - gap / 2, 0, 0, 8, 8), bar(4 + gap / 2, 0, 0, 8, 6))
+
+
+@pytest.mark.parametrize(('gap', 'light', 'count'), [(2.0, 0.0, 1), (4.0, 0.0, 2), (4.0, 1e3, 1), (8.0, 1e3, 2)])
+def test_regions_that_one_object_can_make_are_one(gap, light, count):
+    apart = regions_of(pads(gap))
+    regions = joined(apart, 2.0, light)
+    assert len(apart.all) == 2 and len(regions.all) == count
+    assert sorted(set(np.unique(regions.labels)) - {0}) == sorted(region.label for region in regions.all)
+    assert regions.total.area == pytest.approx(apart.total.area) and len([o for r in regions.all for o in r.outlines]) == 2
+    assert sum(region.force for region in regions.all) == pytest.approx(60 * 112e-6, rel=0.05)
+
+
+def test_a_joined_region_is_that_of_its_pieces():
+    apart = regions_of(pads(4.0))
+    region, = joined(apart, 2.0, 1e3).all
+    assert region.count == sum(piece.count for piece in apart.all) and region.peak == max(piece.peak for piece in apart.all)
+    assert region.pressure_centre == pytest.approx([-6e-3 + 12e-3 * 48 / 112, 0.0], abs=2e-4)
+    assert region.box[1].start == min(piece.box[1].start for piece in apart.all)
+    assert region.moments.centroid[:2] == pytest.approx(apart.total.centroid[:2])
+
+
+def test_one_region_is_left_as_it_is():
+    regions = regions_of(ring())
+    assert joined(regions, 2.0, 1e3) is regions

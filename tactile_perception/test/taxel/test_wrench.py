@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from taxel_pictures import ARRAY, bar, picture
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.wrench import GraspedObject, normal_force, transform_wrench, wrench_of
+from tactile_perception.taxel.wrench import GraspedObject, normal_force, pressure_centre, transform_wrench, under_friction, wrench_of
 
 
 def test_normal_force_of_equation_5():
@@ -13,6 +14,18 @@ def test_normal_force_of_equation_5():
 def test_without_an_object_only_what_pressure_tells():
     wrench = wrench_of(10.0, np.array([0.002, -0.003]), np.zeros(3), GraspedObject())
     assert wrench[2:5] == pytest.approx([-10.0, 0.03, 0.02]) and np.isnan(wrench[[0, 1, 5]]).all()
+
+
+def test_pressure_acts_where_the_load_is():
+    assert pressure_centre(picture(bar(4.0, -3.0)), ARRAY) == pytest.approx([4e-3, -3e-3], abs=2e-5)
+    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), ARRAY)).all()
+
+
+def test_moments_about_the_taxels_balance_under_friction():
+    pad, normal, friction, centre = SoftPad(thickness=0.002), 10.0, np.array([3.0, -1.0]), np.array([4e-3, 1e-3])
+    about_taxels = normal * centre + pad.thickness * friction  # of what acts on the surface, a thickness above
+    assert under_friction(about_taxels / normal, normal, friction, pad) == pytest.approx(centre)
+    assert under_friction(centre, 0.0, friction, pad) is centre
 
 
 def test_each_finger_holds_half_of_the_weight():

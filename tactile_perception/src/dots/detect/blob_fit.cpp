@@ -9,12 +9,12 @@
 #include <limits>
 
 #include "common/median.hpp"
+#include "common/pi.hpp"
 #include "common/wide.hpp"
 
 namespace tactile {
 namespace {
 
-constexpr double PI = 3.14159265358979323846;
 constexpr double LOW = 0.2, HIGH = 0.8;  // of the way from ground to plateau, between which a weight rises from 0 to 1. Chosen
 constexpr double TURN = 0.8416;          // standard deviations of the blur at which an edge reaches HIGH. Derived: normal quantile of HIGH
 constexpr double WIDTH = 0.2673;  // sum of w (1 - w) across a straight edge of weights w, per px of blur. Derived for a Gaussian edge

@@ -6,12 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/pi.hpp"
+
 namespace tactile {
 namespace {
 
 constexpr float NOISE = 1.0f;        // grey levels, regularises the normalisation of flat regions. Chosen
 constexpr std::ptrdiff_t LINES = 8;  // axes through a peak along which its correlation is followed. Chosen
-constexpr double PI = 3.14159265358979323846;
 
 // Index of the pixel that a mirror at the border shows.
 std::ptrdiff_t mirrored(std::ptrdiff_t at, std::ptrdiff_t count) {

@@ -28,25 +28,28 @@ std::int32_t product(const std::int16_t* a, const std::int16_t* b, std::ptrdiff_
 DiscPatch::DiscPatch(const DiscModel& model)
     : model_(model),
       half_(model.half),
-      side_(2 * model.half + 1),
       quarter_(model.half + 1),
+      width_(padded(quarter_)),
       sector_(padded(quarter_ * quarter_)),
-      values_(side_ * side_),
-      down_(2 * side_ * quarter_),
-      folded_(SECTORS * sector_) {}
+      values_((2 * half_ + 1) * 2 * width_),
+      folded_(SECTORS * (sector_ + width_)) {}
 
 TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level) {
-    const bool inside = column >= half_ && column + half_ < image.columns;
-    std::int16_t* out = values_.data();
-    for (std::ptrdiff_t r = row - half_; r <= row + half_; ++r, out += side_) {
-        const std::uint8_t* pixels = image.pixels + std::clamp<std::ptrdiff_t>(r, 0, image.rows - 1) * image.columns;
+    const bool inside = column >= width_ && column + width_ <= image.columns;
+    for (std::ptrdiff_t r = 0; r <= 2 * half_; ++r) {
+        const std::uint8_t* pixels = image.pixels + std::clamp<std::ptrdiff_t>(row - half_ + r, 0, image.rows - 1) * image.columns;
+        std::int16_t *right = right_of(r), *left = left_of(r);
         if (inside) {
-            const std::uint8_t* left = pixels + column - half_;
-            for (std::ptrdiff_t c = 0; c < side_; ++c) out[c] = static_cast<std::int16_t>(UNITS * (left[c] - level));
+            const std::uint8_t* middle = pixels + column;
+            for (std::ptrdiff_t c = 0; c < width_; c += LANES) {
+                for (std::ptrdiff_t k = c; k < c + LANES; ++k) right[k] = static_cast<std::int16_t>(UNITS * (middle[k] - level));
+                for (std::ptrdiff_t k = c; k < c + LANES; ++k) left[k] = static_cast<std::int16_t>(UNITS * (middle[-k] - level));
+            }
         } else {
-            for (std::ptrdiff_t c = 0; c < side_; ++c) {
-                const std::uint8_t pixel = pixels[std::clamp<std::ptrdiff_t>(column - half_ + c, 0, image.columns - 1)];
-                out[c] = static_cast<std::int16_t>(UNITS * (pixel - level));
+            const auto at = [&](std::ptrdiff_t c) { return pixels[std::clamp<std::ptrdiff_t>(c, 0, image.columns - 1)]; };
+            for (std::ptrdiff_t c = 0; c < width_; ++c) {
+                right[c] = static_cast<std::int16_t>(UNITS * (at(column + c) - level));
+                left[c] = static_cast<std::int16_t>(UNITS * (at(column - c) - level));
             }
         }
     }
@@ -56,45 +59,52 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
     const double per_diameter = static_cast<double>(model_.profiles - 1) / (model_.largest - model_.smallest);
     const double at = std::clamp((diameter - model_.smallest) * per_diameter + 0.5, 0.0, static_cast<double>(model_.profiles - 1));
     const float* profile = model_.profile + static_cast<std::ptrdiff_t>(at) * model_.profile_length;
-    const double reach = std::sqrt(static_cast<double>(model_.profile_length - 1) / model_.per_square), middle = static_cast<double>(half_);
-    const auto first = [&](double place) { return static_cast<std::ptrdiff_t>(std::clamp(place + middle - reach, 0.0, 2 * middle + 1)); };
-    const auto last = [&](double place) {
-        return static_cast<std::ptrdiff_t>(std::clamp(place + middle + reach + 1, 0.0, 2 * middle + 1));
-    };
+    const double reach = std::sqrt(static_cast<double>(model_.profile_length - 1) / model_.per_square),
+                 most_away = static_cast<double>(half_);
+    const auto first = [&](double place) { return static_cast<std::ptrdiff_t>(std::clamp(place - reach, 0.0, most_away + 1)); };
+    const auto last = [&](double place) { return static_cast<std::ptrdiff_t>(std::clamp(place + reach + 1, 0.0, most_away + 1)); };
     const auto strength = static_cast<float>(UNITS * amplitude), density = static_cast<float>(model_.per_square);
     const auto most = static_cast<float>(MOST);
-    const std::ptrdiff_t left = first(u), right = last(u), bottom = last(v), outermost = model_.profile_length - 1;
-    const auto u0 = static_cast<float>(u + middle), v0 = static_cast<float>(v + middle);
-    for (std::ptrdiff_t r = first(v); r < bottom; ++r) {
-        const float down = static_cast<float>(r) - v0, square = down * down * density + 0.5f;
-        std::int16_t* row = values_.data() + r * side_;
-        for (std::ptrdiff_t c = left; c < right; ++c) {
-            const float across = static_cast<float>(c) - u0;
-            const float part = strength * profile[std::min(static_cast<std::ptrdiff_t>(across * across * density + square), outermost)];
-            const float rest = std::clamp(static_cast<float>(row[c]) - part, -most, most);
-            row[c] = static_cast<std::int16_t>(static_cast<std::int32_t>(rest + most + 0.5f) - MOST);  // to the nearest
+    const std::ptrdiff_t outermost = model_.profile_length - 1;
+    // From a part of a row, from the middle on, on the side where the disc is at this distance, which is negative on the other one.
+    const auto subtract_from = [&](std::int16_t* part, double away, float square) {
+        const auto middle = static_cast<float>(away);
+        const std::ptrdiff_t end = last(away);
+        for (std::ptrdiff_t c = first(away); c < end; ++c) {
+            const float across = static_cast<float>(c) - middle;
+            const float image = strength * profile[std::min(static_cast<std::ptrdiff_t>(across * across * density + square), outermost)];
+            const float rest = std::clamp(static_cast<float>(part[c]) - image, -most, most);
+            part[c] = static_cast<std::int16_t>(static_cast<std::int32_t>(rest + most + 0.5f) - MOST);  // to the nearest
         }
+    };
+    for (std::ptrdiff_t r = 0; r <= 2 * half_; ++r) {
+        const auto down = static_cast<float>(static_cast<double>(r - half_) - v);
+        if (!(std::abs(down) < reach + 1)) continue;
+        const float square = down * down * density + 0.5f;
+        subtract_from(right_of(r), u, square);
+        subtract_from(left_of(r), -u, square);
     }
 }
 
-// Sums and differences of pixels mirrored along v, then along u. The middle row and column are added to themselves; the basis halves them.
+// Sums and differences of pixels mirrored along v and along u. The middle row and column are added to themselves; the basis halves them.
+// What follows a row in the padding is overwritten by the next row, or multiplied by zeros of the basis.
 TACTILE_WIDE void DiscPatch::fold() {
-    std::int16_t *even = down_.data(), *odd = even + side_ * quarter_;
     for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
-        const std::int16_t *above = values_.data() + (half_ - r) * side_, *below = values_.data() + (half_ + r) * side_;
-        for (std::ptrdiff_t c = 0; c < side_; ++c) {
-            even[r * side_ + c] = static_cast<std::int16_t>(below[c] + above[c]);
-            odd[r * side_ + c] = static_cast<std::int16_t>(below[c] - above[c]);
-        }
-    }
-    for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
-        const std::int16_t *even_middle = even + r * side_ + half_, *odd_middle = odd + r * side_ + half_;
-        std::int16_t* out = folded_.data() + r * quarter_;
-        for (std::ptrdiff_t c = 0; c < quarter_; ++c) {
-            out[c] = static_cast<std::int16_t>(even_middle[c] + even_middle[-c]);
-            out[sector_ + c] = static_cast<std::int16_t>(even_middle[c] - even_middle[-c]);
-            out[2 * sector_ + c] = static_cast<std::int16_t>(odd_middle[c] + odd_middle[-c]);
-            out[3 * sector_ + c] = static_cast<std::int16_t>(odd_middle[c] - odd_middle[-c]);
+        const std::int16_t *right_up = right_of(half_ - r), *left_up = left_of(half_ - r);
+        const std::int16_t *right_down = right_of(half_ + r), *left_down = left_of(half_ + r);
+        std::int16_t* __restrict out = folded_.data() + r * quarter_;
+        const std::ptrdiff_t next = sector_ + width_;  // sector
+        for (std::ptrdiff_t c = 0; c < width_; c += LANES) {
+            for (std::ptrdiff_t lane = c; lane < c + LANES; ++lane) {
+                const auto even = static_cast<std::int16_t>(right_down[lane] + right_up[lane]);
+                const auto odd = static_cast<std::int16_t>(right_down[lane] - right_up[lane]);
+                const auto even_left = static_cast<std::int16_t>(left_down[lane] + left_up[lane]);
+                const auto odd_left = static_cast<std::int16_t>(left_down[lane] - left_up[lane]);
+                out[lane] = static_cast<std::int16_t>(even + even_left);
+                out[next + lane] = static_cast<std::int16_t>(even - even_left);
+                out[2 * next + lane] = static_cast<std::int16_t>(odd + odd_left);
+                out[3 * next + lane] = static_cast<std::int16_t>(odd - odd_left);
+            }
         }
     }
 }
@@ -104,7 +114,7 @@ TACTILE_WIDE void DiscPatch::compress(float* out) {
     const float scale = 1.0f / (UNITS * BASIS_UNITS);
     std::ptrdiff_t at = 0;
     for (std::ptrdiff_t s = 0; s < SECTORS; ++s) {
-        const std::int16_t* folded = folded_.data() + s * sector_;
+        const std::int16_t* folded = folded_.data() + s * (sector_ + width_);
         for (const std::ptrdiff_t end = at + SECTOR_SIZES[s]; at < end; ++at) {
             out[at] = scale * static_cast<float>(product(folded, model_.basis + at * sector_, sector_));
         }

@@ -27,10 +27,13 @@ class DiscPatch {
 
  private:
     void fold();
+    // Row r of the patch from the middle pixel to the right, and to the left; the padding follows.
+    std::int16_t* right_of(std::ptrdiff_t r) { return values_.data() + 2 * r * width_; }
+    std::int16_t* left_of(std::ptrdiff_t r) { return right_of(r) + width_; }
 
     const DiscModel& model_;
-    const std::ptrdiff_t half_, side_, quarter_, sector_;  // sector_: length of a folded patch
-    std::vector<std::int16_t> values_, down_, folded_;
+    const std::ptrdiff_t half_, quarter_, width_, sector_;  // width_: of a padded half row; sector_: length of a folded patch
+    std::vector<std::int16_t> values_, folded_;
 };
 
 }  // namespace tactile

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "common/median.hpp"
+#include "common/pi.hpp"
 #include "dots/detect/ground_slopes.hpp"
 
 namespace tactile {
@@ -22,7 +23,6 @@ constexpr double PLAIN_TYPICAL = 0.1, PLAIN_OWN = 0.12;  // the same as a share 
 constexpr double USUAL = 1.7, USUAL_MOST = 0.2;          // times the median ratio of residual to contrast, and its bound. Chosen
 constexpr double UNUSUAL = 2.5, UNLIKEST = 0.3;          // the same where dots were unlike discs from the start. Chosen
 constexpr double SAME_KIND = 1.2;  // times the median ratio when the appearance was measured: bounds the median. Chosen
-constexpr double PI = 3.14159265358979323846;
 
 class Judge {
  public:

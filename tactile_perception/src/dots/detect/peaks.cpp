@@ -150,22 +150,22 @@ double top(float before, float middle, float after) {
 // Finds the peaks of the middle one of three adjacent rows, px of the rows.
 class PeakRow {
  public:
-    PeakRow(std::ptrdiff_t columns, float lowest) : columns_(columns), lowest_(lowest), needed_(columns + BLOCK) {}
+    PeakRow(std::ptrdiff_t columns, float lowest) : columns_(columns), lowest_(lowest), is_peak_(columns) {}
 
     // Appends column and row of each peak in row r to found. Of equal neighbours, the first is the peak.
     TACTILE_WIDE void find(const float* up, const float* row, const float* down, std::ptrdiff_t r, std::vector<double>& found) {
         for (std::ptrdiff_t block = 1; block < columns_ - 1; block += BLOCK) {
             const std::ptrdiff_t end = std::min(block + BLOCK, columns_ - 1);
             if (!any_reaches(row, block, end)) continue;
+            int any = 0;
             for (std::ptrdiff_t c = block; c < end; ++c) {
                 const float before = std::max(std::max(up[c - 1], up[c]), std::max(up[c + 1], row[c - 1]));
                 const float after = std::max(std::max(down[c - 1], down[c]), std::max(down[c + 1], row[c + 1]));
-                needed_[c] = std::max(std::max(before, after), lowest_);
+                is_peak_[c] = (row[c] > before) & (row[c] >= after) & (row[c] >= lowest_);
+                any |= is_peak_[c];
             }
-            int any = 0;
-            for (std::ptrdiff_t c = block; c < end; ++c) any |= row[c] >= needed_[c];
             for (std::ptrdiff_t c = block; any && c < end; ++c) {
-                if (row[c] < needed_[c] || row[c] <= row[c - 1] || row[c] <= up[c - 1] || row[c] <= up[c] || row[c] <= up[c + 1]) continue;
+                if (!is_peak_[c]) continue;
                 found.push_back(c + top(row[c - 1], row[c], row[c + 1]));
                 found.push_back(r + top(up[c], row[c], down[c]));
             }
@@ -183,7 +183,7 @@ class PeakRow {
     static constexpr std::ptrdiff_t BLOCK = 16;  // pixels tested together, since most blocks have no peak. Chosen
     const std::ptrdiff_t columns_;
     const float lowest_;
-    std::vector<float> needed_;
+    std::vector<int> is_peak_;
 };
 
 }  // namespace

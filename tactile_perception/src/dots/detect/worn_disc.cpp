@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "common/cholesky.hpp"
 #include "common/median.hpp"
 #include "dots/detect/disc_model.hpp"
 
@@ -33,35 +35,22 @@ constexpr std::size_t LEVELS = 4, UNKNOWNS = 7;  // ground, its slopes, amplitud
 using Matrix = std::array<std::array<double, UNKNOWNS>, UNKNOWNS>;
 using Vector = std::array<double, UNKNOWNS>;
 
-// Solves a symmetric positive definite system of the first n unknowns by Cholesky's decomposition; a column that fails gets zero.
-class Cholesky {
+// Normal equations of the first n unknowns, solved by Cholesky's method; NaN where they cannot be.
+class Equations {
  public:
-    Cholesky(const Matrix& matrix, std::size_t n) : n_(n) {
-        for (std::size_t j = 0; j < n; ++j) {
-            for (std::size_t i = j; i < n; ++i) {
-                double rest = matrix[i][j];
-                for (std::size_t k = 0; k < j; ++k) rest -= lower_[i][k] * lower_[j][k];
-                lower_[i][j] = i == j ? std::sqrt(std::max(rest, 1e-30)) : rest / lower_[j][j];
-            }
-        }
-    }
-    Vector solve(const Vector& right) const {
-        Vector x{};
-        for (std::size_t i = 0; i < n_; ++i) {
-            x[i] = right[i];
-            for (std::size_t k = 0; k < i; ++k) x[i] -= lower_[i][k] * x[k];
-            x[i] /= lower_[i][i];
-        }
-        for (std::size_t i = n_; i-- > 0;) {
-            for (std::size_t k = i + 1; k < n_; ++k) x[i] -= lower_[k][i] * x[k];
-            x[i] /= lower_[i][i];
-        }
-        return x;
+    Equations(const Matrix& matrix, std::size_t n)
+        : n_(static_cast<int>(n)), factor_(matrix), solvable_(factorise(factor_[0].data(), n_, UNKNOWNS, LEAST_PIVOT)) {}
+    Vector solve(Vector right) const {
+        if (!solvable_) right.fill(std::numeric_limits<double>::quiet_NaN());
+        substitute(factor_[0].data(), n_, UNKNOWNS, right.data());
+        std::fill(right.begin() + n_, right.end(), 0.0);
+        return right;
     }
 
  private:
-    const std::size_t n_;
-    Matrix lower_{};
+    const int n_;
+    Matrix factor_;
+    const bool solvable_;
 };
 
 double bounded(double value, double most) {
@@ -180,7 +169,7 @@ class Fitter {
         Matrix matrix{};
         Vector right{};
         square(LEVELS, window_, value_, matrix, right);
-        const Vector level = Cholesky(matrix, LEVELS).solve(right);
+        const Vector level = Equations(matrix, LEVELS).solve(right);
         const double raw = residuals(level);
         const auto amplitude = static_cast<float>(std::max(std::abs(level[3]), 1e-3));
         for (std::size_t i = LEVELS; i < UNKNOWNS; ++i) {
@@ -190,9 +179,9 @@ class Fitter {
         const double prior = TEXTURE * raw / (SPREAD * SPREAD * unit_ * unit_);
         matrix[6][6] += prior;
         right[6] += prior * (typical - disc.radius);
-        const Cholesky solver(matrix, UNKNOWNS);
-        disc.own = raw * (solver.solve(unit(4))[4] + solver.solve(unit(5))[5]) / 2;
-        return move(disc, solver.solve(right));
+        const Equations equations(matrix, UNKNOWNS);
+        disc.own = raw * (equations.solve(unit(4))[4] + equations.solve(unit(5))[5]) / 2;
+        return move(disc, equations.solve(right));
     }
 
     static Vector unit(std::size_t i) {

@@ -13,8 +13,4 @@ namespace tactile {
 // m; normals (K, 3); pitch: of the dots, m.
 std::vector<double> contact_score(Grid grid, const double* load, const double* places, const double* normals, double pitch);
 
-// Heights (N), m, along the mean normal, of points (N, 3), m, above a paraboloid fitted robustly to them. neighbours (N): number of other
-// points of the patch beside each; points with many of them, and low points, weigh more. NaN where the fit is singular.
-std::vector<double> heights_over_face(const std::vector<double>& points, const double* mean_normal, const std::vector<int>& neighbours);
-
 }  // namespace tactile

@@ -5,6 +5,7 @@
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
 // Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
 // below one that turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
+// A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
 #include "touchpad/contact/stick_slip.hpp"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 
 enum State : std::uint8_t { FREE, STICKING, SLIPPING };
 constexpr double HALF = 0.5;             // score of the border of a contact
-constexpr std::size_t FEWEST = 5;        // dots that determine a motion; chosen: two more than three
+constexpr std::ptrdiff_t FEWEST = 4;     // dots that determine a motion; chosen: one more than three
 constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
 constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
@@ -29,9 +30,12 @@ constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is 
 constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
 constexpr double QUIET =
     1.0 / 3;                     // of the tolerance: dots that move less in a frame are at rest; chosen: a sixth of what sliding dots move
+constexpr double STARTS = 0.75;  // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
+constexpr double SWIFT = 50;     // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
 constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
 constexpr double LIVELY = 1.5;   // of the tolerance: dots that moved less before they came to rest did so gradually; chosen
 constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
+constexpr double ALONG = 0.5;    // mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
 
 using Dots = std::vector<std::ptrdiff_t>;
@@ -83,7 +87,9 @@ class ObjectFrame {
 
     // Which dots slip. Updates the object and the memory.
     std::vector<std::uint8_t> classify(TouchingObject& thing, const std::vector<std::uint8_t>& touched) {
-        if (thing.moves) {
+        if (!thing.moves) {
+            expected_ = lowered();
+        } else {
             const Vec3 turn{thing.twist[3], thing.twist[4], thing.twist[5]}, shift = cross(turn, motions_.centre() - thing.centre);
             expected_ = thing.twist;
             expected_[0] += shift.x, expected_[1] += shift.y, expected_[2] += shift.z;
@@ -91,21 +97,42 @@ class ObjectFrame {
         }
         find_friction(touched, thing.moves);
         watch_rest(thing);
-        const Twist twist = find_motion(thing);
+        const bool starts = !thing.moves && starts_sliding(thing);
+        const Twist twist = starts ? expected_ : find_motion(thing);
+        thing.gross = thing.gross || starts;
         std::vector<std::uint8_t> slips(count_);
-        const double limit = std::hypot(1.3 * memory_.tolerance, 3 * memory_.noise);
+        if (count_ < FEWEST && !thing.gross) {  // they tell no motion
+            thing = TouchingObject{thing.friction};
+            return slips;
+        }
+        const double limit = slip_limit();
         for (std::ptrdiff_t i = 0; i < count_; ++i) slips[i] = length(motions_.residual(i, twist)) > limit;
+        learn(thing, twist, slips);
+        if (starts) return slips;
         thing.twist = thing.rests ? expected_ : twist, thing.centre = motions_.centre(), thing.moves = true;
         thing.slipping = static_cast<double>(std::count(slips.begin(), slips.end(), 1)) / static_cast<double>(count_);
-        learn(thing, twist, slips);
         return slips;
     }
 
  private:
+    // Lag behind the object, m a frame, above which a dot slips.
+    double slip_limit() const { return std::hypot(1.3 * memory_.tolerance, 3 * memory_.noise); }
+
     // twist with the components that move the surface along its normals fitted to the dots, the others, which slip hides, kept.
     Twist constrained_to_normals(const Twist& twist) const {
         const std::vector<double> none(3 * count_);
         return motions_.fit_robust(&twist, none.data(), none.data(), 1, 1, LOOSE);
+    }
+
+    // Motion along the sensor's axis that follows the dots along their normals.
+    Twist lowered() const {
+        double product = 0, square = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const double upright = vec3_at(normals_.data(), i).z;
+            product += upright * motions_.normal_residual(i, {});
+            square += upright * upright;
+        }
+        return {0, 0, square > 0 ? product / square : 0, 0, 0, 0};
     }
 
     // Whether the dots follow the object along the normal, as all dots in contact must.
@@ -174,7 +201,7 @@ class ObjectFrame {
 
     // Frames for which dots must be at rest before the object counts as at rest.
     int rest_frames(const TouchingObject& thing) const {
-        if (!thing.gross) return 1;
+        if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
         double sum = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) sum += length(vec3_at(drag_.data(), i));
         return length(whole_drag()) < ONE_WAY * sum && thing.lively < LIVELY * memory_.tolerance ? REST_AFTER_TURN : REST_AFTER_GROSS;
@@ -193,6 +220,10 @@ class ObjectFrame {
         thing.gross = thing.rests = false;
         if (still) {
             thing.rests = gross || rested;
+            return {};
+        }
+        if (rested && mean_size({}) < STARTS * memory_.tolerance && in_touch({})) {
+            thing.rests = true;
             return {};
         }
         if (rested && slides_again(thing)) {
@@ -217,6 +248,12 @@ class ObjectFrame {
         return motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
     }
 
+    // Whether the dots of a new object lag along their drag behind an object that moves along the sensor's axis alone. Dots that stuck to
+    // one that moves aside would be dragged along with it.
+    bool starts_sliding(const TouchingObject& thing) const {
+        return mean_size(expected_) > slip_limit() && lag_along_drag() > ALONG && loaded(thing);
+    }
+
     // Whether the motion that most dots share lags behind the expected one along the drag: then these dots slip, they do not stick.
     bool behind(const Twist& near) const {
         const Vec3 drag = whole_drag();
@@ -227,6 +264,12 @@ class ObjectFrame {
     bool slides_again(const TouchingObject& thing) const {
         const Vec3 drag = whole_drag();
         return dot(mean_residual({}), drag) > -0.5 * memory_.tolerance * length(drag) && loaded(thing) && in_touch(expected_);
+    }
+
+    double mean_size(const Twist& twist) const {
+        double sum = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) sum += length(motions_.residual(i, twist));
+        return sum / static_cast<double>(count_);
     }
 
     Vec3 mean_residual(const Twist& twist) const {
@@ -240,13 +283,18 @@ class ObjectFrame {
 
     // Whether the dots lag behind the expected motion as in gross slip: all along their drag, at the friction of earlier slip.
     bool slides_on(const TouchingObject& thing, bool gross) const {
+        return lag_along_drag() > (gross ? ALONG / 2 : ALONG) && loaded(thing) && in_touch(expected_) && (gross || thing.slipping > MANY);
+    }
+
+    // Mean cosine, weighted by their size, between the dots' lags behind the expected motion and their drags.
+    double lag_along_drag() const {
         double along = 0, size = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const Vec3 lag = -1.0 * motions_.residual(i, expected_), drag = vec3_at(drag_.data(), i);
             size += length(lag) + 1e-12;
             along += dot(lag, drag) / std::max(length(drag), 1e-12);
         }
-        return along / size > (gross ? 0.25 : 0.5) && loaded(thing) && in_touch(expected_) && (gross || thing.slipping > MANY);
+        return along / size;
     }
 
     // Updates the running means of the slipping dots' friction and of the noise along the normal.
@@ -300,7 +348,7 @@ std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const T
             held[k] = static_cast<std::int64_t>(objects.size()) + 1;
             if (now.seen[k] && last.seen[k] && memory.held[k] > 0) both.push_back(k);
         }
-        if (both.size() >= FEWEST) {
+        if (!both.empty()) {
             const std::vector<std::uint8_t> slips = ObjectFrame(grid, last, now, both, origin, memory).classify(thing, touched);
             for (std::size_t i = 0; i < both.size(); ++i) {
                 if (slips[i]) states[both[i]] = SLIPPING;
@@ -308,8 +356,6 @@ std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const T
             for (const std::ptrdiff_t k : dots) {  // new dots do as their object
                 if (memory.held[k] == 0 && thing.gross) states[k] = SLIPPING;
             }
-        } else if (dots.size() < FEWEST) {
-            thing = TouchingObject{thing.friction};
         }
         objects.push_back(thing);
     }

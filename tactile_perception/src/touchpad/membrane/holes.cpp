@@ -6,21 +6,13 @@
 #include <vector>
 
 #include "common/band.hpp"
+#include "touchpad/membrane/membrane_forces.hpp"
 
 namespace tactile {
 
 namespace {
 
 constexpr double UNKNOWN_WEIGHT = 0.5;  // chosen; a known neighbour weighs 1
-
-// Calls visit(neighbour) for each of the up to eight neighbours of dot k.
-template <class Visit>
-void visit_neighbours(std::ptrdiff_t k, std::ptrdiff_t rows, std::ptrdiff_t columns, Visit visit) {
-    const std::ptrdiff_t row = k / columns, column = k % columns;
-    for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r)
-        for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c)
-            if (r * columns + c != k) visit(r * columns + c);
-}
 
 }  // namespace
 
@@ -37,7 +29,7 @@ void fill_holes(double* values, const bool* known, std::ptrdiff_t rows, std::ptr
     Band<double> matrix(size, std::min(size - 1, columns + 1));
     std::vector<double> right(size * count);  // one row for each of the values
     for (std::ptrdiff_t h = 0; h < size; ++h) {
-        visit_neighbours(holes[h], rows, columns, [&](std::ptrdiff_t near) {
+        beside(Grid{rows, columns}, holes[h], [&](std::ptrdiff_t near) {
             matrix.column(h)[0] += known[near] ? 1.0 : UNKNOWN_WEIGHT;
             if (!known[near] && near > holes[h]) matrix.column(h)[number[near] - h] = -UNKNOWN_WEIGHT;
             for (std::ptrdiff_t i = 0; known[near] && i < count; ++i) right[i * size + h] += values[near * count + i];

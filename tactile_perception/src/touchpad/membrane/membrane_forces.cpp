@@ -4,115 +4,207 @@
 // triangle's edges: the first is a spring of weight G/2 times the cotangent at rest of the angle opposite to the edge (the cotangent
 // Laplacian of Pinkall and Polthier 1993), the second one of weight -G a/2 (A0/A)^3 times the cotangent now. Each cell is cut along both
 // diagonals, so that each triangle counts half and no direction is preferred.
+// Four cells of a row are calculated at once.
 #include "touchpad/membrane/membrane_forces.hpp"
 
+#include <algorithm>
+
+#include "common/lanes.hpp"
 #include "common/vectors.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
 
-// Calls visit(t, a, b, c) with the number and the corners of each triangle.
-template <class Visit>
-void each_triangle(Grid grid, Visit visit) {
-    std::ptrdiff_t t = 0;
-    for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {
-        for (std::ptrdiff_t column = 0; column + 1 < grid.columns; ++column) {
-            const std::ptrdiff_t a = row * grid.columns + column, b = a + 1, c = a + grid.columns, d = c + 1;
-            visit(t++, a, b, c);
-            visit(t++, b, d, c);
-            visit(t++, a, b, d);
-            visit(t++, a, d, c);
+// Corners of a cell: first row and column, then across, down, both. Its triangles have these corners.
+constexpr int CORNERS = 4, TRIANGLES = 4;
+constexpr int OF_TRIANGLE[TRIANGLES][3] = {{0, 1, 2}, {1, 3, 2}, {0, 1, 3}, {0, 3, 2}};
+
+using FourVectors = Vector3<Four>;
+
+// An array (K, 3) of a grid's dots, one coordinate after the other, so that those of neighbours in a row are read at once. Zeros follow
+// each row.
+class Columns {
+ public:
+    Columns(Grid grid, const double* array) : stride_(grid.columns + FOUR), plane_(grid.rows * stride_), values_(3 * plane_) {
+        for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
+            for (std::ptrdiff_t column = 0; column < grid.columns; ++column) {
+                for (int axis = 0; axis < 3; ++axis) {
+                    values_[axis * plane_ + row * stride_ + column] = array[3 * (row * grid.columns + column) + axis];
+                }
+            }
         }
     }
-}
+    // Of this corner of four cells in a row, from the cell in this row and column.
+    TACTILE_INLINE FourVectors at(std::ptrdiff_t row, std::ptrdiff_t column, int corner) const {
+        const double* first = values_.data() + (row + corner / 2) * stride_ + column + corner % 2;
+        return {Four(first), Four(first + plane_), Four(first + 2 * plane_)};
+    }
+
+ private:
+    const std::ptrdiff_t stride_, plane_;
+    std::vector<double> values_;
+};
+
+// Sums, at the dots of two rows of a grid, of what the cells around them contribute to each of several numbers. What comes from the cells
+// right of a dot and from those left of it is summed apart: so no sum is needed again before it is stored.
+class CellSums {
+ public:
+    CellSums(Grid grid, std::ptrdiff_t numbers)
+        : last_(grid.columns - 1), stride_(grid.padded_cells() + 1), size_(2 * numbers * stride_), values_(2 * size_) {}
+
+    // Adds to a number at this corner of four cells in a row.
+    TACTILE_INLINE void add(std::ptrdiff_t number, std::ptrdiff_t row, std::ptrdiff_t column, int corner, const Four& value) {
+        double* sum = values_.data() + (row + corner / 2) % 2 * size_ + (2 * number + corner % 2) * stride_ + column + 1;
+        (Four(sum) + value).store(sum);
+    }
+    // The sum of a number at a dot whose cells all have been added.
+    TACTILE_INLINE double sum(std::ptrdiff_t number, std::ptrdiff_t row, std::ptrdiff_t column) const {
+        const double *right = values_.data() + row % 2 * size_ + 2 * number * stride_ + column + 1, *left = right + stride_ - 1;
+        return (column < last_ ? *right : 0.0) + *left;
+    }
+    // Forgets a row, for the next but one.
+    void clear(std::ptrdiff_t row) { std::fill_n(values_.begin() + row % 2 * size_, size_, 0.0); }
+
+ private:
+    const std::ptrdiff_t last_, stride_, size_;  // stride_: a zero, then the cells of a row
+    std::vector<double> values_;
+};
 
 // A triangle's sides from its first corner, doubled area vector, and the products from which the cotangents follow: that of the angle at a
 // corner is the product of the two sides there over the doubled area.
+template <class Number>
 struct Triangle {
-    Vec3 u, v, doubled;
-    double square;  // of the doubled area
-    double at[3];   // products of the sides at each corner
-    Triangle(const double* places, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
-        const Vec3 origin = vec3_at(places, a);
-        u = vec3_at(places, b) - origin;
-        v = vec3_at(places, c) - origin;
-        doubled = cross(u, v);
-        square = dot(doubled, doubled);
+    Vector3<Number> u, v, doubled;
+    Number square;  // of the doubled area
+    Number at[3];   // products of the sides at each corner
+    TACTILE_INLINE Triangle(const Vector3<Number>& a, const Vector3<Number>& b, const Vector3<Number>& c)
+        : u(b - a), v(c - a), doubled(cross(u, v)), square(dot(doubled, doubled)) {
         at[0] = dot(u, v);
         at[1] = dot(u, u) - at[0];
         at[2] = dot(v, v) - at[0];
     }
 };
 
-// Weights of the edges opposite to the corners, N/m: springs less the area term. of: the triangle's four numbers.
-inline void tensions(const double* of, const Triangle& triangle, double* tension) {
-    const double rate = of[3] / (triangle.square * triangle.square);
-    for (int k = 0; k < 3; ++k) tension[k] = of[k] - rate * triangle.at[k];
-}
+// The triangles' numbers of four cells in a row, from the cell in this row and column.
+class Springs {
+ public:
+    TACTILE_INLINE Springs(Grid grid, const double* triangles, std::ptrdiff_t row, std::ptrdiff_t column)
+        : stride_(grid.padded_cells()), numbers_(triangles + row * 4 * TRIANGLES * stride_ + column) {}
+    // Weight of the spring opposite to a corner of triangle t.
+    TACTILE_INLINE Four weight(int t, int corner) const { return Four(numbers_ + (4 * t + corner) * stride_); }
+    // Factor of the area term of triangle t over the fourth power of the doubled area.
+    TACTILE_INLINE Four rate(int t, const Four& square) const { return Four(numbers_ + (4 * t + 3) * stride_) / (square * square); }
 
-// Slot of dot `to` in the stencil of dot `from`.
-inline int slot(Grid grid, std::ptrdiff_t from, std::ptrdiff_t to) {
-    const std::ptrdiff_t step = to - from;
-    const std::ptrdiff_t down = step > 1 ? 1 : step < -1 ? -1 : 0;
-    return static_cast<int>(3 * (down + 1) + step - down * grid.columns + 1);
-}
+ private:
+    const std::ptrdiff_t stride_;
+    const double* numbers_;
+};
 
-// Adds the derivatives of the normal forces at the corners of one triangle, by movements of its corners along their rays.
-// With V the triangle's area vector, n its normal, E_k the edge opposite to corner k, N_k the dot's normal, s = G a/2 (A0/A)^3 / 2:
-// the area term's force is s n x E_k / 2, the fluid's p V / 6, and corner j along its ray r_j changes V by E_j x r_j / 2.
-void add_slopes(Grid grid, const double* of, const Triangle& triangle, const std::ptrdiff_t* corner, const double* rays,
-                const double* normals, double pressure, double* slopes) {
-    const Vec3 edge[3] = {triangle.v - triangle.u, {-triangle.v.x, -triangle.v.y, -triangle.v.z}, triangle.u};
-    const double doubled = std::sqrt(triangle.square), area = doubled / 2;
-    const Vec3 n = 1 / doubled * triangle.doubled;
-    const double stiffening = of[3] / (triangle.square * triangle.square) * doubled * 2;
-    Vec3 ray[3], change[3];
-    for (int j = 0; j < 3; ++j) {
-        ray[j] = vec3_at(rays, corner[j]);
-        change[j] = 0.5 * cross(edge[j], ray[j]);
+// Adds the elastic forces and the shares of the area vectors of four cells in a row to sums 0 to 2 and 3 to 5.
+TACTILE_INLINE void add_cells(const Springs& springs, const Columns& where, std::ptrdiff_t row, std::ptrdiff_t column, CellSums& sums) {
+    FourVectors corner[CORNERS], pull[CORNERS] = {}, area[CORNERS] = {};
+    for (int k = 0; k < CORNERS; ++k) corner[k] = where.at(row, column, k);
+    for (int t = 0; t < TRIANGLES; ++t) {
+        const int a = OF_TRIANGLE[t][0], b = OF_TRIANGLE[t][1], c = OF_TRIANGLE[t][2];
+        const Triangle<Four> triangle(corner[a], corner[b], corner[c]);
+        const Four rate = springs.rate(t, triangle.square);
+        Four tension[3];
+        for (int k = 0; k < 3; ++k) tension[k] = springs.weight(t, k) - rate * triangle.at[k];
+        const FourVectors ab = tension[2] * triangle.u, ac = tension[1] * triangle.v, bc = tension[0] * (triangle.v - triangle.u);
+        pull[a] = pull[a] + (ab + ac);
+        pull[b] = pull[b] + (bc - ab);
+        pull[c] = pull[c] - (ac + bc);
+        const FourVectors third = 1.0 / 12 * triangle.doubled;  // a third of half of a triangle; the vector is twice the area
+        for (const int k : {a, b, c}) area[k] = area[k] + third;
     }
-    for (int k = 0; k < 3; ++k) {
-        const Vec3 up = vec3_at(normals, corner[k]), turned = 0.5 * cross(edge[k], up), tilt = cross(up, n);
-        // three from the derivative of 1/A^3, the fourth from the rotation of the triangle's normal
-        const Vec3 lever = stiffening / area * (turned - 4 * dot(turned, n) * n) + pressure / 6 * up;
-        const int before = (k + 2) % 3, after = (k + 1) % 3;
-        double by[3];
-        for (int j = 0; j < 3; ++j) by[j] = dot(lever, change[j]);
-        by[before] += stiffening / 2 * dot(ray[before], tilt) + of[after] * dot(up, ray[before]);
-        by[after] += of[before] * dot(up, ray[after]) - stiffening / 2 * dot(ray[after], tilt);
-        by[k] -= (of[before] + of[after]) * dot(up, ray[k]);
-        for (int j = 0; j < 3; ++j) slopes[9 * corner[k] + slot(grid, corner[k], corner[j])] += by[j];
+    for (int k = 0; k < CORNERS; ++k) {
+        const Four all[6] = {pull[k].x, pull[k].y, pull[k].z, area[k].x, area[k].y, area[k].z};
+        for (int number = 0; number < 6; ++number) sums.add(number, row, column, k, all[number]);
+    }
+}
+
+// Slot of a corner of a cell in the stencil of another.
+constexpr int slot(int from, int to) {
+    return 3 * (to / 2 - from / 2 + 1) + to % 2 - from % 2 + 1;
+}
+
+// Adds the derivatives of the normal forces of the dots of four cells in a row, by movements along their rays, to the sum of each slot.
+// In a triangle, with V its area vector, n its normal, E_k the edge opposite to corner k, N_k the dot's normal, s = G a/2 (A0/A)^3 / 2:
+// the area term's force is s n x E_k / 2, the fluid's p V / 6, and corner j along its ray r_j changes V by E_j x r_j / 2.
+// The rate is s / (4 A); the doubled area vector is 2 A n.
+TACTILE_INLINE void add_slopes(const Springs& springs, const Columns& where, const Columns& along, const Columns& upward, double pressure,
+                               std::ptrdiff_t row, std::ptrdiff_t column, CellSums& sums) {
+    FourVectors place[CORNERS], ray[CORNERS], normal[CORNERS];
+    for (int k = 0; k < CORNERS; ++k) {
+        place[k] = where.at(row, column, k), ray[k] = along.at(row, column, k), normal[k] = upward.at(row, column, k);
+    }
+    Four slopes[CORNERS][CORNERS];
+    for (int t = 0; t < TRIANGLES; ++t) {
+        const int* corner = OF_TRIANGLE[t];
+        const Triangle<Four> triangle(place[corner[0]], place[corner[1]], place[corner[2]]);
+        const FourVectors edge[3] = {triangle.v - triangle.u, Four(-1.0) * triangle.v, triangle.u}, &doubled = triangle.doubled;
+        const Four rate = springs.rate(t, triangle.square), inverse = 4.0 / triangle.square;
+        FourVectors change[3];
+        for (int j = 0; j < 3; ++j) change[j] = 0.5 * cross(edge[j], ray[corner[j]]);
+        for (int k = 0; k < 3; ++k) {
+            const int before = (k + 2) % 3, after = (k + 1) % 3;
+            const FourVectors &up = normal[corner[k]], &ahead = ray[corner[after]], &behind = ray[corner[before]];
+            const FourVectors turned = 0.5 * cross(edge[k], up), tilt = cross(up, doubled);
+            // three from the derivative of 1/A^3, the fourth from the rotation of the triangle's normal
+            const FourVectors lever = 4.0 * rate * (turned - inverse * dot(turned, doubled) * doubled) + pressure / 6 * up;
+            Four by[3];
+            for (int j = 0; j < 3; ++j) by[j] = dot(lever, change[j]);
+            by[before] += rate * dot(behind, tilt) + springs.weight(t, after) * dot(up, behind);
+            by[after] += springs.weight(t, before) * dot(up, ahead) - rate * dot(ahead, tilt);
+            by[k] -= (springs.weight(t, before) + springs.weight(t, after)) * dot(up, ray[corner[k]]);
+            for (int j = 0; j < 3; ++j) slopes[corner[k]][corner[j]] += by[j];
+        }
+    }
+    for (int from = 0; from < CORNERS; ++from) {
+        for (int to = 0; to < CORNERS; ++to) sums.add(slot(from, to), row, column, from, slopes[from][to]);
     }
 }
 
 }  // namespace
 
 std::vector<double> membrane_at_rest(Grid grid, const double* rest, double stiffness, double area_share) {
-    std::vector<double> triangles(4 * grid.triangles());
-    each_triangle(grid, [&](std::ptrdiff_t t, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
-        const Triangle triangle(rest, a, b, c);
-        const double doubled = std::sqrt(triangle.square);
-        for (int k = 0; k < 3; ++k) triangles[4 * t + k] = stiffness / 4 * triangle.at[k] / doubled;
-        // G a/4 (A0/A)^3 over the doubled area, times its square's square: A0 = doubled / 2
-        triangles[4 * t + 3] = stiffness * area_share / 4 * triangle.square * doubled;
-    });
+    std::vector<double> triangles(grid.triangle_numbers());
+    const std::ptrdiff_t stride = grid.padded_cells();
+    for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; column + 1 < grid.columns; ++column) {
+            for (int t = 0; t < TRIANGLES; ++t) {
+                const auto corner = [&](int k) {
+                    const int which = OF_TRIANGLE[t][k];
+                    return vec3_at(rest, (row + which / 2) * grid.columns + column + which % 2);
+                };
+                const Triangle<double> triangle(corner(0), corner(1), corner(2));
+                const double doubled = std::sqrt(triangle.square);
+                double* numbers = triangles.data() + (row * TRIANGLES + t) * 4 * stride + column;
+                for (int k = 0; k < 3; ++k) numbers[k * stride] = stiffness / 4 * triangle.at[k] / doubled;
+                // G a/4 (A0/A)^3 over the doubled area, times its square's square: A0 = doubled / 2
+                numbers[3 * stride] = stiffness * area_share / 4 * triangle.square * doubled;
+            }
+        }
+    }
     return triangles;
 }
 
-void add_forces(Grid grid, const double* triangles, const double* places, double* force, double* share) {
-    each_triangle(grid, [&](std::ptrdiff_t t, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
-        const Triangle triangle(places, a, b, c);
-        double tension[3];
-        tensions(triangles + 4 * t, triangle, tension);
-        const Vec3 ab = tension[2] * triangle.u, ac = tension[1] * triangle.v, bc = tension[0] * (triangle.v - triangle.u);
-        add_to(force, a, ab + ac);
-        add_to(force, b, bc - ab);
-        add_to(force, c, Vec3{-ac.x - bc.x, -ac.y - bc.y, -ac.z - bc.z});
-        const Vec3 third = 1.0 / 12 * triangle.doubled;  // a third of half of a triangle; the vector is twice the area
-        add_to(share, a, third);
-        add_to(share, b, third);
-        add_to(share, c, third);
-    });
+TACTILE_WIDE void add_forces(Grid grid, const double* triangles, const double* places, double* force, double* share) {
+    const Columns where(grid, places);
+    CellSums sums(grid, 6);
+    for (std::ptrdiff_t row = 0; row < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; row + 1 < grid.rows && column + 1 < grid.columns; column += FOUR) {
+            add_cells(Springs(grid, triangles, row, column), where, row, column, sums);
+        }
+        for (std::ptrdiff_t column = 0; column < grid.columns; ++column, force += 3, share += 3) {
+            for (int axis = 0; axis < 3; ++axis) {
+                force[axis] += sums.sum(axis, row, column);
+                share[axis] += sums.sum(3 + axis, row, column);
+            }
+        }
+        sums.clear(row);
+    }
 }
 
 Balance find_balance(const Membrane& membrane, const double* places, double pressure) {
@@ -134,21 +226,24 @@ Balance find_balance(const Membrane& membrane, const double* places, double pres
     return found;
 }
 
-std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure, const Balance& balance,
-                                const std::uint8_t* wanted) {
+TACTILE_WIDE std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure,
+                                             const Balance& balance) {
     const Grid grid = membrane.grid;
-    std::vector<double> slopes(9 * grid.size());
-    each_triangle(grid, [&](std::ptrdiff_t t, std::ptrdiff_t a, std::ptrdiff_t b, std::ptrdiff_t c) {
-        if (wanted && !wanted[a] && !wanted[b] && !wanted[c]) return;
-        const std::ptrdiff_t corner[3] = {a, b, c};
-        add_slopes(grid, membrane.triangles + 4 * t, Triangle(places, a, b, c), corner, rays, balance.normal.data(), pressure,
-                   slopes.data());
-    });
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        const double scale = grid.inner(k / grid.columns, k % grid.columns) ? 1 / (pressure * balance.area[k]) : 0.0;
-        for (int j = 0; j < 9; ++j) slopes[9 * k + j] *= scale;
+    const Columns where(grid, places), along(grid, rays), upward(grid, balance.normal.data());
+    CellSums sums(grid, 9);
+    std::vector<double> found(9 * grid.size());
+    for (std::ptrdiff_t row = 0; row + 1 < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; column + 1 < grid.columns; column += FOUR) {
+            add_slopes(Springs(grid, membrane.triangles, row, column), where, along, upward, pressure, row, column, sums);
+        }
+        for (std::ptrdiff_t column = 1; row > 0 && column + 1 < grid.columns; ++column) {
+            const std::ptrdiff_t k = row * grid.columns + column;
+            const double scale = 1 / (pressure * balance.area[k]);
+            for (int j = 0; j < 9; ++j) found[9 * k + j] = scale * sums.sum(j, row, column);
+        }
+        sums.clear(row);
     }
-    return slopes;
+    return found;
 }
 
 }  // namespace tactile

@@ -3,6 +3,7 @@
 // Nodal forces of a stretched membrane whose nodes are the dots of a grid. Dot k is in row k / columns. Arrays of dots are (K, 3).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -12,21 +13,42 @@ namespace tactile {
 struct Grid {
     std::ptrdiff_t rows, columns;
     std::ptrdiff_t size() const { return rows * columns; }
-    // Number of triangles: four a cell.
-    std::ptrdiff_t triangles() const { return 4 * (rows - 1) * (columns - 1); }
+    // Cells of a row, as a multiple of four, which are handled at once.
+    std::ptrdiff_t padded_cells() const { return (columns + 2) / 4 * 4; }
+    // Length of a membrane's description: four numbers of each of the four triangles of each cell.
+    std::ptrdiff_t triangle_numbers() const { return (rows - 1) * 16 * padded_cells(); }
     // Whether the dot has eight neighbours. Only such dots have a balance of forces.
     bool inner(std::ptrdiff_t row, std::ptrdiff_t column) const { return row > 0 && row < rows - 1 && column > 0 && column < columns - 1; }
 };
 
-// A membrane. triangles (T, 4): of each triangle, the weights of its springs, opposite to its first, second and third corner, N/m, and the
-// factor of its area term, N m^3, both of membrane_at_rest. residual (K, 3), m^2: the mesh's discretisation error at rest over the
-// pressure.
+// Calls visit with each dot of the 3 x 3 around dot k that exists, k among them, row by row.
+template <class Visit>
+void around(Grid grid, std::ptrdiff_t k, Visit visit) {
+    const std::ptrdiff_t row = k / grid.columns, column = k % grid.columns;
+    for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid.rows - 1); ++r) {
+        for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid.columns - 1); ++c) {
+            visit(r * grid.columns + c);
+        }
+    }
+}
+
+// Calls visit with each existing neighbour of dot k.
+template <class Visit>
+void beside(Grid grid, std::ptrdiff_t k, Visit visit) {
+    around(grid, k, [&](std::ptrdiff_t j) {
+        if (j != k) visit(j);
+    });
+}
+
+// A membrane. triangles (rows - 1, 16, padded_cells): of each of the four triangles of each cell, the weights of its springs, opposite to
+// its first, second and third corner, N/m, and the factor of its area term, N m^3, both of membrane_at_rest; zeros follow. residual (K, 3),
+// m^2: the mesh's discretisation error at rest over the pressure.
 struct Membrane {
     Grid grid;
     const double *triangles, *residual;
 };
 
-// Triangles (T, 4) of a membrane with rest positions rest (K, 3), m, and shear stiffness, N/m, whose area term has the share area_share.
+// Triangles of a membrane with rest positions rest (K, 3), m, and shear stiffness, N/m, whose area term has the share area_share.
 std::vector<double> membrane_at_rest(Grid grid, const double* rest, double stiffness, double area_share);
 
 // Adds the elastic force (K, 3), N, on each dot at places (K, 3), m, and the dot's share (K, 3), m^2, of the area vectors.
@@ -40,9 +62,8 @@ struct Balance {
 Balance find_balance(const Membrane& membrane, const double* places, double pressure);
 
 // Derivatives (K, 9), 1/m, of the loads at places (K, 3) by movements of each dot (slot 4) and its neighbours, row by row, along their unit
-// rays (K, 3), normals held; balance: at these places. 0 on the outermost dots. wanted (K): of these dots alone, the others' rows are not
-// complete; null: of all.
-std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure, const Balance& balance,
-                                const std::uint8_t* wanted = nullptr);
+// rays (K, 3), normals held; balance: at these places. 0 on the outermost dots.
+std::vector<double> find_slopes(const Membrane& membrane, const double* places, const double* rays, double pressure,
+                                const Balance& balance);
 
 }  // namespace tactile

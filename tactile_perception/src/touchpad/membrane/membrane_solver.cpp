@@ -68,23 +68,12 @@ class Steps {
         found_.ranges.resize(size_);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             double sum = 0, count = 0;
-            around(k, [&](std::ptrdiff_t j) {
+            around(grid_, k, [&](std::ptrdiff_t j) {
                 if (found_.weight[j] > 0 && (!cold_ || j == k)) sum += gone[j], count += 1;
             });
             found_.ranges[k] = frame_.ranges[k] + sum / std::max(count, 1.0);
         }
         anchor_ = found_.ranges;
-    }
-
-    // Calls visit with each dot of the 3 x 3 around dot k that exists.
-    template <class Visit>
-    void around(std::ptrdiff_t k, Visit visit) const {
-        const std::ptrdiff_t row = k / grid_.columns, column = k % grid_.columns;
-        for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(row - 1, 0); r <= std::min(row + 1, grid_.rows - 1); ++r) {
-            for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(column - 1, 0); c <= std::min(column + 1, grid_.columns - 1); ++c) {
-                visit(r * grid_.columns + c);
-            }
-        }
     }
 
     // Takes the weight off ranges of inner dots whose change gone (K), m, at most one neighbour shares: glare spoils one or two dots, an
@@ -95,7 +84,7 @@ class Steps {
             if (!(found_.weight[k] > 0) || !grid_.inner(k / grid_.columns, k % grid_.columns)) continue;
             std::pair<double, double> beside[9];  // distance to a dot's change, and that change
             int count = 0, off = 0;
-            around(k, [&](std::ptrdiff_t j) { beside[count++] = {std::abs(gone[k] - gone[j]), gone[j]}; });
+            around(grid_, k, [&](std::ptrdiff_t j) { beside[count++] = {std::abs(gone[k] - gone[j]), gone[j]}; });
             for (const auto& [distance, change] : beside) off += distance * std::sqrt(found_.weight[k]) > OUTLIER_SIGMA;
             if (off < 7) continue;
             std::nth_element(beside, beside + 2, beside + 9);  // the nearest is the dot itself

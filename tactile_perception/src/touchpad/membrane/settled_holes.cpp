@@ -30,15 +30,13 @@ std::vector<double> settle_holes(const Membrane& membrane, const double* places,
         if (seen[k]) continue;
         number[k] = static_cast<std::ptrdiff_t>(holes.size());
         holes.push_back(k);
-        for (std::ptrdiff_t r = k / grid.columns - 1; r <= k / grid.columns + 1; ++r) {
-            for (std::ptrdiff_t c = k % grid.columns - 1; c <= k % grid.columns + 1; ++c) {
-                if (grid.inner(r, c)) beside[r * grid.columns + c] = 1;
-            }
-        }
+        around(grid, k, [&](std::ptrdiff_t j) {
+            if (grid.inner(j / grid.columns, j % grid.columns)) beside[j] = 1;
+        });
     }
     if (holes.empty()) return settled;
     const Balance balance = find_balance(membrane, places, pressure);
-    const std::vector<double> slopes = find_slopes(membrane, places, rays.data(), pressure, balance, beside.data());
+    const std::vector<double> slopes = find_slopes(membrane, places, rays.data(), pressure, balance);
     const auto size = static_cast<std::ptrdiff_t>(holes.size());
     Band<double> normal(size, std::min(size - 1, 2 * grid.columns + 2));  // dots beside the same one are at most so far apart
     std::vector<double> right(size);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/pi.hpp"
+
 namespace tactile {
 namespace {
 
@@ -19,7 +21,6 @@ constexpr double INK = 0.75, GLARE = 1.2;
 constexpr double SATURATED = 9 * 254;    // sum of nine pixels of red, the brightest channel in red water
 constexpr double NOISE_FLOOR = 9 * 0.5;  // sum of nine pixels below which a channel has no information. Chosen
 constexpr double FAR = 16384;            // px. Places are clipped to this; no image is that large
-constexpr double PI = 3.14159265358979323846;
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
 using Sums = std::array<std::array<int, POINTS>, 3>;  // of 3 x 3 pixels: blue, green, red at each point

@@ -17,9 +17,9 @@ from ...psd.model_fit import FingerFit
 from ...psd.equidistant_map import EquidistantMap
 
 SENSOR = 'psd_finger'
-UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level': 'V', 'typical': 'logarithm of V',
-         'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
-_ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,)}
+UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level, room': 'V',
+         'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
+_ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,), 'room': (4,)}
 _NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from .dot_profile import blurred_disc, disc_modes
 
-_PHASES = 4  # nodes from 0 to 1 px along each axis: the model is linear between them to 0.001 px
-_NODE_DIAMETERS = 0.6  # px, greatest spacing of the nodes' diameters: the model is linear between them to 0.001 px
+_PHASES = 4  # nodes from 0 to 1 px along each axis. Chosen: the model is linear between them to 0.001 px for dots from 5 px
+_NODE_DIAMETERS = 0.65  # widths of the blurred edge, greatest spacing of the nodes' diameters. Chosen likewise; dots of 3 px: 0.002 px
 _TAIL = 2.2  # blurs outside the dot's edge where the window ends: 1 % of the information about its position lies beyond
 _TAPER = 2.0  # px over which the window falls from one to zero. Chosen
 _SECTORS = {(1, 1): 12, (1, -1): 8, (-1, 1): 8, (-1, -1): 4}  # parity down and across: dimensions. They shift positions by below 0.001 px
@@ -37,8 +37,9 @@ class DiscModel:
     """
 
     def __init__(self, smallest: float, largest: float, blur: float):
-        self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / _NODE_DIAMETERS))
-        self._tail, self._blur = _TAIL * np.hypot(blur, 0.3), blur
+        edge = np.hypot(blur, 0.3)
+        self.diameters = np.linspace(smallest, largest, 2 + int((largest - smallest) / (_NODE_DIAMETERS * edge)))
+        self._tail, self._blur = _TAIL * edge, blur
         self.half = int(np.ceil(largest / 2 + self._tail - 0.3))
         self.tables = {'half': self.half, 'smallest': float(smallest), 'largest': float(largest), 'blur': float(blur),
                        'per_square': _PER_SQUARE, 'profile': self._profiles(smallest, largest), **self._nodes()}

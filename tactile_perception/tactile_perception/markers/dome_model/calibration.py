@@ -27,16 +27,18 @@ TOP = 0.35            # of the rim's radius: markers nearer to the axis tell the
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
-NUMBERS = 'place_error', 'depth_share', 'deeper', 'deepest', 'farthest', 'quiet'
+NUMBERS = 'place_error', 'depth_share', 'wider', 'deeper', 'deeper_far', 'deepest', 'farthest', 'quiet'
 MOST = 60             # presses that tell the noise, at most. Chosen
+REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
 
 @dataclass(frozen=True)
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
-    deeper: fitted depth over the true one, median; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest
-    match of an untouched frame.
+    wider: fitted distance from the axis over the true one; deeper, deeper_far: fitted depth over the true one on the axis and at the
+    farthest (see depth_scale); deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an
+    untouched frame.
     """
 
     library: DomeLibrary
@@ -46,7 +48,9 @@ class DomeCalibration:
     noise: FieldNoise
     place_error: float
     depth_share: float
+    wider: float
     deeper: float
+    deeper_far: float
     deepest: float
     farthest: float
     quiet: float
@@ -54,6 +58,10 @@ class DomeCalibration:
     def points(self, sensor: MarkerSensor) -> np.ndarray:
         """(K, 3) m, places of the untouched markers; NaN unknown."""
         return rest_points(self.rest, self.eyes, sensor)
+
+    def depth_scale(self, place: np.ndarray) -> float:
+        """Fitted depth over the true one at a place (2,), m."""
+        return float(_depth_scale(place, self.deeper, self.deeper_far, self.farthest))
 
     def numbers(self) -> dict:
         """As plain numbers, for a calibration file."""
@@ -88,12 +96,12 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, deepest, reached + max(sensor.pitch), 0.0)
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, 1.0, 1.0, deepest, reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
     inverse = _inverse(first, noise, sensor)
     inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
     quiet = max((inverse.score(field) for field in still), default=0.0)
-    errors = _remaining_errors([inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)], some)
+    errors = _remaining_errors([inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)], some, first.farthest)
     return DomeCalibration(library, material, rest, eyes, noise, *errors, deepest, first.farthest, float(quiet))
 
 
@@ -157,13 +165,41 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
 
 
-def _remaining_errors(found: list[DomeFound], presses: Presses) -> tuple[float, float, float]:
-    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances; median of depth over the true one."""
+def _remaining_errors(found: list[DomeFound], presses: Presses, farthest: float) -> tuple[float, float, float, float, float]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances and scales; and the scales: see
+    _scales."""
     deep = presses.depth > SHALLOW * presses.depth.max()
-    off = np.array([one.presses[0, :2] for one in found]) - presses.position[:, :2]
-    deeper = np.array([one.presses[0, DEPTH] for one in found]) - np.log(presses.depth)
-    variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])
-    place = np.median(np.mean(off[deep]**2 - variance[deep, :2], axis=1))
-    median = np.median(deeper[deep])
-    share = np.median((deeper[deep] - median)**2 - variance[deep, 2])
-    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(share, 0.0))), float(np.exp(median))
+    told, true = np.array([one.presses[0, :2] for one in found])[deep], presses.position[deep, :2]
+    ratio = np.exp([one.presses[0, DEPTH] for one in found])[deep] / presses.depth[deep]
+    wider, deeper, deeper_far = _scales(told, true, ratio, farthest)
+    variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])[deep]
+    place = np.median(np.mean((told / wider - true)**2 - variance[:, :2], axis=1))
+    share = np.median((ratio - _depth_scale(true, deeper, deeper_far, farthest))**2 - variance[:, 2])
+    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(share, 0.0))), wider, deeper, deeper_far
+
+
+def _depth_scale(place: np.ndarray, deeper: float, deeper_far: float, farthest: float) -> np.ndarray:
+    """(...) fitted depth over the true one at places (..., 2), m: it changes with the square of the distance from the axis up to the
+    farthest, m."""
+    return deeper + (deeper_far - deeper) * np.minimum(np.sum(np.square(place), axis=-1) / farthest**2, 1.0)
+
+
+def _scales(told: np.ndarray, true: np.ndarray, ratio: np.ndarray, farthest: float) -> tuple[float, float, float]:
+    """Distance from the axis over the true one, and depth over the true one on the axis and at the farthest, m, that most presses show;
+    told, true: (N, 2) m, places; ratio: (N,) of depths. One exact press at the farthest is added: presses near the axis hardly tell it."""
+    there = np.array([[farthest, 0.0]])
+    told, true, ratio = np.concatenate([told, there]), np.concatenate([true, there]), np.append(ratio, 1.0)
+    away = np.maximum(np.hypot(*true.T), 1e-9)
+    wider, = _least_absolute(away[:, None], np.sum(told * true, axis=1) / away)
+    deeper, change = _least_absolute(np.column_stack([np.ones(len(away)), (away / farthest)**2]), ratio)
+    return float(wider), float(deeper), float(deeper + change)
+
+
+def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(n,) solution of matrix (N, n) for values (N,) with the least sum of absolute errors, by reweighted least squares."""
+    weight = np.ones(len(values))
+    for _ in range(REWEIGHTED):
+        found = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=None)[0]
+        left = np.abs(values - matrix @ found)
+        weight = 1 / np.sqrt(left + 1e-3 * left.max() + 1e-12)
+    return found

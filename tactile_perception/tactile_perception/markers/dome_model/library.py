@@ -83,7 +83,8 @@ class DomeLibrary:
         cap = plan.cap
         numbers = [cap.curvature_radius, cap.centre_z, disc_scale(cap), plan.largest_shift, plan.depth, DEPTH_POWER, plan.radius,
                    RADIUS_SPREAD]
-        (self.even_table, self.even_modes), (self.odd_table, self.odd_modes) = even, odd
+        (self.even_table, self.even_modes), (self.odd_table, self.odd_modes) = ([part.astype(np.float32) for part in kind]
+                                                                                for kind in (even, odd))
         self.arrays = {'numbers': np.array(numbers, float), 'edges': mesh.edges, 'even_table': self.even_table, 'odd_table': self.odd_table,
                        'even_modes': self.even_modes, 'odd_modes': self.odd_modes}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
-from .solver import DEPTH, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
+from .solver import DEPTH, DRAG, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
 from ...errors import BadArgument
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
@@ -32,7 +32,7 @@ APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
 NOT_LINEAR = 0.12    # error of place and depth over the way of a drag, which is linearised
-SCALED = 0.5         # error of depth over depth, over the correction that the calibrated tip needs: another tip may need another
+SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
 BEYOND = 1.02        # times the calibrated depth: deeper is out of range
@@ -139,7 +139,7 @@ class DomeModelMethod:
         starts = np.repeat(one.presses, len(DRAGS), axis=0)
         starts[:, RADIUS:] = 0.0
         starts[:, RADIUS] = self._dragged.tip
-        starts[:, 5:] = DRAGS
+        starts[:, DRAG] = DRAGS
         return list(starts[:, None])
 
     def _two(self, field: MarkerField, one: DomeFound) -> DomeFound:
@@ -160,20 +160,22 @@ class DomeModelMethod:
         part = slice(PRESS * number, PRESS * (number + 1))
         radius = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]))
         sunk = self._sunk(found, number, radius)
-        first, pressed = press[[X, Y]], float(np.exp(press[DEPTH]))
-        low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / calibration.deeper - sunk
-        place = self._inside(first + pressed * press[5:])  # where the drag has carried it
+        first, pressed = press[[X, Y]] / calibration.wider, float(np.exp(press[DEPTH]))
+        scale = calibration.depth_scale(first)
+        low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
+        place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
         depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
-        onto = self._onto(press, radius)
+        onto = self._onto(press, radius, scale)
         covariance = onto @ found.covariance[part, part] @ onto.T * max(1.0, found.misfit)
-        dragged = NOT_LINEAR * pressed * float(np.hypot(*press[5:]))
-        share = calibration.depth_share + SCALED * abs(calibration.deeper - 1)
-        extra = np.array([calibration.place_error + dragged] * 2 + [share * depth + abs(sunk) + dragged])
+        dragged = NOT_LINEAR * pressed * float(np.hypot(*press[DRAG]))
+        share = calibration.depth_share + SCALED * abs(scale - 1)
+        aside = calibration.place_error + SCALED * abs(calibration.wider - 1) * float(np.hypot(*first)) + dragged
+        extra = np.array([aside, aside, share * depth + abs(sunk) + dragged])
         covariance = covariance + np.diag(extra**2)
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 3)
         reach = calibration.library.plan.reach
-        at_edge = np.hypot(*first) > min(EDGE * reach, calibration.farthest)
+        at_edge = np.hypot(*press[[X, Y]]) > EDGE * reach or np.hypot(*first) > calibration.farthest
         flags = OUT_OF_RANGE * (depth > BEYOND * calibration.deepest) | AT_EDGE * bool(at_edge)
         flags |= AMBIGUOUS * (found.misfit > UNEXPLAINED)
         position = np.append(place, low)
@@ -184,17 +186,17 @@ class DomeModelMethod:
         """(2,) m, the place (2,), not beyond the rim."""
         return place * min(1.0, 0.95 * self.sensor.rim_radius / max(np.hypot(*place), 1e-9))
 
-    def _onto(self, press: np.ndarray, radius: float) -> np.ndarray:
-        """(3, PRESS): derivatives of place and height under first touch (m) by the numbers of a press (7,)."""
+    def _onto(self, press: np.ndarray, radius: float, scale: float) -> np.ndarray:
+        """(3, PRESS): derivatives of place and height under first touch (m) by the numbers of a press (7,); scale: of its depth."""
         pressed, size = np.exp(press[DEPTH]), self.calibration.library.plan.cap.curvature_radius + radius
-        place = press[[X, Y]] + pressed * press[5:]
+        place = press[[X, Y]] + pressed * press[DRAG]
         onto = np.zeros((3, PRESS))
-        onto[:2, [X, Y]], onto[:2, 5:], onto[:2, DEPTH] = np.eye(2), pressed * np.eye(2), pressed * press[5:]
+        onto[:2, [X, Y]], onto[:2, DRAG], onto[:2, DEPTH] = np.eye(2), pressed * np.eye(2), pressed * press[DRAG]
         # The height of first touch falls from the axis outwards, on a sphere.
         falls, fell = (at / np.sqrt(max(size**2 - at @ at, 1e-12)) for at in (place, press[[X, Y]]))
         onto[2] = falls @ onto[:2]
         onto[2, [X, Y]] -= fell
-        onto[2, DEPTH] -= pressed / self.calibration.deeper
+        onto[2, DEPTH] -= pressed / scale
         return onto
 
     def _wrench(self, press: np.ndarray, position: np.ndarray, radius: float) -> np.ndarray:
@@ -215,4 +217,4 @@ class DomeModelMethod:
 
 
 def _is_dragged(found: DomeFound) -> bool:
-    return bool(np.hypot(*found.presses[0, 5:]) > ASIDE)
+    return bool(np.hypot(*found.presses[0, DRAG]) > ASIDE)

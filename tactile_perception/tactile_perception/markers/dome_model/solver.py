@@ -43,7 +43,7 @@ class PressPrior:
 
 
 #: Of a press that goes straight in, and of one that is dragged, which turns the friction of the press along the drag. Chosen
-STRAIGHT, DRAGGED = PressPrior(0.005, 0.25), PressPrior(0.4, 1.0)
+STRAIGHT, DRAGGED = PressPrior(0.005, 0.25), PressPrior(0.4, 0.35)
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,7 @@ class DomeInverse:
         self.starts = _starts(library)
         self._shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
         self._sizes = np.sum(self._shown**2, axis=1)
+        self._fast = self._shown.astype(np.float32)  # far finer than the noise of markers, and half as much to read
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
         gram = self._shown @ self._shown.T
         self._both = np.where(apart >= APART * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
@@ -133,7 +134,7 @@ class DomeInverse:
 
     def _match(self, field: MarkerField) -> np.ndarray:
         """(S,) m^2, products of the field with the starts' fields."""
-        return self._shown @ np.where(field.seen[:, None], field.shift, 0.0).ravel()
+        return self._fast @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
 
     def _variances(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
         """(K,) m^2, of noise, and of model error, per axis."""

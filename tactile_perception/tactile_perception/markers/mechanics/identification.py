@@ -56,6 +56,7 @@ SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
 PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # median; sigma of log
 MOVE = 0.1             # finite difference of a log parameter, and its unit. Chosen
 LARGEST = 0.7          # limit of one step of a log parameter. Chosen
+FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
 EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
 
 _log = logging.getLogger(__name__)
@@ -253,7 +254,8 @@ class _GaussNewton:
     def _next(self, residual: np.ndarray) -> np.ndarray:
         rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
         step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
-        return self.values + np.clip(step, -LARGEST, LARGEST)
+        reach = FARTHEST / self.prior
+        return np.clip(self.values + np.clip(step, -LARGEST, LARGEST), self.middle - reach, self.middle + reach)
 
     def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
         return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))

@@ -43,7 +43,7 @@ class Tip:
 
 
 class SheetPresses:
-    """Selects the hypothesis for each frame. pitch: m, of the markers."""
+    """Selects the hypothesis for each frame. pitch: m, of the markers; dragged: the press of the last frame if it is a drag, else None."""
 
     def __init__(self, library: SheetLibrary, inverse: SheetInverse, start: SheetStart, pitch: float):
         self._library, self._inverse, self._start, self._pitch = library, inverse, start, pitch
@@ -51,7 +51,13 @@ class SheetPresses:
 
     def forget(self) -> None:
         """The next press may be by another tip, and comes straight down first."""
-        self._tip, self._dragged = ANY_TIP, False
+        self._tip, self.dragged = ANY_TIP, None
+
+    def carry_on(self) -> Press | None:
+        """The press from which to begin where the field is like no straight press: the drag of the last frame, with much friction, or None.
+        The tip may be any from now on."""
+        self._tip = ANY_TIP
+        return self.dragged
 
     def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
         """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the last straight
@@ -59,14 +65,14 @@ class SheetPresses:
         frames share the errors of the model, so many of them tell no more than one."""
         seen = Seen(field, motion)
         straight = self._inverse.solve(seen, [begin])
-        if straight.misfit < RIGHT and not self._dragged:
+        if straight.misfit < RIGHT and self.dragged is None:
             self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
             return straight
         dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
-        drags = self._dragged or dragged.misfit < DRAGGED * straight.misfit
+        drags = self.dragged is not None or dragged.misfit < DRAGGED * straight.misfit
         single = dragged if drags else straight
         if single.misfit < WRONG:
-            self._dragged = drags
+            self.dragged = dragged.presses[0] if drags else None
             return single
         enough = FAR_BETTER * single.misfit
         two = self._two(field, seen, straight, enough)
@@ -153,16 +159,22 @@ class SheetModelMethod:
         field = self._calibration.eyes.shifted(field)
         start, score = self._start.best(field)
         if score < STANDS_OUT:
-            self._presses.forget()
+            start = self._presses.carry_on()
+        if start is None:
             return []
         found = self._presses.explain(field, start, motion)
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
-        if len(touches) == 1:
+        touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
+        if not touches and score < STANDS_OUT:
+            self._presses.forget()
+        if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
-        return [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
+        return touches
 
-    def _motion(self, field: MarkerField) -> np.ndarray:
-        """(K, 3) change of shift and growth since the frame before, of the markers that a second camera sees, else 0."""
+    def _motion(self, field: MarkerField) -> np.ndarray | None:
+        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
+        if len(self._calibration.eyes.eyes) < 2:
+            return None
         now, before = np.column_stack([field.shift, field.growth]), self._before
         self._before = now
         moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)

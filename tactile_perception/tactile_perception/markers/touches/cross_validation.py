@@ -74,12 +74,14 @@ def score(found: list[list[TouchEstimate]], presses: Presses, straight: np.ndarr
 class HeldOut:
     """Touches that a method found at held-out presses.
 
-    found: a list of touches for each press; straight: (M,) bool, presses that are no drags.
+    found: a list of touches for each press; straight: (M,) bool, presses that are no drags; number: (M,) int, of each press among those of
+    the calibration.
     """
 
     found: list[list[TouchEstimate]]
     presses: Presses
     straight: np.ndarray
+    number: np.ndarray
 
     def score(self) -> Score:
         """The errors."""
@@ -94,7 +96,7 @@ def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mappi
     """
     quick = getattr(method, 'fit_quickly', None)
     found, held_all = [], []
-    straight = {id(field): down for field, down in zip(presses.fields, presses.straight())}
+    number_of = {id(field): k for k, field in enumerate(presses.fields)}
     for fitting, held in presses.held_out():
         numbers = method.fit(fitting, sensor) if quick is None or fitted is None else quick(fitting, sensor, fitted)
         fitted_to = method.from_fitted(numbers, sensor)
@@ -105,7 +107,8 @@ def held_out(method: type, presses: Presses, sensor: MarkerSensor, fitted: Mappi
     together = Presses(tuple(f for held in held_all for f in held.fields),
                        *(np.concatenate([getattr(held, name) for held in held_all])
                          for name in ('position', 'depth', 'segment', 'wrench', 'radius')))
-    return HeldOut(found, together, np.array([straight[id(field)] for field in together.fields]))
+    number = np.array([number_of[id(field)] for field in together.fields])
+    return HeldOut(found, together, presses.straight()[number], number)
 
 
 def _errors(touch: TouchEstimate, position: np.ndarray, depth: float) -> tuple[float, float, float]:

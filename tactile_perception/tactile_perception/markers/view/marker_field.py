@@ -9,8 +9,9 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from tactile_driver.lens import undistorted
+from tactile_driver.lens import farthest_square
 
+from ... import _core
 from ...common.camera import CameraModel
 from ...common.dot_grid import scatter
 from ...common.dots import DotTracks
@@ -47,7 +48,7 @@ class MarkerField:
 
 
 FEWEST = 12  # markers needed for a pose. Chosen
-FARTHEST, FARTHEST_PX = 10.0, 1e5  # m, px: farther positions are invalid. Chosen: far outside any sensor and image
+FARTHEST_PX = 1e5  # px: farther positions are invalid. Chosen: far outside any image
 
 
 class MarkerView(Protocol):
@@ -64,34 +65,15 @@ class CameraView:
     """One camera, with lens distortion, that views the plane z = plane_z, m, of the sensor frame."""
 
     def __init__(self, camera: CameraModel, plane_z: float = 0.0):
-        self.camera, self.plane_z = camera, plane_z
-        self._away = plane_z - camera.centre[2]
-        self.metres_per_px = abs(self._away) / camera.matrix[0, 0]
+        self.camera = camera
+        self.metres_per_px = abs(plane_z - camera.centre[2]) / camera.matrix[0, 0]
+        self._numbers = dict(matrix=camera.matrix, distortion=camera.distortion, rotation=camera.rotation, centre=camera.centre,
+                             farthest=farthest_square(camera.distortion), plane_z=plane_z)
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """See MarkerView."""
-        camera = self.camera
-        flat = undistorted(uv, camera.matrix, camera.distortion)
-        rays = flat @ camera.rotation[:2] + camera.rotation[2]
-        xy = camera.centre[:2] + rays[:, :2] * (self._away / rays[:, 2:])
-        xy[~(np.abs(xy) < FARTHEST).all(axis=1)] = np.nan
-        # Jacobian determinants: of the undistortion, and of the homography from the normalised image to the viewing plane.
-        area = self._away**2 / np.abs(rays[:, 2])**3 \
-            / (camera.matrix[0, 0] * camera.matrix[1, 1] * _distortion_area_ratio(flat, camera.distortion))
-        return xy, np.tile(camera.centre, (len(xy), 1)), area
-
-
-def _distortion_area_ratio(flat: np.ndarray, distortion: np.ndarray) -> np.ndarray:
-    """(N,) Jacobian determinant of Brown's distortion (5,) at normalised positions (N, 2)."""
-    k1, k2, p1, p2, k3 = distortion
-    x, y = flat.T
-    square = x * x + y * y
-    swell = 1 + square * (k1 + square * (k2 + square * k3))
-    slope = 2 * (k1 + square * (2 * k2 + square * 3 * k3))
-    along = swell + x * x * slope + 2 * p1 * y + 6 * p2 * x
-    down = swell + y * y * slope + 6 * p1 * y + 2 * p2 * x
-    across = x * y * slope + 2 * p1 * x + 2 * p2 * y
-    return np.abs(along * down - across * across)
+        seen = _core.back_project(np.asarray(uv, float), **self._numbers)
+        return seen[:, :2], np.broadcast_to(self.camera.centre, (len(seen), 3)), seen[:, 2]
 
 
 @dataclass(frozen=True)

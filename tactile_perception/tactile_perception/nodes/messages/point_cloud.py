@@ -3,10 +3,9 @@
 """Surface points as a sensor_msgs/PointCloud2 that RViz, PCL and sensor_msgs_py read by the names of its fields."""
 from __future__ import annotations
 
-from array import array
-
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
+from tactile_driver.nodes.messages.conversions import bytes_of
 
 from ...common.surface_points import SurfacePoints
 
@@ -30,5 +29,7 @@ def points_to_message(points: SurfacePoints, header) -> PointCloud2:
     packed['normal_force'], packed['state'] = points.normal_force, points.state
     fields = [PointField(name=name, offset=offset, datatype=PointField.UINT8 if kind == 'u1' else PointField.FLOAT32, count=1)
               for name, (kind, offset) in _POINT.fields.items()]
-    return PointCloud2(header=header, height=rows, width=columns, fields=fields, is_bigendian=False, point_step=_STEP,
-                       row_step=_STEP * columns, data=array('B', packed.tobytes()), is_dense=bool(np.isfinite(points.xyz).all()))
+    message = PointCloud2(header=header, height=rows, width=columns, fields=fields, is_bigendian=False, point_step=_STEP,
+                          row_step=_STEP * columns, is_dense=bool(np.isfinite(points.xyz).all()), check_fields=True)
+    message.data = bytes_of(packed.view(np.uint8))
+    return message

@@ -3,7 +3,7 @@
 """Checks that recorded presses determine the calibration of a sheet or a dome, and the residuals at held-out presses."""
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,10 +31,10 @@ def require_coverage(presses: Presses) -> None:
         raise BadCalibration('no untouched frame among the presses; begin each recording with one second without contact')
 
 
-def marker_residuals(held: HeldOut, names: Mapping[int, str]) -> list[Residuals]:
+def marker_residuals(held: HeldOut, names: Sequence[str]) -> list[Residuals]:
     """Cross-validation errors of position and depth, mm, over the surface; NaN for a press without an estimate.
 
-    names: recording and time of a press, by the id of its field.
+    names: recording and time of each press of the calibration.
     """
     touching = np.flatnonzero(held.presses.touching)
     off, deep = np.full(len(touching), np.nan), np.full(len(touching), np.nan)
@@ -45,5 +45,5 @@ def marker_residuals(held: HeldOut, names: Mapping[int, str]) -> list[Residuals]
             nearest = min(touches, key=lambda touch: np.hypot(*(touch.position - position)[:2]))
             off[row], deep[row] = np.hypot(*(nearest.position - position)[:2]), nearest.depth - depth
     places = 1e3 * held.presses.position[touching, :2]
-    when = [names.get(id(held.presses.fields[k]), '') for k in touching]
+    when = [names[held.number[k]] for k in touching]
     return [Residuals('place', 'mm', 1e3 * off, places, _AXES, when), Residuals('depth', 'mm', 1e3 * deep, places, _AXES, when)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from ...bags.stitched_bag import bag_opener, stitching_in
 from ...calibration.files.format import Specimen
 from ...calibration.files.markers import METHODS, PATTERN, REST, STITCHING, WRENCH, best_method, write_touch
 from ...calibration.residuals import outliers, report_residuals
+from ...common.parallel import in_parallel
 from ...common.progress import log_told
 from ...dots.tracker import DotTracker
 from ...errors import BadCalibration, BadFrame
@@ -25,6 +27,7 @@ from ...markers.touches.presses import SAME_PLACE, Presses
 from ...markers.touches.touch import TouchMethod
 from ...markers.view.camera_views import view_maker
 from ...markers.view.marker_field import RestMarkers
+from ...markers.view.sensor import MarkerSensor
 from ...markers.wrench.regression import AXES, fit_wrench_map
 from ...nodes.messages import conversions as convert
 from ...parameters.file import read_parameters
@@ -43,7 +46,7 @@ class PressReader:
 
     stitching: of two views, from the calibration file that the parameters name unless replaced; None for one camera
     pattern: (K, 2) px, untouched positions, in the first image, of markers that form no grid; None for a grid
-    names: recording and time by the id of a press's field; values: the parameters
+    names: recording and time of each press; values: the parameters
     """
 
     def __init__(self, params: Path, namespace: str):
@@ -52,7 +55,7 @@ class PressReader:
         self.sensor = marker_sensor(self.values)
         self.left_out: list[str] = []
         self._namespace, self._rows, self._matrices = namespace, [], None
-        self.names: dict[int, str] = {}
+        self.names: list[str] = []
         self.pattern: np.ndarray | None = None
         self._params, self.stitching = params, stitching_in(self.values['calibration'], self.sensor.type)
 
@@ -71,7 +74,7 @@ class PressReader:
                     tracks = right.process(tracks, stamp_s, convert.skew_of(found[RIGHT_TIME]))
                 field = rest.field(tracks)
                 self._rows.append((field, *_truth(found)))
-                self.names[id(field)] = name
+                self.names.append(name)
             except BadFrame as error:
                 self.left_out.append(f'{name}: {error}')
 
@@ -123,19 +126,25 @@ def _truth(found: dict) -> tuple[np.ndarray, float, np.ndarray]:
 
 def fit_methods(presses: Presses, reader: PressReader) -> tuple[dict, dict[str, HeldOut]]:
     """Fit each method to the presses and cross-validate it; fitted numbers and results by method. Raises BadCalibration when none fits."""
-    fitted, told = {}, {}
-    for name, method in methods_for(reader.sensor).items():
-        print(f'fitting {name} to {presses.touching.sum()} presses, and cross-validating it', file=sys.stderr, flush=True)
-        try:
-            with log_told():
-                fitted[name] = method.fit(presses, reader.sensor)
-                told[name] = held_out(method, presses, reader.sensor, fitted[name])
-        except BadCalibration as error:
-            fitted.pop(name, None)
-            reader.left_out.append(f'method {name}: {error}')
-    if not fitted:
+    names = list(methods_for(reader.sensor))
+    print(f'fitting {", ".join(names)} to {presses.touching.sum()} presses, and cross-validating them', file=sys.stderr, flush=True)
+    results = dict(zip(names, in_parallel(partial(_fit_and_judge, presses, reader.sensor), names, 'methods')))
+    reader.left_out += [f'method {name}: {result}' for name, result in results.items() if isinstance(result, str)]
+    known = {name: result for name, result in results.items() if not isinstance(result, str)}
+    if not known:
         raise BadCalibration('no touch method can be fitted: ' + '; '.join(reader.left_out))
-    return fitted, told
+    return {name: fitted for name, (fitted, _) in known.items()}, {name: held for name, (_, held) in known.items()}
+
+
+def _fit_and_judge(presses: Presses, sensor: MarkerSensor, name: str) -> tuple[dict, HeldOut] | str:
+    """The method's fitted numbers, and its touches at held-out presses; or why it cannot be fitted."""
+    method = methods_for(sensor)[name]
+    try:
+        with log_told():
+            fitted = method.fit(presses, sensor)
+            return fitted, held_out(method, presses, sensor, fitted)
+    except BadCalibration as error:
+        return str(error)
 
 
 def fit_wrench(presses: Presses, reader: PressReader, methods: dict, best: str = '') -> dict | None:

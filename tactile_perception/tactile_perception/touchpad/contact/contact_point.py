@@ -29,4 +29,4 @@ def contact_depth(dots: ContactDots, region: Region, cap: Cap) -> float:
     The largest height of the rest shape above the deformed surface at the region's dots, by a quadratic fitted around the deepest one.
     """
     points = np.asarray(dots.xyz[region.members], float)
-    return _core.contact_depth(points, cap.heights(points[:, :2]) - points[:, 2], pitch=region.pitch)
+    return _core.contact_depth(points, centre_z=cap.centre_z, radius=cap.curvature_radius, pitch=region.pitch)

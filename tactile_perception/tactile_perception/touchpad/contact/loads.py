@@ -18,6 +18,7 @@ from ..membrane.solver import Membrane
 
 # Loads below are over the fluid's pressure; a dot in contact has more than 0.5.
 _UNLOADED = 0.3  # load below which every dot counts as free; chosen
+_LOADED = 0.5  # load above which a dot counts as loaded; chosen
 _FILL_LOAD = 0.25  # unseen dots are placed by the balance where they or neighbours carry more than this; chosen
 
 
@@ -40,12 +41,10 @@ class DotLoads:
         """Whether no dot carries a significant load."""
         return bool(np.abs(self.load).max() < _UNLOADED)
 
-    def wrench(self, carries: np.ndarray) -> np.ndarray:
-        """(6,) force, N, and moment about the sensor's origin, N m, of the object on the dots where carries (K,) is 1, not 0."""
-        force = self.force * carries[:, None]
-        turn = self.xyz.T @ force
-        moment = turn[1, 2] - turn[2, 1], turn[2, 0] - turn[0, 2], turn[0, 1] - turn[1, 0]
-        return np.array([*force.sum(axis=0), *moment])
+    def carried(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (K, 3), N, of the object on loaded dots and their neighbours, which have a part of a border's load, 0 on others; and their
+        sum and moment about the sensor's origin (6,), N and N m. Kernel: src/touchpad/contact/carried_loads.cpp."""
+        return _core.carried_loads(self.xyz, self.force, self.load, rows=rows, columns=columns, loaded=_LOADED)
 
 
 class LoadEstimator:

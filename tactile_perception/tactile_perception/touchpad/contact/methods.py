@@ -9,11 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..._core import lie_on_a_line
 from ...common.contour import label_score
-from ...common.dot_grid import around, to_grid
+from ...common.dot_grid import to_grid
 from ...errors import BadFrame
 from .contact_score import contact_score
-from .loads import DotLoads, LoadEstimator
+from .loads import LoadEstimator
 from ..membrane.forces import MembraneMaterial
 from .published import PaperRegion
 from .stick_slip import StickSlipTracker
@@ -61,36 +62,21 @@ class MembraneMethod:
 
     def classify(self, ids: np.ndarray, xyz: np.ndarray, stamp_s: float) -> DotClassification:
         """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane."""
-        if len(ids) > 2 and _on_a_line(xyz):
+        if len(ids) > 2 and lie_on_a_line(np.asarray(xyz, float), thinnest=_THINNEST):
             raise BadFrame('the 3D positions of all dots lie on a line; check the camera, or take a new reference')
         loads = self._estimator.loads(*self._estimator.displacements(ids, xyz))
         if loads.none:
             return self._untouched(loads.xyz, loads.seen, ids)
         score = contact_score(self._estimator.membrane, loads)
         state = self._states.update(loads, score)
-        carries = self._carrying(loads, score)
-        return DotClassification(state[ids], score[ids], loads.force[ids], loads.wrench(carries),
-                         AllDots(loads.xyz, score, state, loads.force * carries[:, None]))
+        force, wrench = loads.carried(*self._shape) if (score > 0.5).any() else (np.zeros_like(loads.force), np.zeros(6))
+        return DotClassification(state[ids], score[ids], loads.force[ids], wrench, AllDots(loads.xyz, score, state, force))
 
     def _untouched(self, xyz: np.ndarray, seen: np.ndarray, ids: np.ndarray) -> DotClassification:
         """Result of a frame without loads; xyz: (K, 3) m; seen: (K,) bool."""
         self._states.observe_free(xyz, seen)
         every = AllDots(xyz, np.zeros(len(xyz)), np.zeros(len(xyz), np.uint8), np.zeros(xyz.shape))
         return DotClassification(every.state[ids], every.score[ids], every.force[ids], np.zeros(6), every)
-
-    def _carrying(self, loads: DotLoads, score: np.ndarray) -> np.ndarray:
-        """(K,) 1 for loaded dots and their neighbours, which carry a part of a border's load, 0 for others and without contact."""
-        if not (score > 0.5).any():
-            return np.zeros(len(score))
-        return np.minimum(around((loads.load > 0.5).astype(float).reshape(self._shape)), 1).ravel()
-
-
-def _on_a_line(xyz: np.ndarray) -> bool:
-    """Whether the squared length times the sum of the other two squared extents, the sum of the scatter's 2 x 2 minors, is small."""
-    away = xyz - xyz.sum(axis=0) / len(xyz)
-    scatter = away.T @ away
-    total = scatter.trace()
-    return bool(total**2 - (scatter * scatter).sum() <= 2 * (_THINNEST * total)**2)
 
 
 class PaperMethod:

@@ -6,7 +6,8 @@ Each separate object has a motion of its own. Sticking dots move with it; a dot 
 the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to frame, and
 kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
 under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only below one that
-turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
+turns in place they may not. Dots of a resting object that move on under the largest friction slip again. A new object has no motion
+yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
 """
 from __future__ import annotations
 

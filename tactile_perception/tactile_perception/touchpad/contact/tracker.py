@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ..._core import deepest_notch
 from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ...common.spherical_cap import Cap
 from .contact_point import contact_depth, contact_point
@@ -76,7 +77,7 @@ class ContactTracker:
     def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
         place = region.outline.grid_points
         flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
-        if merged or _deepest_notch(place) > _NOTCH:
+        if merged or deepest_notch(place) > _NOTCH:
             flags |= AMBIGUOUS
         beyond = self._depth is not None and depth > self._depth
         outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
@@ -115,15 +116,3 @@ def _force(dots: ContactDots, region: Region) -> np.ndarray:
     inside[dots.ids[region.members]] = 1
     near = cv2.boxFilter(inside.reshape(dots.rows, -1), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
     return (near[dots.ids] > 0).astype(float) @ dots.force
-
-
-def _deepest_notch(loop: np.ndarray) -> float:
-    """Largest convexity defect of loop (M, 2) of (row, column), pitches."""
-    scale = 64  # OpenCV takes integer points and returns defects in 1/256
-    points = np.rint(loop * scale).astype(np.int32)
-    points = points[(points != np.concatenate([points[-1:], points[:-1]])).any(axis=1)].reshape(-1, 1, 2)
-    if len(points) < 4:
-        return 0.0
-    hull = np.sort(cv2.convexHull(points, returnPoints=False), axis=0)
-    defects = cv2.convexityDefects(points, hull) if len(hull) > 3 else None
-    return 0.0 if defects is None else float(defects[..., 3].max()) / 256 / scale

@@ -44,8 +44,8 @@ class MembraneMaterial:
 class MembraneForces:
     """Nodal forces of a mesh with rest positions rest_xyz (K, 3), m.
 
-    triangles: (T, 4), the kernels' description of the membrane at rest; rest_residual: (K, 3) m^2, the mesh's discretisation error at rest
-    over the pressure, which is subtracted.
+    triangles: the kernels' description of the membrane at rest; rest_residual: (K, 3) m^2, the mesh's discretisation error at rest over
+    the pressure, which is subtracted.
     """
 
     def __init__(self, mesh: GridMesh, rest_xyz: np.ndarray, material: MembraneMaterial):

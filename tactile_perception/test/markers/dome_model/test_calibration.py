@@ -26,6 +26,14 @@ def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
     assert quick.library is found.library and quick.noise == found.noise
 
 
+def test_scales_of_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
+    true = np.random.default_rng(1).uniform(-0.05, 0.05, (200, 2))
+    ratio = 1.1 - 0.2 * np.sum(true**2, axis=1) / 0.08**2
+    assert calibration._scales(0.95 * true, true, ratio, 0.08) == pytest.approx((0.95, 1.1, 0.9), abs=0.03)
+    near = true[:6] * 1e-3
+    assert calibration._scales(0.5 * near, near, np.full(6, 1.1), 0.08) == pytest.approx((1.0, 1.1, 1.0), abs=0.02)
+
+
 def test_a_sheet_and_too_few_presses_are_refused():
     for presses, sensor in ((dome_presses(FEW, (0.012,)), MARKER_SENSORS['areal_single']), (dome_presses([(0, 0)], (0.01,)), DOME)):
         with pytest.raises(BadCalibration, match='needs a dome and 6 straight presses'):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sheet_scenes import field_of, pressed
 from tactile_perception.errors import BadCalibration
-from tactile_perception.markers.mechanics.identification import EyeShifts, chosen_places, fit_numbers, marker_radius
+from tactile_perception.markers.mechanics.identification import EyeShifts, _GaussNewton, chosen_places, fit_numbers, marker_radius
 from tactile_perception.markers.mechanics.membrane_fem import SheetMaterial
 from tactile_perception.markers.mechanics.reduced_model import LibraryPlan
 from tactile_perception.markers.touches.presses import Presses
@@ -58,3 +58,23 @@ def test_the_markers_size_is_measured():
 def test_presses_at_the_clamp_alone_are_refused():
     with pytest.raises(BadCalibration, match='farther from the clamp'):
         chosen_places(presses(places=[(0.022, 0.0)]).select(np.array([True, False])), LibraryPlan((0.026, 0.0225), 7.5e-3, 7e-3))
+
+
+class Slippery:
+    """Stands for a fit whose presses ask for ever more friction."""
+
+    eyes, unit = EyeShifts(np.array([[0.0, 0.0, -0.05]]), np.zeros((1, 2))), np.full(6, 0.1)
+
+    def residual(self, values):
+        return np.array([100 * (values[2] - 20.0)])
+
+    def slopes(self, values, residual):
+        return 100.0 * np.eye(1, len(values), 2)
+
+
+def test_presses_that_ask_for_endless_friction_end_at_a_possible_one():
+    descent = _GaussNewton(Slippery(), None)
+    for _ in range(12):
+        descent.step()
+    _, stretch, friction, bending = np.exp(descent.values[:4])
+    assert SheetMaterial(1 + stretch, bending, friction).friction > 3

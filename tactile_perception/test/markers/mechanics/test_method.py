@@ -12,7 +12,7 @@ from tactile_perception.markers.mechanics.identification import EyeShifts
 from tactile_perception.markers.mechanics.membrane_fem import press_sheet
 from tactile_perception.markers.mechanics.mesh import SheetMesh
 from tactile_perception.markers.mechanics.matched_filter import SheetStart
-from tactile_perception.markers.mechanics.method import SheetModelMethod, SheetPresses, Tip, tips_of
+from tactile_perception.markers.mechanics.method import STANDS_OUT, SheetModelMethod, SheetPresses, Tip, tips_of
 from tactile_perception.markers.mechanics.projection import Press
 from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, show
 from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
@@ -102,6 +102,17 @@ METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
 def touches(*press, noise=5e-6, growth=5e-3, seed=0):
     return SheetModelMethod(CALIBRATION, SENSOR).estimate(field_of(pressed(*press), noise, growth, seed))
+
+
+def test_a_drag_goes_on_where_its_field_is_like_no_straight_press(monkeypatch):
+    method, drag = SheetModelMethod(CALIBRATION, SENSOR), together([Press(np.array([0.005, -0.003]), 4e-3, drag=(1.0, -0.2))])
+    still = field_of(np.zeros((len(GRID), 3)), 5e-6, 5e-3)
+    unlike = method._start.best(drag)[0], 0.5 * STANDS_OUT
+    assert len(method.estimate(drag)) == 1
+    monkeypatch.setattr(method._start, 'best', lambda field: unlike)
+    touch, = method.estimate(drag)
+    assert touch.position == pytest.approx([0.005, -0.003, -4e-3], abs=2e-4)
+    assert method.estimate(still) == [] == method.estimate(drag)  # the touch has ended, and without one the field is no press
 
 
 def test_a_touch_is_told_with_its_uncertainty():

@@ -37,10 +37,11 @@ def test_too_little_is_refused_with_what_to_add(places, reason):
 
 def test_errors_are_over_the_surface_in_mm_and_have_their_time():
     known = presses([(0.01, 0.0, 0.002), (0.0, 0.005, 0.004), (0, 0, 0)])
+    number = np.array([2, 0, 1])
 
     def touch(x, y, depth):
         return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4)
-    held = HeldOut([[touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)], [], []], known, np.ones(3, bool))
-    place, depth = marker_residuals(held, {id(known.fields[0]): 'bag at 1.0 s'})
+    held = HeldOut([[touch(0.02, 0.02, 0.009), touch(0.0103, 0.0004, 0.0019)], [], []], known, np.ones(3, bool), number)
+    place, depth = marker_residuals(held, ['bag at 2.0 s', 'bag at 3.0 s', 'bag at 1.0 s'])
     assert place.value == pytest.approx([0.5, np.nan], nan_ok=True) and depth.value == pytest.approx([-0.1, np.nan], nan_ok=True)
-    assert place.place == pytest.approx(np.array([[10, 0], [0, 5]])) and place.when == ['bag at 1.0 s', '']
+    assert place.place == pytest.approx(np.array([[10, 0], [0, 5]])) and place.when == ['bag at 1.0 s', 'bag at 2.0 s']

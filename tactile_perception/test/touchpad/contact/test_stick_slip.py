@@ -55,13 +55,24 @@ def test_a_face_that_carries_all_dots_along_sticks_whatever_its_friction():
         np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
-def _drag_until_it_slips(face, states, friction):
-    """Stick, then slip from one side inwards, then all together; returns the fraction found slipping in each frame."""
+@pytest.mark.parametrize('aside, state', [(-30e-6, SLIPPING), (0.0, STICKING), (30e-6, STICKING)])
+def test_dots_of_a_new_object_slip_if_they_move_against_their_drag(aside, state):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    few = face.inside & (np.abs(face.xyz[:, :2]) < 2e-3).all(axis=1)
+    states.observe_free(face.xyz, np.ones(SIDE**2, bool))
+    for _ in range(4):
+        found = states.update(face.state([aside, 0, -200e-6], 0.5), few.astype(float))
+    np.testing.assert_array_equal(found[few], state)
+
+
+def _drag_until_it_slips(face, states, friction, speed=150e-6):
+    """Stick, carried along by speed, m a frame, then slip from one side inwards, then all together; returns the fraction found slipping in
+    each frame."""
     fractions, column = [], np.arange(SIDE**2) % SIDE
     for frame in range(14):
         slipping = np.clip((frame - 5) / 4, 0, 1) * 7 > column - 3
         ratio = np.where(slipping, friction, min(0.08 * frame, friction))
-        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 6e-6, 150e-6), [1, 0, 0])
+        step = np.outer(np.where(slipping, 20e-6 if frame < 10 else 6e-6, speed), [1, 0, 0])
         found = states.update(face.state(step, ratio), face.score)
         fractions.append(((found == SLIPPING) & face.inside).sum() / face.inside.sum())
     return fractions
@@ -84,6 +95,22 @@ def test_an_object_that_stops_after_gross_slip_rests_from_the_third_frame_on():
     for _ in range(20):
         found = states.update(face.state([0, 0, 0], 0.6), face.score)
         np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+def test_an_object_that_slid_by_more_than_half_a_millimetre_a_frame_rests_from_the_first_frame_on():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    assert _drag_until_it_slips(face, states, 0.6, speed=700e-6)[-1] == 1
+    for _ in range(5):
+        found = states.update(face.state([0, 0, 0], 0.6), face.score)
+        np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+def test_an_object_that_rested_after_gross_slip_and_gets_under_way_backwards_sticks():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for step in (0, 0, 0, -5e-6, -15e-6, -40e-6, -80e-6):
+        found = states.update(face.state([step, 0, 0], 0.6), face.score)
+    assert np.mean(found[face.inside] == STICKING) > 0.95
 
 
 @pytest.mark.parametrize('step, ratio, state', [([15e-6, 4e-6, 0], 0.6, SLIPPING), ([-80e-6, 0, 0], 0.5, STICKING),
