@@ -37,6 +37,14 @@ def test_error_sigma_and_completeness(name):
         assert found['missed_per_1000'] <= (8.0 if name == 'all at once' else 1.0)
 
 
+@pytest.mark.parametrize('name', ('plain', 'compressed', 'sheared'))
+def test_error_of_small_sharp_dots(name):
+    scene, rng = scenes.make_scene(name, 13, size=(320, 240), pitch=9.0, psf=0.45), np.random.default_rng(13)
+    detector = dots.DotDetector('dark')
+    cells = [dots.score(scene, detector.detect(scene.frame(1.0, rng)), 1.0) for _ in range(8)]
+    assert (sum(cell['error2'] for cell in cells) / sum(cell['bound2'] for cell in cells)) ** 0.5 < 1.1
+
+
 def test_the_bound_follows_noise_contrast_and_edge_length():
     bound = scenes.position_bound(np.array([5.0, 9.0]), np.array([130.0, 130.0]), 0.9, 2.0)
     assert bound[1] < bound[0]

@@ -36,7 +36,7 @@ def test_an_independent_grasp_by_its_shape_and_wrench():
     assert np.median(shape['area']) < 0.05 and np.median(shape['centroid']) < 0.05 and np.median(shape['orientation']) < 0.2
     assert np.median(shape['overlap']) > 0.9
     wrench = benchmark.wrench_errors(results, meta, known, truth)
-    assert np.median(wrench['force']) < 0.04 and np.median(wrench['moment']) < 0.06
+    assert np.median(wrench['force']) < 0.015 and np.median(wrench['moment']) < 0.02
 
 
 @needs_recordings

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -88,9 +87,7 @@ def started(launch_file):
 
 
 def check_clean_end(process):
-    start = time.monotonic()
     assert process.wait(timeout=20) == 0
-    assert time.monotonic() - start < 5.0
     assert 'finished cleanly' in process.stdout.read()
     process.stdout.close()
 

@@ -1,11 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""setup.bash leaves the user's shell whole, is quick when nothing is missing, and finds what it promises."""
+"""setup.bash leaves the user's shell whole, does nothing when nothing is missing, and finds what it promises."""
 
 import os
 import pathlib
 import subprocess
-import time
 
 import pytest
 
@@ -34,14 +33,10 @@ def test_it_leaves_no_function_behind():
     assert shell('source "$ROOT/setup.bash"; declare -F').stdout.count('_tactile') == 0
 
 
-def test_quick_when_nothing_is_missing():
+def test_no_step_is_taken_when_nothing_is_missing():
     shell('source "$ROOT/setup.bash"')
-    times = []
-    for _ in range(3):
-        start = time.monotonic()
-        assert shell('source "$ROOT/setup.bash"').returncode == 0
-        times.append(time.monotonic() - start)
-    assert sorted(times)[1] < 2.0
+    done = shell('source "$ROOT/setup.bash"')
+    assert (done.returncode, done.stdout, done.stderr) == (0, '', '')
 
 
 def test_commands_and_packages_are_found():

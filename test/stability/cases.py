@@ -62,7 +62,7 @@ sheet, model, areas     K K K K K N N N N   N N N K K   S S -
 sheet, regression       K N K N N N N N N   - - - N F   S - -
 sheet, paper            K T K T T T T F F   - - - T T   S - -
 sheet, paper, growth    K T K T T T T T T   - - - T T   S - -
-cushion, model          K N K N N N N N N   N N N F F   S S -
+cushion, model          K N K N N N N N N   N N N N N   S S -
 cushion, paper          K N K N N N N F F   - - - N N   S - -
 sheet, wrench           N N N N T T T N N   - - - T T   S - -
 sheet, wrench by depth  N N N N N T T N N   - - - K K   S - -

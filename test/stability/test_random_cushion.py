@@ -31,8 +31,9 @@ def _messages(bag):
     codec, found = MessageCodec(), {}
     with BagReader(bag) as reader:
         for message in reader.messages():
-            if message.topic.split('/', 2)[2] in ('dots', 'contacts', 'ground_truth/contacts'):
-                found.setdefault(message.stamp_ns, {})[message.topic.split('/', 2)[2]] = codec.decode(message.data, message.type_name)
+            topic = message.topic.split('/', 2)[-1]  # without the namespace; /tf_static has none
+            if topic in ('dots', 'contacts', 'ground_truth/contacts'):
+                found.setdefault(message.stamp_ns, {})[topic] = codec.decode(message.data, message.type_name)
     return list(found.values())
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 
 import sys
 
-import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_msgs.msg import Contacts, Slip
 
 from ..grip.reflex import Reflex
@@ -53,19 +52,10 @@ class GripReflexNode(Node):
 
 def main(args: list[str] | None = None) -> None:
     """Run the process grip_reflex; exit code 1 and an error line for an invalid parameter."""
-    rclpy.init(args=args)
-    node = None
     try:
-        node = GripReflexNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        sys.exit(run_node(GripReflexNode, args))
     except ParameterException as error:
         sys.exit(f'grip_reflex: {error}')
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
 
 
 if __name__ == '__main__':

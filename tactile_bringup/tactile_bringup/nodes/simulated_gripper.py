@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import math
+import sys
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import Image, JointState
 from tactile_driver.frame import Frame
 from tactile_driver.nodes.messages.conversions import header_of, image_to_message
 from tactile_driver.nodes.messages.ground_truth import GroundTruth
+from tactile_driver.nodes.runtime.run import run_node
 from tactile_driver.simulation.taxel.held_object import HeldScene
 
 from .grip_reflex import JOINT
@@ -55,15 +55,7 @@ class SimulatedGripper(Node):
 
 def main(args: list[str] | None = None) -> None:
     """The process simulated_gripper."""
-    rclpy.init(args=args)
-    node = SimulatedGripper()
-    try:
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    sys.exit(run_node(SimulatedGripper, args))
 
 
 if __name__ == '__main__':
