@@ -7,14 +7,15 @@ import gc
 import os
 import signal
 import sys
-import time
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from ...errors import TactileError
 
@@ -22,7 +23,6 @@ from ...errors import TactileError
 WRONG = 2
 #: s, chosen: with Python's default of 5 ms a thread with a frame to publish waits for the one that reads or renders the next
 _SWITCH_S = 5e-4
-_ENDING_S = 0.1  # s, chosen: rclpy ends its context in another thread after a signal, within milliseconds
 _PROFILE = Path(__file__).with_name('fastdds_profile.xml')
 _PROFILE_NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 _CHOSEN_BY = (*_PROFILE_NAMES, 'FASTDDS_BUILTIN_TRANSPORTS')
@@ -35,7 +35,7 @@ def make_room_for_images() -> None:
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> int:
-    """Spin the node that make() returns until it is interrupted; the exit code: 0, or WRONG after a TactileError.
+    """Spin the node that make() returns until SIGINT or SIGTERM; the exit code: 0, or WRONG after a TactileError.
 
     The node's destroy_node() has to release its resources.
     """
@@ -47,36 +47,37 @@ def run_nodes(make: Callable[[], Iterator[Node]], args: list[str] | None = None)
     nodes: list[Node] = []
     make_room_for_images()
     sys.setswitchinterval(_SWITCH_S)
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    executor, ended = SingleThreadedExecutor(), threading.Event()
+    _call_on_signals(lambda: executor.create_task(ended.set))
     try:
-        rclpy.init(args=args)
         for node in make():
             nodes.append(node)
+            executor.add_node(node)
         gc.freeze()  # a full collection over the start-up objects would delay a frame by 0.1 s (measured)
-        _spin(nodes)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        while not ended.is_set():
+            executor.spin_once()
+    except KeyboardInterrupt:  # a node that ends itself
         pass
     except TactileError as error:
         get_logger('tactile').fatal(str(error))
         return WRONG
-    except Exception:
-        if not _is_ending():
-            raise
     finally:
-        signal.signal(signal.SIGINT, lambda *_: None)  # a second SIGINT (terminal and launch) must not interrupt the cleanup
         for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
 
 
-def _spin(nodes: list[Node]) -> None:
-    executor = SingleThreadedExecutor()
-    for node in nodes:
-        executor.add_node(node)
-    executor.spin()
+def _call_on_signals(end: Callable[[], None]) -> None:
+    """Call end() in another thread at the first SIGINT or SIGTERM; later ones do nothing.
 
-
-def _is_ending() -> bool:
-    """Whether ROS is shutting down; an executor may notice it before the context does."""
-    time.sleep(_ENDING_S)
-    return not rclpy.ok()
+    rclpy's own handler wakes executors in a thread of its own, which crashes when this thread meanwhile puts its executor away; it
+    also ends the context and interrupts Python amid whatever a node does. Here a node ends its work first.
+    """
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    threading.Thread(target=lambda: os.read(reading, 1) and end(), daemon=True).start()

@@ -49,6 +49,33 @@ def test_a_signal_ends_the_process_cleanly(which):
 
 @pytest.mark.ros
 @pytest.mark.full
+@pytest.mark.parametrize('where', ['making', 'working'])
+def test_what_a_node_does_is_not_interrupted(where):
+    long = f"print('{where}', flush=True); time.sleep(0.5); print('done', flush=True)"
+    later = 'self.create_timer(0.05, lambda: self.work())' if where == 'working' else 'self.work()'
+    process = started('import time' + PROGRAM.replace("print('up', flush=True)", f"""{later}
+
+    def work(self):
+        {long}"""))
+    assert process.stdout.readline() == f'{where}\n'
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, 'done\nreleased\n', '')
+
+
+@pytest.mark.ros
+@pytest.mark.full
+def test_rclpy_takes_no_signal():
+    # its handler looks at executors in another thread, also while they are put away
+    asked = 'from rclpy.signals import get_current_signal_handlers_options as taken\n'
+    process = started(asked + PROGRAM.replace("print('up', flush=True)", 'print(taken().name, flush=True)'))
+    assert process.stdout.readline() == 'NO\n'
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.full
 def test_further_interrupts_do_not_tear_what_is_put_away():
     last = "print('released', flush=True)"
     process = started('import time' + PROGRAM.replace(last, f"print('putting away', flush=True); time.sleep(0.5); {last}"))
@@ -105,7 +132,7 @@ def test_without_one_the_profile_is_used_and_exists(monkeypatch):
 def test_several_nodes_are_put_away_in_their_order_also_where_one_cannot_be_made(capfd, monkeypatch):
     from rclpy.node import Node
     from tactile_driver.errors import BadArgument
-    monkeypatch.setattr(run.signal, 'signal', lambda *_: None)
+    monkeypatch.setattr(run, '_call_on_signals', lambda _end: None)
     gone = []
 
     class Named(Node):
