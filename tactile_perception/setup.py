@@ -34,12 +34,14 @@ class BuildKernels(build_ext):
     def build_extension(self, extension):
         """Compile one extension."""
         import pybind11
+        from pybind11.setup_helpers import ParallelCompile
         extension.include_dirs.append(pybind11.get_include())
         extension.extra_compile_args, extension.extra_link_args = flags_wanted()
         kept = pathlib.Path(self.build_temp) / 'flags'
         flags = ' '.join(extension.extra_compile_args)
         self.force = self.force or not kept.is_file() or kept.read_text() != flags
-        super().build_extension(extension)
+        with ParallelCompile(default=0):  # a source file on each core
+            super().build_extension(extension)
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(flags)
 
