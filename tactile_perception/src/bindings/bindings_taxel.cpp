@@ -50,12 +50,12 @@ py::tuple regions_of_taxels(const py::object& score, const py::object& pressure,
         for (const std::ptrdiff_t number :
              {static_cast<std::ptrdiff_t>(one.label), one.count, one.box.top, one.box.left, one.box.bottom, one.box.right})
             table.push_back(static_cast<double>(number));
-        table.insert(table.end(), {one.force, one.centre[0], one.centre[1], one.peak});
+        table.insert(table.end(), {one.force, one.peak});
         table.insert(table.end(), one.sums.begin(), one.sums.end());
     }
     const auto vertices = static_cast<py::ssize_t>(found.points.size()) / 3;
     return py::make_tuple(output(found.labels, {rows, columns}), output(found.near, {rows, columns}), found.broken,
-                          output(table, {static_cast<py::ssize_t>(found.regions.size()), 16}), output(found.loops.places, {vertices, 2}),
+                          output(table, {static_cast<py::ssize_t>(found.regions.size()), 14}), output(found.loops.places, {vertices, 2}),
                           output(found.points, {vertices, 3}),
                           output(found.loops.start, {static_cast<py::ssize_t>(found.loops.start.size())}),
                           output(found.loops.region, {static_cast<py::ssize_t>(found.loops.region.size())}));
@@ -164,9 +164,8 @@ void bind_taxels(py::module_& module) {
         py::arg("most"), py::arg("around"),
         "Regions where score (rows, columns) float32 exceeds level, at most so many, with the load of pressure (rows, columns) float32 in\n"
         "them and in the taxels around: labels (rows, columns) int32, 0 outside; the same, extended to the taxels around; whether there\n"
-        "are more regions; a table (R, 16): label, taxels, top, left, bottom, right, force, its centre (x, y), peak, integrals of 1, x, "
-        "y,\n"
-        "xx, xy, yy; and the outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
+        "are more regions; a table (R, 14): label, taxels, top, left, bottom, right, force, peak, integrals of 1, x, y, xx, xy, yy; and the\n"
+        "outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
     module.def(
         "taxel_edges", &edges_of_taxels, py::arg("image"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
         "Edge taxels of an image (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace tactile {
@@ -101,24 +100,16 @@ std::vector<std::int32_t> join(const Loops& loops, const TaxelRule& rule, std::v
 
 void add_load(const float* pressure, const std::vector<std::int32_t>& near, const TaxelRule& rule, TaxelRegion& region) {
     const Box wide = region.box.grown(rule.around, rule.rows, rule.columns);
-    double total = 0, x = 0, y = 0;
+    double total = 0;
     for (std::ptrdiff_t r = wide.top; r < wide.bottom; ++r) {
         for (std::ptrdiff_t c = wide.left; c < wide.right; ++c) {
             const double load = pressure[r * rule.columns + c];
             if (near[r * rule.columns + c] != region.label || !(load > 0)) continue;
             total += load;
-            x += load * static_cast<double>(c);
-            y += load * static_cast<double>(r);
             region.peak = std::max(region.peak, load);
         }
     }
-    constexpr double UNKNOWN = std::numeric_limits<double>::quiet_NaN();
     region.force = total * rule.pitch * rule.pitch;
-    region.centre = {UNKNOWN, UNKNOWN};
-    if (total > 0) {
-        region.centre = {rule.pitch * (x / total - 0.5 * static_cast<double>(rule.columns - 1)),
-                         rule.pitch * (y / total - 0.5 * static_cast<double>(rule.rows - 1))};
-    }
 }
 
 // Adds the integrals within a polygon (count, 3) by Green's theorem, about its first vertex, and then moved to the origin: a tiny polygon

@@ -22,12 +22,11 @@ struct TaxelRule {
 };
 
 struct TaxelRegion {
-    std::int32_t label = 0;          // in the labels below
-    std::ptrdiff_t count = 0;        // of taxels
-    Box box{};                       // around them
-    double force = 0, peak = 0;      // sum of pressure times area over its taxels and those around, and the largest pressure
-    std::array<double, 2> centre{};  // m, of that force; NaN without any
-    std::array<double, 6> sums{};    // integrals of 1, x, y, xx, xy, yy within its outline, without its holes, m
+    std::int32_t label = 0;        // in the labels below
+    std::ptrdiff_t count = 0;      // of taxels
+    Box box{};                     // around them
+    double force = 0, peak = 0;    // sum of pressure times area over its taxels and those around, and the largest pressure
+    std::array<double, 6> sums{};  // integrals of 1, x, y, xx, xy, yy within its outline, without its holes, m
 };
 
 struct TaxelRegions {

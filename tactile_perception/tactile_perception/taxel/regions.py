@@ -17,7 +17,7 @@ from .score import LEVEL
 
 _AROUND = 2  # taxels around a region that share its force. Chosen: a pad of 2 mm on taxels of 1 mm (paper)
 _MOST = 64  # regions; an image with more is broken. Chosen: more than fingers can make
-_AREA = 10  # column of the kernel's table
+_AREA = 8  # column of the kernel's table
 _LEAST = 0.25  # taxels, area of a region. Chosen: half of what a single taxel of full score has; noise at a border makes smaller ones
 
 
@@ -26,8 +26,8 @@ class TaxelRegion:
     """One region, of one piece or of several that were joined.
 
     label: in the frame's labels; box: its rows and columns, slices; outlines: of its pieces, with holes; moments: of area; count: of
-    taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times m^2; pressure_centre: (2,) m;
-    peak: largest pressure.
+    taxels; force: sum of pressure times area over its taxels and those around, in the pressure's unit times m^2; peak: largest
+    pressure.
     """
 
     label: int
@@ -36,7 +36,6 @@ class TaxelRegion:
     moments: Moments
     count: int
     force: float
-    pressure_centre: np.ndarray
     peak: float
 
 
@@ -102,17 +101,15 @@ def _grown(mask: np.ndarray, reach: float) -> np.ndarray:
 
 def _together(pieces: list[TaxelRegion]) -> TaxelRegion:
     """One region of several, largest first."""
-    force = sum(piece.force for piece in pieces)
-    centre = sum(piece.force * piece.pressure_centre for piece in pieces) / force if force > 0 else pieces[0].pressure_centre
     box = tuple(slice(min(side.start for side in sides), max(side.stop for side in sides)) for sides in zip(*(p.box for p in pieces)))
     return TaxelRegion(pieces[0].label, box, [outline for piece in pieces for outline in piece.outlines],
-                       sum((piece.moments for piece in pieces[1:]), pieces[0].moments), sum(piece.count for piece in pieces), force, centre,
-                       max(piece.peak for piece in pieces))
+                       sum((piece.moments for piece in pieces[1:]), pieces[0].moments), sum(piece.count for piece in pieces),
+                       sum(piece.force for piece in pieces), max(piece.peak for piece in pieces))
 
 
 def _region(outline: Outline, row: list[float]) -> TaxelRegion:
     """The TaxelRegion of an outline and its row in the kernel's table."""
     label, count, top, left, bottom, right = map(int, row[:6])
-    force, x, y, peak, area, first_x, first_y, *second = row[6:]
+    force, peak, area, first_x, first_y, *second = row[6:]
     moments = Moments(area, np.array([0.0, 0.0, area]), np.array([first_x, first_y, 0.0]), np.array(second))
-    return TaxelRegion(label, (slice(top, bottom), slice(left, right)), [outline], moments, count, force, np.array([x, y]), peak)
+    return TaxelRegion(label, (slice(top, bottom), slice(left, right)), [outline], moments, count, force, peak)
