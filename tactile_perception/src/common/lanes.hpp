@@ -1,9 +1,10 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Four numbers that one instruction handles at once, where a loop over them is too long for the compiler to find that itself.
+// Numbers that one instruction handles at once, where the compiler does not find that itself in a loop over them.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 
 #include "common/wide.hpp"
@@ -29,6 +30,37 @@ struct Four {
     TACTILE_INLINE friend Four operator-(const Four& a, const Four& b) { return Four(a.values - b.values); }
     TACTILE_INLINE friend Four operator*(const Four& a, const Four& b) { return Four(a.values * b.values); }
     TACTILE_INLINE friend Four operator/(const Four& a, const Four& b) { return Four(a.values / b.values); }
+};
+
+constexpr std::ptrdiff_t EIGHT = 8;
+
+// Calculates like a 16-bit number, with all eight; a number stands for eight equal ones. Sums and products have to fit.
+struct Eight {
+    typedef std::int16_t Values __attribute__((vector_size(EIGHT * sizeof(std::int16_t))));
+    Values values;
+
+    TACTILE_INLINE explicit Eight(const Values& all) : values(all) {}
+    TACTILE_INLINE explicit Eight(const std::int16_t* from) { std::memcpy(&values, from, sizeof values); }
+    // Pixels from this one on.
+    TACTILE_INLINE static Eight of_pixels(const std::uint8_t* from) {
+        typedef std::uint8_t Pixels __attribute__((vector_size(EIGHT)));
+        Pixels pixels;
+        std::memcpy(&pixels, from, sizeof pixels);
+        return Eight(__builtin_convertvector(pixels, Values));
+    }
+    // Pixels from this one backwards.
+    TACTILE_INLINE static Eight of_pixels_back(const std::uint8_t* from) {
+        std::uint64_t bytes;
+        std::memcpy(&bytes, from - (EIGHT - 1), sizeof bytes);
+        bytes = __builtin_bswap64(bytes);
+        return of_pixels(reinterpret_cast<const std::uint8_t*>(&bytes));
+    }
+    TACTILE_INLINE void store(std::int16_t* to) const { std::memcpy(to, &values, sizeof values); }
+
+    TACTILE_INLINE friend Eight operator+(const Eight& a, const Eight& b) { return Eight(a.values + b.values); }
+    TACTILE_INLINE friend Eight operator-(const Eight& a, const Eight& b) { return Eight(a.values - b.values); }
+    TACTILE_INLINE friend Eight operator-(const Eight& a, std::int16_t b) { return Eight(a.values - b); }
+    TACTILE_INLINE friend Eight operator*(std::int16_t a, const Eight& b) { return Eight(a * b.values); }
 };
 
 }  // namespace tactile

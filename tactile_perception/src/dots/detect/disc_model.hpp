@@ -4,6 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+
+#include "common/wide.hpp"
 
 namespace tactile {
 
@@ -24,10 +27,13 @@ constexpr std::ptrdiff_t padded(std::ptrdiff_t count) {
 }
 
 // Sum of the products of two rows; count is a multiple of LANES.
-inline float product(const float* a, const float* b, std::ptrdiff_t count) {
-    float sums[LANES] = {};
+TACTILE_INLINE float product(const float* a, const float* b, std::ptrdiff_t count) {
+    typedef float Lanes __attribute__((vector_size(LANES * sizeof(float))));
+    Lanes sums{}, left, right;
     for (std::ptrdiff_t k = 0; k < count; k += LANES) {
-        for (std::ptrdiff_t lane = 0; lane < LANES; ++lane) sums[lane] += a[k + lane] * b[k + lane];
+        std::memcpy(&left, a + k, sizeof left);
+        std::memcpy(&right, b + k, sizeof right);
+        sums += left * right;
     }
     return (sums[0] + sums[4]) + (sums[1] + sums[5]) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
 }

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/wide.hpp"
+#include "common/lanes.hpp"
 
 namespace tactile {
 namespace {
 
-constexpr int UNITS = 4;    // per grey level: their rounding adds 0.07 grey levels of noise. Chosen
-constexpr int MOST = 1023;  // units. Derived: no pixel differs by more from a level; folded four times it still is a 16-bit number
+constexpr std::int16_t UNITS = 4;  // per grey level: their rounding adds 0.07 grey levels of noise. Chosen
+constexpr int MOST = 1023;         // units. Derived: no pixel differs by more from a level; folded four times it still is a 16-bit number
 
 // Sum of the products of two rows. It stays within 32 bits: a row of the basis has a norm of 1, a folded one of 1/2.
 std::int32_t product(const std::int16_t* a, const std::int16_t* b, std::ptrdiff_t count) {
@@ -41,9 +41,10 @@ TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std:
         std::int16_t *right = right_of(r), *left = left_of(r);
         if (inside) {
             const std::uint8_t* middle = pixels + column;
-            for (std::ptrdiff_t c = 0; c < width_; c += LANES) {
-                for (std::ptrdiff_t k = c; k < c + LANES; ++k) right[k] = static_cast<std::int16_t>(UNITS * (middle[k] - level));
-                for (std::ptrdiff_t k = c; k < c + LANES; ++k) left[k] = static_cast<std::int16_t>(UNITS * (middle[-k] - level));
+            const auto zero = static_cast<std::int16_t>(level);
+            for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
+                (UNITS * (Eight::of_pixels(middle + c) - zero)).store(right + c);
+                (UNITS * (Eight::of_pixels_back(middle - c) - zero)).store(left + c);
             }
         } else {
             const auto at = [&](std::ptrdiff_t c) { return pixels[std::clamp<std::ptrdiff_t>(c, 0, image.columns - 1)]; };
@@ -92,19 +93,15 @@ TACTILE_WIDE void DiscPatch::fold() {
     for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
         const std::int16_t *right_up = right_of(half_ - r), *left_up = left_of(half_ - r);
         const std::int16_t *right_down = right_of(half_ + r), *left_down = left_of(half_ + r);
-        std::int16_t* __restrict out = folded_.data() + r * quarter_;
+        std::int16_t* out = folded_.data() + r * quarter_;
         const std::ptrdiff_t next = sector_ + width_;  // sector
-        for (std::ptrdiff_t c = 0; c < width_; c += LANES) {
-            for (std::ptrdiff_t lane = c; lane < c + LANES; ++lane) {
-                const auto even = static_cast<std::int16_t>(right_down[lane] + right_up[lane]);
-                const auto odd = static_cast<std::int16_t>(right_down[lane] - right_up[lane]);
-                const auto even_left = static_cast<std::int16_t>(left_down[lane] + left_up[lane]);
-                const auto odd_left = static_cast<std::int16_t>(left_down[lane] - left_up[lane]);
-                out[lane] = static_cast<std::int16_t>(even + even_left);
-                out[next + lane] = static_cast<std::int16_t>(even - even_left);
-                out[2 * next + lane] = static_cast<std::int16_t>(odd + odd_left);
-                out[3 * next + lane] = static_cast<std::int16_t>(odd - odd_left);
-            }
+        for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
+            const Eight up(right_up + c), down(right_down + c), up_left(left_up + c), down_left(left_down + c);
+            const Eight even = down + up, odd = down - up, even_left = down_left + up_left, odd_left = down_left - up_left;
+            (even + even_left).store(out + c);
+            (even - even_left).store(out + next + c);
+            (odd + odd_left).store(out + 2 * next + c);
+            (odd - odd_left).store(out + 3 * next + c);
         }
     }
 }

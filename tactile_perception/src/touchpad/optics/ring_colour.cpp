@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/lanes.hpp"
 #include "common/pi.hpp"
 
 namespace tactile {
@@ -45,6 +46,11 @@ std::ptrdiff_t nearest(double value) {
     return static_cast<std::ptrdiff_t>(value + (FLOOR + 0.5)) - FLOOR;
 }
 
+// Whether the 3 x 3 pixels around (row, column) are all inside the image.
+bool is_inside(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
+    return row > 0 && column > 0 && row + 1 < image.rows && column + 1 < image.columns;
+}
+
 // Adds up the 3 x 3 pixels around (row, column); pixels outside of the image are black.
 std::array<int, 3> sum_at_border(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
     std::array<int, 3> total{};
@@ -58,13 +64,29 @@ std::array<int, 3> sum_at_border(const ColourImage& image, std::ptrdiff_t row, s
     return total;
 }
 
-// The same inside the image: first down the nine columns of numbers, then across the pixels.
-std::array<int, 3> sum_of_nine(const ColourImage& image, std::ptrdiff_t row, std::ptrdiff_t column) {
-    const std::uint8_t *above = image.pixels + 3 * ((row - 1) * image.columns + column - 1), *here = above + 3 * image.columns,
-                       *below = here + 3 * image.columns;
-    std::uint16_t down[9];
-    for (int k = 0; k < 9; ++k) down[k] = static_cast<std::uint16_t>(above[k] + here[k] + below[k]);
-    return {down[0] + down[3] + down[6], down[1] + down[4] + down[7], down[2] + down[5] + down[8]};
+// The same inside the image, from the first number of the row above on: first down the nine columns of numbers, then across the pixels.
+std::array<int, 3> sum_of_nine(const std::uint8_t* above, std::ptrdiff_t stride) {
+    const std::uint8_t *here = above + stride, *below = here + stride;
+    std::int16_t down[EIGHT];
+    (Eight::of_pixels(above) + Eight::of_pixels(here) + Eight::of_pixels(below)).store(down);
+    return {down[0] + down[3] + down[6], down[1] + down[4] + down[7], down[2] + down[5] + above[8] + here[8] + below[8]};
+}
+
+// Sums of 3 x 3 pixels at each point of a ring around (u, v).
+void sum_on_ring(const ColourImage& image, double u, double v, const Ring& ring, Sums& sums) {
+    const std::ptrdiff_t stride = 3 * image.columns;
+    std::ptrdiff_t rows[POINTS], columns[POINTS];
+    for (int p = 0; p < POINTS; ++p) {
+        rows[p] = nearest(v + ring.down[p]), columns[p] = nearest(u + ring.across[p]);
+        if (!is_inside(image, rows[p], columns[p])) continue;
+        for (std::ptrdiff_t r = -1; r <= 1; ++r) __builtin_prefetch(image.pixels + (rows[p] + r) * stride + 3 * (columns[p] - 1));
+    }
+    for (int p = 0; p < POINTS; ++p) {
+        const std::array<int, 3> nine = is_inside(image, rows[p], columns[p])
+                                            ? sum_of_nine(image.pixels + (rows[p] - 1) * stride + 3 * (columns[p] - 1), stride)
+                                            : sum_at_border(image, rows[p], columns[p]);
+        for (int channel = 0; channel < 3; ++channel) sums[channel][p] = nine[channel];
+    }
 }
 
 // The upper quartile: the largest number that at most three quarters of all fall short of.
@@ -113,12 +135,7 @@ RingColours ring_colours(const ColourImage& image, const double* places, std::pt
     for (std::ptrdiff_t k = 0; k < count; ++k) {
         if (!std::isfinite(places[2 * k]) || !std::isfinite(places[2 * k + 1])) continue;
         const double u = std::clamp(places[2 * k], -FAR, FAR), v = std::clamp(places[2 * k + 1], -FAR, FAR);
-        for (int p = 0; p < POINTS; ++p) {
-            const std::ptrdiff_t row = nearest(v + ring.down[p]), column = nearest(u + ring.across[p]);
-            const bool inside = row > 0 && column > 0 && row + 1 < image.rows && column + 1 < image.columns;
-            const std::array<int, 3> nine = inside ? sum_of_nine(image, row, column) : sum_at_border(image, row, column);
-            for (int channel = 0; channel < 3; ++channel) sums[channel][p] = nine[channel];
-        }
+        sum_on_ring(image, u, v, ring, sums);
         const auto keep = background(sums);
         int used = 0, total[3] = {0, 0, 0};
         for (int p = 0; p < POINTS; ++p) {

