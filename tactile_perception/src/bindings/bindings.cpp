@@ -13,5 +13,5 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_finger(module);
     tactile::border::bind_sheet(module);
     tactile::border::bind_taxels(module);
-    tactile::border::bind_water(module);
+    tactile::border::bind_optics(module);
 }

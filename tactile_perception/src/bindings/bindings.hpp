@@ -15,6 +15,6 @@ void bind_region(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
 void bind_taxels(pybind11::module_& module);
-void bind_water(pybind11::module_& module);
+void bind_optics(pybind11::module_& module);
 
 }  // namespace tactile::border

@@ -1,12 +1,11 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Python bindings of the kernels of sheets, and of their camera.
+// Python bindings of the kernels of sheets.
 #include <array>
 #include <cmath>
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "markers/camera_view.hpp"
 #include "markers/sheet_fit.hpp"
 #include "markers/sheet_membrane.hpp"
 
@@ -144,7 +143,7 @@ py::tuple shown_presses(const py::tuple& table, const py::object& rest, const py
     {
         py::gil_scoped_release others_run;
         show_presses(*known, seen, given.data(), static_cast<int>(given.length()), within(mixed, "mixed", -10, 10),
-                     within(near, "near", 0, LARGEST_PLACE_M), shown.data(), reinterpret_cast<double (*)[3][3]>(deformed.data()));
+                     within(near, "near", 0, LARGEST_PLACE_M), shown.data(), reinterpret_cast<double(*)[3][3]>(deformed.data()));
     }
     return py::make_tuple(output(shown, {seen.count, 3}), output(deformed, {seen.count, 3, 3}));
 }
@@ -165,29 +164,6 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
         show_field(table, seen, place.data(), splines.data(), shown.data());
     }
     return output(shown, {seen.count, 3});
-}
-
-// px, and m: numbers of a camera. Chosen: beyond any camera, and squares stay far from overflow.
-constexpr double LARGEST_OF_CAMERA = 1e9;
-
-py::array_t<double> back_projected(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
-                                   const py::object& centre, double farthest, double plane_z) {
-    const Input<double> pixels(uv, "uv", {ANY, 2}), lens(matrix, "matrix", {3, 3}), bends(distortion, "distortion", {5});
-    const Input<double> turn(rotation, "rotation", {3, 3}), place(centre, "centre", {3});
-    const double *k = lens.data(), *bend = bends.data();
-    for (const int focal : {0, 4}) within(k[focal], "matrix", 1 / LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
-    for (const int middle : {2, 5}) within(k[middle], "matrix", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
-    CameraPlane camera{{k[0], k[4]}, {k[2], k[5]}, {}, within(farthest, "farthest", 0, INFINITY), {}, {}, 0};
-    for (int i = 0; i < 5; ++i) camera.distortion[i] = within(bend[i], "distortion", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
-    for (int i = 0; i < 9; ++i) camera.rotation[i / 3][i % 3] = within(turn.data()[i], "rotation", -2, 2);
-    for (int i = 0; i < 3; ++i) camera.centre[i] = within(place.data()[i], "centre", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
-    camera.plane_z = within(plane_z, "plane_z", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
-    std::vector<double> seen(3 * pixels.length());
-    {
-        py::gil_scoped_release others_run;
-        back_project(camera, pixels.data(), pixels.length(), seen.data());
-    }
-    return output(seen, {pixels.length(), 3});
 }
 
 }  // namespace
@@ -211,12 +187,6 @@ void bind_sheet(py::module_& module) {
     module.def("show_field", &shown_field, py::arg("field"), py::arg("rest"), py::arg("eye"), py::kw_only(), py::arg("place"),
                py::arg("half"), py::arg("scale"), py::arg("marker_radius"),
                "Shift, m, and growth (N, 3) of markers on a sheet with splines (side * side, 3), m: see markers/mechanics/projection.py.");
-    module.def(
-        "back_project", &back_projected, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
-        py::arg("centre"), py::arg("farthest"), py::arg("plane_z"),
-        "(N, 3): x, y, m, where pixels uv (N, 2) lie in the plane at plane_z, m, and the area of a pixel there, m^2; NaN: nowhere.\n\n"
-        "matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; rotation: (3, 3), camera from sensor; centre: (3,) m; farthest:\n"
-        "square of the normalised radius in the image beyond which the lens images nothing.");
 }
 
 }  // namespace tactile::border

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from tactile_driver.lens import undistorted
+from tactile_driver.lens import farthest_square
+from tactile_perception._core import camera_rays
 
 from ..errors import BadArgument
 
@@ -56,8 +57,5 @@ class CameraModel:
 
     def rays(self, uv: np.ndarray) -> np.ndarray:
         """Unit vectors (N, 3) in the sensor frame from the camera centre through uv (N, 2), px; NaN outside the lens' field of view."""
-        plane = undistorted(uv, self.matrix, self.distortion)
-        rays = plane @ self.rotation[:2]
-        rays += self.rotation[2]
-        rays /= np.sqrt(np.einsum('ij,ij->i', rays, rays))[:, None]
-        return rays
+        return camera_rays(np.asarray(uv, float), matrix=self.matrix, distortion=self.distortion, rotation=self.rotation,
+                           farthest=farthest_square(self.distortion))

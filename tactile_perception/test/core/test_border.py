@@ -167,6 +167,11 @@ def call_back_project(**arrays):
     return _core.back_project(**CAMERA | arrays, farthest=1.5, plane_z=0.0)
 
 
+def call_camera_rays(**arrays):
+    """Pixels of a camera with a usual lens."""
+    return _core.camera_rays(**{name: value for name, value in (CAMERA | arrays).items() if name != 'centre'}, farthest=1.5)
+
+
 DOME_ARRAYS = {'numbers': np.array([0.15, -0.04, 0.9, 0.3, 0.04, 1.5, 0.02, 0.8]), 'edges': np.linspace(0, 1, 4),
                'even_table': np.full((6, 4, 2, 2, 2), 1e-3, np.float32), 'odd_table': np.full((6, 2, 2, 2), 1e-3, np.float32),
                'even_modes': np.full((2, 4, 3, 3), 1e-3, np.float32), 'odd_modes': np.full((2, 4, 3, 3), 1e-3, np.float32),
@@ -219,6 +224,7 @@ CALLS = {
     'show_presses': (call_show_presses, VIEWED),
     'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),
     'back_project': (call_back_project, CAMERA),
+    'camera_rays': (call_camera_rays, {name: value for name, value in CAMERA.items() if name != 'centre'}),
     'press_dome': (call_press_dome, DOME_ARRAYS | {'presses': np.zeros((1, 7))}),
     'fit_dome': (call_fit_dome, DOME_ARRAYS | {'shift': np.full((5, 2), 1e-3), 'weight': np.ones(5), 'starts': np.zeros((1, 7)),
                                                'prior': DOME_PRIOR}),

@@ -1,10 +1,12 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Python bindings of the kernels of colour and range at a touchpad's dots; see bindings.cpp, whose length they would exceed.
+// Python bindings of the kernels of cameras, and of colour and range at a touchpad's dots.
 #include <array>
+#include <cmath>
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
+#include "common/camera_view.hpp"
 #include "touchpad/optics/glare.hpp"
 #include "touchpad/optics/ring_colour.hpp"
 #include "touchpad/optics/water_ranges.hpp"
@@ -113,9 +115,60 @@ py::tuple ranges(const py::object& path, const py::object& lengths, const py::ob
     return py::make_tuple(output(found.ranges, {count}), output(found.slopes, {count}));
 }
 
+// px, and m: numbers of a camera. Chosen: beyond any camera, and squares stay far from overflow.
+constexpr double LARGEST_OF_CAMERA = 1e9;
+
+Camera as_camera(const py::object& matrix, const py::object& distortion, const py::object& rotation, double farthest) {
+    const Input<double> lens(matrix, "matrix", {3, 3}), bends(distortion, "distortion", {5}), turn(rotation, "rotation", {3, 3});
+    const double* k = lens.data();
+    for (const int focal : {0, 4}) within(k[focal], "matrix", 1 / LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    for (const int middle : {2, 5}) within(k[middle], "matrix", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    Camera camera{{k[0], k[4]}, {k[2], k[5]}, {}, within(farthest, "farthest", 0, INFINITY), {}};
+    for (int i = 0; i < 5; ++i) camera.distortion[i] = within(bends.data()[i], "distortion", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    for (int i = 0; i < 9; ++i) camera.rotation[i / 3][i % 3] = within(turn.data()[i], "rotation", -2, 2);
+    return camera;
+}
+
+py::array_t<double> rays_through(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
+                                 double farthest) {
+    const Input<double> pixels(uv, "uv", {ANY, 2});
+    const Camera camera = as_camera(matrix, distortion, rotation, farthest);
+    std::vector<double> rays(3 * pixels.length());
+    {
+        py::gil_scoped_release others_run;
+        camera_rays(camera, pixels.data(), pixels.length(), rays.data());
+    }
+    return output(rays, {pixels.length(), 3});
+}
+
+py::array_t<double> back_projected(const py::object& uv, const py::object& matrix, const py::object& distortion, const py::object& rotation,
+                                   const py::object& centre, double farthest, double plane_z) {
+    const Input<double> pixels(uv, "uv", {ANY, 2}), place(centre, "centre", {3});
+    const Camera camera = as_camera(matrix, distortion, rotation, farthest);
+    ViewedPlane plane{{}, within(plane_z, "plane_z", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA)};
+    for (int i = 0; i < 3; ++i) plane.centre[i] = within(place.data()[i], "centre", -LARGEST_OF_CAMERA, LARGEST_OF_CAMERA);
+    std::vector<double> seen(3 * pixels.length());
+    {
+        py::gil_scoped_release others_run;
+        back_project(camera, plane, pixels.data(), pixels.length(), seen.data());
+    }
+    return output(seen, {pixels.length(), 3});
+}
+
 }  // namespace
 
-void bind_water(py::module_& module) {
+void bind_optics(py::module_& module) {
+    module.def(
+        "camera_rays", &rays_through, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
+        py::arg("farthest"),
+        "Unit vectors (N, 3) in the sensor frame through pixels uv (N, 2); NaN: the lens images nothing there.\n\n"
+        "matrix: (3, 3) K, px; distortion: (5,) k1 k2 p1 p2 k3; rotation: (3, 3), camera from sensor; farthest: square of the normalised\n"
+        "radius in the image beyond which the lens images nothing.");
+    module.def(
+        "back_project", &back_projected, py::arg("uv"), py::kw_only(), py::arg("matrix"), py::arg("distortion"), py::arg("rotation"),
+        py::arg("centre"), py::arg("farthest"), py::arg("plane_z"),
+        "(N, 3): x, y, m, where pixels uv (N, 2) lie in the plane at plane_z, m, and the area of a pixel there, m^2; NaN: nowhere.\n\n"
+        "centre: (3,) m; the other arguments: as for camera_rays.");
     module.def(
         "ring_colours", &colours, py::arg("image"), py::arg("uv"), py::arg("radius"),
         "Background around dots at uv (N, 2) float64, px, in an image (H, W, 3) uint8, blue, green, red, on rings of radius px: ratios\n"

@@ -1,7 +1,8 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-#include "markers/camera_view.hpp"
+#include "common/camera_view.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -43,19 +44,37 @@ bool undistort(const double* distortion, const double* image, double* place, dou
     return false;
 }
 
+// The vector (3), in the sensor's frame, through a pixel (2), as long as it is deep before the camera, and the ratio of areas, normalised
+// image with the lens' distortion over without; false where the lens images nothing.
+bool ray_of(const Camera& camera, const double* pixel, double* ray, double& ratio) {
+    const double image[2] = {(pixel[0] - camera.middle[0]) / camera.focal[0], (pixel[1] - camera.middle[1]) / camera.focal[1]};
+    double place[2];
+    if (!(image[0] * image[0] + image[1] * image[1] < camera.farthest)) return false;
+    if (!undistort(camera.distortion, image, place, ratio)) return false;
+    for (int axis = 0; axis < 3; ++axis)
+        ray[axis] = place[0] * camera.rotation[0][axis] + place[1] * camera.rotation[1][axis] + camera.rotation[2][axis];
+    return true;
+}
+
 }  // namespace
 
-void back_project(const CameraPlane& camera, const double* uv, std::int64_t count, double* seen) {
-    const double away = camera.plane_z - camera.centre[2];
+void camera_rays(const Camera& camera, const double* uv, std::int64_t count, double* rays) {
+    std::fill(rays, rays + 3 * count, std::numeric_limits<double>::quiet_NaN());
+    for (std::int64_t k = 0; k < count; ++k) {
+        double ray[3], ratio;
+        if (!ray_of(camera, uv + 2 * k, ray, ratio)) continue;
+        const double length = std::sqrt(ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]);
+        for (int axis = 0; axis < 3; ++axis) rays[3 * k + axis] = ray[axis] / length;
+    }
+}
+
+void back_project(const Camera& camera, const ViewedPlane& plane, const double* uv, std::int64_t count, double* seen) {
+    std::fill(seen, seen + 3 * count, std::numeric_limits<double>::quiet_NaN());
+    const double away = plane.z - plane.centre[2];
     for (std::int64_t k = 0; k < count; ++k, uv += 2, seen += 3) {
-        seen[0] = seen[1] = seen[2] = std::numeric_limits<double>::quiet_NaN();
-        const double image[2] = {(uv[0] - camera.middle[0]) / camera.focal[0], (uv[1] - camera.middle[1]) / camera.focal[1]};
-        double place[2], ratio, ray[3];
-        if (!(image[0] * image[0] + image[1] * image[1] < camera.farthest)) continue;
-        if (!undistort(camera.distortion, image, place, ratio)) continue;
-        for (int axis = 0; axis < 3; ++axis)
-            ray[axis] = place[0] * camera.rotation[0][axis] + place[1] * camera.rotation[1][axis] + camera.rotation[2][axis];
-        const double x = camera.centre[0] + ray[0] * (away / ray[2]), y = camera.centre[1] + ray[1] * (away / ray[2]);
+        double ray[3], ratio;
+        if (!ray_of(camera, uv, ray, ratio)) continue;
+        const double x = plane.centre[0] + ray[0] * (away / ray[2]), y = plane.centre[1] + ray[1] * (away / ray[2]);
         if (!(std::abs(x) < FARTHEST_M && std::abs(y) < FARTHEST_M)) continue;
         // Jacobian determinants: of the homography from the normalised image to the plane, and of the lens.
         const double area = away * away / std::abs(ray[2] * ray[2] * ray[2]) / std::abs(ratio);
