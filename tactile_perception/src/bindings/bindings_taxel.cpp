@@ -4,6 +4,8 @@
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
 #include "common/steady_motion.hpp"
+#include "taxel/taxel_load.hpp"
+#include "taxel/taxel_quiet.hpp"
 #include "taxel/taxel_regions.hpp"
 #include "taxel/taxel_registration.hpp"
 #include "taxel/taxel_score.hpp"
@@ -26,7 +28,7 @@ py::array_t<float> score_of_taxels(const py::object& pressure, double smooth, in
         py::gil_scoped_release others_run;
         found = taxel_score(given.data(), given.length(0), given.length(1), rule);
     }
-    return output(found, {given.length(0), given.length(1)});
+    return kept(std::move(found), {given.length(0), given.length(1)});
 }
 
 py::tuple regions_of_taxels(const py::object& score, const py::object& pressure, double level, double pitch, int most, int around) {
@@ -54,7 +56,7 @@ py::tuple regions_of_taxels(const py::object& score, const py::object& pressure,
         table.insert(table.end(), one.sums.begin(), one.sums.end());
     }
     const auto vertices = static_cast<py::ssize_t>(found.points.size()) / 3;
-    return py::make_tuple(output(found.labels, {rows, columns}), output(found.near, {rows, columns}), found.broken,
+    return py::make_tuple(kept(std::move(found.labels), {rows, columns}), kept(std::move(found.near), {rows, columns}), found.broken,
                           output(table, {static_cast<py::ssize_t>(found.regions.size()), 14}), output(found.loops.places, {vertices, 2}),
                           output(found.points, {vertices, 3}),
                           output(found.loops.start, {static_cast<py::ssize_t>(found.loops.start.size())}),
@@ -113,8 +115,8 @@ py::tuple move_taxels(const py::object& drag, const py::object& touched, const p
         found = moved({rows, columns, pitch, thickness, coupling, limit, on_top, sharp}, dragged.data(),
                       reinterpret_cast<const std::uint8_t*>(contact.data()), pressed.data(), {m[0], m[1], m[2]});
     }
-    return py::make_tuple(output(found.drag, {2, rows, columns}), output(found.pull, {2, rows, columns}),
-                          output(found.slip, {2, rows, columns}));
+    return py::make_tuple(kept(std::move(found.drag), {2, rows, columns}), kept(std::move(found.pull), {2, rows, columns}),
+                          kept(std::move(found.slip), {2, rows, columns}), output(std::vector<double>{found.pulled[0], found.pulled[1]}, {2}));
 }
 
 py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py::object& spreads) {
@@ -128,7 +130,99 @@ py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py:
         const double* s = wide.data();
         found = pressure_of_pull(pulled.data(), pulled.length(1), pulled.length(2), gain, {{s[0], s[1]}, {s[2], s[3]}});
     }
-    return output(found, {pulled.length(1), pulled.length(2)});
+    return kept(std::move(found), {pulled.length(1), pulled.length(2)});
+}
+
+const std::uint8_t* marks(const Input<bool>& mask) { return reinterpret_cast<const std::uint8_t*>(mask.data()); }
+
+py::array_t<bool> mask_of(const std::vector<std::uint8_t>& marked, py::ssize_t rows, py::ssize_t columns) {
+    py::array_t<bool> mask({rows, columns});
+    std::copy(marked.begin(), marked.end(), reinterpret_cast<std::uint8_t*>(mask.mutable_data()));
+    return mask;
+}
+
+py::tuple follow_taxels(const py::object& values, const py::object& count, const py::object& change, const py::object& touched, int around,
+                        double frames, double gain) {
+    const Input<float> untouched(values, "values", {ANY, ANY});
+    const py::ssize_t rows = untouched.length(0), columns = untouched.length(1);
+    const Input<float> counted(count, "count", {rows, columns}), changed(change, "change", {rows, columns});
+    const Input<bool> contact(touched, "touched", {rows, columns});
+    within(around, "around", 0, MOST_TAXELS);
+    within(frames, "frames", 1, 1e9);
+    within(gain, "gain", 0, 1);
+    Followed found;
+    {
+        py::gil_scoped_release others_run;
+        found = follow_quiet(untouched.data(), counted.data(), changed.data(), marks(contact), rows, columns, around, frames,
+                             static_cast<float>(gain));
+    }
+    return py::make_tuple(kept(std::move(found.values), {rows, columns}), kept(std::move(found.count), {rows, columns}),
+                          mask_of(found.quiet, rows, columns));
+}
+
+py::tuple responding_taxels(const py::object& change, const py::object& responded, double pressed, double part) {
+    const Input<float> changed(change, "change", {ANY, ANY});
+    const py::ssize_t rows = changed.length(0), columns = changed.length(1);
+    const Input<bool> earlier(responded, "responded", {rows, columns});
+    within(pressed, "pressed", 0, 1e30);
+    within(part, "part", 0, 1);
+    Responding found;
+    {
+        py::gil_scoped_release others_run;
+        found = responding(changed.data(), marks(earlier), rows, columns, static_cast<float>(pressed), static_cast<float>(part));
+    }
+    return py::make_tuple(mask_of(found.responded, rows, columns), mask_of(found.silent, rows, columns));
+}
+
+py::tuple load_of_taxels(const py::object& pressure, const py::object& labels) {
+    const Input<float> pressed(pressure, "pressure", {ANY, ANY});
+    const Input<std::int32_t> inside(labels, "labels", {pressed.length(0), pressed.length(1)});
+    std::array<double, 3> found;
+    {
+        py::gil_scoped_release others_run;
+        found = load_of(pressed.data(), inside.data(), pressed.length(0), pressed.length(1));
+    }
+    return py::make_tuple(found[0], found[1], found[2]);
+}
+
+double spread_of_taxels(const py::object& pressure, const py::object& touched, const py::object& direction) {
+    const Input<float> pressed(pressure, "pressure", {ANY, ANY});
+    const Input<bool> contact(touched, "touched", {pressed.length(0), pressed.length(1)});
+    const Input<double> along(direction, "direction", {2});
+    py::gil_scoped_release others_run;
+    return spread_along(pressed.data(), marks(contact), pressed.length(0), pressed.length(1), {along.data()[0], along.data()[1]});
+}
+
+py::array_t<float> taxels_without_traction(const py::object& pressure, const py::object& traction, double unit) {
+    const Input<float> pressed(pressure, "pressure", {ANY, ANY});
+    const Input<float> pulled(traction, "traction", {pressed.length(0), pressed.length(1)});
+    within(unit, "unit", 1e-30, 1e30);
+    std::vector<float> found;
+    {
+        py::gil_scoped_release others_run;
+        found = without_traction(pressed.data(), pulled.data(), pressed.length(0) * pressed.length(1), static_cast<float>(unit));
+    }
+    return kept(std::move(found), {pressed.length(0), pressed.length(1)});
+}
+
+py::array_t<bool> lagging_taxels(const std::vector<py::object>& slips, const py::object& touched, const py::object& motion, double pitch,
+                                 double part) {
+    const Input<bool> contact(touched, "touched", {ANY, ANY});
+    const py::ssize_t rows = contact.length(0), columns = contact.length(1);
+    const Input<double> moved(motion, "motion", {3});
+    within(pitch, "pitch", 1e-9, LONGEST);
+    within(part, "part", 0, 1);
+    std::vector<Input<float>> each;
+    std::vector<const float*> data;
+    for (const py::object& slip : slips) each.emplace_back(slip, "slips", std::initializer_list<py::ssize_t>{2, rows, columns});
+    for (const Input<float>& one : each) data.push_back(one.data());
+    std::vector<std::uint8_t> found;
+    {
+        py::gil_scoped_release others_run;
+        const double* m = moved.data();
+        found = lagging(data, marks(contact), rows, columns, pitch, {m[0], m[1], m[2]}, part);
+    }
+    return mask_of(found, rows, columns);
 }
 
 py::tuple motion_of_places(const py::object& times, const py::object& places, double sigma, double bound) {
@@ -181,8 +275,8 @@ void bind_taxels(py::module_& module) {
     module.def(
         "taxel_move", &move_taxels, py::arg("drag"), py::arg("touched"), py::arg("pressure"), py::arg("shift"), py::kw_only(),
         py::arg("pitch"), py::arg("thickness"), py::arg("coupling"), py::arg("limit"), py::arg("on_top"), py::arg("sharp"),
-        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, after an object\n"
-        "moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; pressure: (rows, "
+        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, and sums (2,) of the\n"
+        "traction, after an object moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; pressure: (rows, "
         "columns)\n"
         "float32 Pa; pitch: m; thickness: taxels; coupling: of neighbours; limit: m/Pa, friction over shear stiffness; on_top, sharp: "
         "share\n"
@@ -191,6 +285,33 @@ void bind_taxels(py::module_& module) {
         "taxel_pull_pressure", &pull_of_taxels, py::arg("pull"), py::kw_only(), py::arg("gain"), py::arg("spreads"),
         "Pressure (rows, columns) float32 under a pad by the convergence of pull (2, rows, columns) float32, times gain; spreads: (2, 2)\n"
         "share and width, taxels, of each Gaussian that spreads it.");
+    module.def(
+        "taxel_follow", &follow_taxels, py::arg("values"), py::arg("count"), py::arg("change"), py::arg("touched"), py::kw_only(),
+        py::arg("around"), py::arg("frames"), py::arg("gain"),
+        "Untouched values (rows, columns) float32 that follow the quiet part of change (rows, columns) float32 from them: the number of\n"
+        "quiet frames of each taxel, count, float32, and which are quiet, bool: finite, and none touched (rows, columns) bool within around\n"
+        "taxels. They are the mean of the first frames quiet frames, and then follow by the part gain.");
+    module.def(
+        "taxel_responding", &responding_taxels, py::arg("change"), py::arg("responded"), py::kw_only(), py::arg("pressed"), py::arg("part"),
+        "Which taxels have responded, (rows, columns) bool, by a change (rows, columns) float32 over pressed or in earlier frames,\n"
+        "responded, bool; and which of the others are silent, bool: below part of both neighbours that respond, along a row or a column.");
+    module.def(
+        "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("labels"),
+        "Sum, and its mean row and column, of pressure (rows, columns) float32 where labels (rows, columns) int32 are positive; the means "
+        "are\n"
+        "NaN unless the sum is positive.");
+    module.def(
+        "taxel_spread", &spread_of_taxels, py::arg("pressure"), py::arg("touched"), py::arg("direction"),
+        "Variance of the places of pressure (rows, columns) float32 along a direction (2,) float64 over that of the touched (rows, columns)\n"
+        "bool; NaN without load or width.");
+    module.def(
+        "taxel_without_traction", &taxels_without_traction, py::arg("pressure"), py::arg("traction"), py::kw_only(), py::arg("unit"),
+        "pressure (rows, columns) float32 without traction, float32, over unit, which at most doubles or cancels it.");
+    module.def(
+        "taxel_lagging", &lagging_taxels, py::arg("slips"), py::arg("touched"), py::arg("motion"), py::kw_only(), py::arg("pitch"),
+        py::arg("part"),
+        "Touched (rows, columns) bool taxels where slips, a list of (2, rows, columns) float32 m, sum up to more than part of the object's\n"
+        "motion (3,), m at the origin and rad; pitch: m.");
     module.def(
         "steady_motion", &motion_of_places, py::arg("times"), py::arg("places"), py::kw_only(), py::arg("sigma"), py::arg("bound"),
         "Place (3,) and velocity (3,) at the last of rising times (N,) float64, s, by a line through the latest of places (N, 3) float64:\n"

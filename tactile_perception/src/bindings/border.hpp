@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tactile::border {
@@ -81,6 +82,13 @@ py::array_t<T> output(const std::vector<T>& values, std::vector<py::ssize_t> sha
     py::array_t<T> array(std::move(shape));
     std::copy(values.begin(), values.end(), array.mutable_data());
     return array;
+}
+
+// The same, of many values without a copy: the array keeps the vector.
+template <class T>
+py::array_t<T> kept(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
+    auto* owned = new std::vector<T>(std::move(values));
+    return py::array_t<T>(std::move(shape), owned->data(), py::capsule(owned, [](void* one) { delete static_cast<std::vector<T>*>(one); }));
 }
 
 template <class T, std::size_t N>

@@ -154,7 +154,7 @@ class Contact {
 
 Sheared moved(const ShearPad& pad, const float* drag, const std::uint8_t* touched, const float* pressure, const Shift& shift) {
     const std::ptrdiff_t plane = pad.rows * pad.columns;
-    Sheared found{std::vector<float>(2 * plane), std::vector<float>(2 * plane), std::vector<float>(2 * plane)};
+    Sheared found{std::vector<float>(2 * plane), std::vector<float>(2 * plane), std::vector<float>(2 * plane), {0, 0}};
     const auto margin = std::max<std::ptrdiff_t>(1, std::lround(pad.thickness));
     const Box inside = box_around(touched, pad.rows, pad.columns);
     if (inside.rows() == 0) return found;
@@ -170,6 +170,7 @@ Sheared moved(const ShearPad& pad, const float* drag, const std::uint8_t* touche
                 found.drag[axis * plane + at] = one[0][axis];
                 found.pull[axis * plane + at] = one[1][axis];
                 found.slip[axis * plane + at] = one[2][axis];
+                found.pulled[axis] += one[1][axis];
             }
         }
     }
@@ -181,7 +182,7 @@ std::vector<float> pressure_of_pull(const float* pull, std::ptrdiff_t rows, std:
     std::vector<float> found(rows * columns);
     const float *along = pull, *across = pull + rows * columns;
     std::vector<std::uint8_t> pulled(rows * columns);
-    for (std::ptrdiff_t k = 0; k < rows * columns; ++k) pulled[k] = along[k] != 0 || across[k] != 0;
+    for (std::ptrdiff_t k = 0; k < rows * columns; ++k) pulled[k] = (along[k] != 0) | (across[k] != 0);
     const Box inside = box_around(pulled.data(), rows, columns);
     if (inside.rows() == 0) return found;
     const auto reach = static_cast<std::ptrdiff_t>(std::ceil(4 * std::max(spreads[0].width, spreads[1].width))) + 1;

@@ -27,6 +27,7 @@ struct Shift {
 // Fields (2, rows, columns) m, along x and along y: displacement of the pad's surface, traction over shear stiffness, slip of the object.
 struct Sheared {
     std::vector<float> drag, pull, slip;
+    double pulled[2] = {0, 0};  // sums of pull
 };
 
 // The fields after a motion of the object; drag: displacement before; touched, pressure (Pa): (rows, columns).

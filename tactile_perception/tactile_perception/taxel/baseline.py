@@ -6,12 +6,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from .._core import taxel_follow
 from ..common.statistics import SIGMA_PER_MAD, upper_median
 from ..errors import BadArgument
 
 _QUANTUM = 0.29  # standard deviation of rounding to whole numbers: 1 / sqrt(12)
-# taxels that must be untouched. Chosen: the pad spreads pressure over its thickness, 2 mm of 1 mm taxels in the paper
-_NEIGHBOURHOOD = (7, 7)
+# taxels around a quiet one that must be untouched. Chosen: the pad spreads pressure over its thickness, 2 mm of 1 mm taxels in the paper
+_AROUND = 3
 _SETTLED = 5  # quiet frames of a taxel before it contributes to the noise. Chosen: the tests pass at 2 and fail at 10
 _NOISE_FRAMES, _NOISE_INTERVAL = 50, 10  # frames: length of the noise's average; once full, one frame in so many updates it. Chosen
 _SAMPLE = 2000  # taxels used for the noise. Chosen: the error of a standard deviation, 1 / sqrt(2 N), is then under 2 percent
@@ -37,7 +38,7 @@ class Baseline:
         """Forget; the next frame is the new baseline, or, with start, the one from calibration if there is one."""
         self.values = self._start.copy() if start and self._start is not None else None
         self._count = None if self.values is None else np.ones(self.values.shape, np.float32)
-        self._square, self._gaps, self._learning = 0.0, True, True
+        self._square, self._gaps = 0.0, True
         self._noise_count = self._frame = 0
         self._last: np.ndarray | None = None
         self._settled = False  # whether any taxel has been quiet for _SETTLED frames
@@ -63,20 +64,15 @@ class Baseline:
     def follow(self, change: np.ndarray, touched: np.ndarray | None, interval_s: float) -> None:
         """Track with the quiet part of a frame's change (rows, columns; NaN is skipped), interval_s after the last frame; touched: (rows,
         columns) bool, None without contact."""
-        quiet = np.isfinite(change)
-        if touched is not None:
-            quiet &= cv2.boxFilter(touched.view(np.uint8), -1, _NEIGHBOURHOOD, normalize=False, borderType=cv2.BORDER_CONSTANT) == 0
-        self._count += quiet
+        gain = min(interval_s / self._time_constant, 1 / self._frames)
+        self.values, self._count, quiet = taxel_follow(self.values, self._count, change,
+                                                       np.zeros(change.shape, bool) if touched is None else touched, around=_AROUND,
+                                                       frames=self._frames, gain=gain)
         if self._noise_count < _NOISE_FRAMES or self._frame % _NOISE_INTERVAL == 0:
             settled = quiet & (self._count > _SETTLED)
             self._settled = self._settled or bool(settled.any())
             self._update_noise(change[settled] if self._settled else self._step(change))
         self._frame += 1
-        gain = np.float32(min(interval_s / self._time_constant, 1 / self._frames))
-        if self._learning:
-            gain = np.where(self._count <= self._frames, 1 / self._count, gain)
-            self._learning = bool((self._count <= self._frames).any())
-        np.add(self.values, change * gain, out=self.values, where=quiet)
 
     def _step(self, change: np.ndarray) -> np.ndarray:
         """(M,) noise from the difference of two frames, without its median. Used at the start, where strong noise looks like contact

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from .._core import taxel_without_traction
 from .array import SoftPad, TaxelArray
 from .baseline import Baseline
 from ..common.estimates import AMBIGUOUS, AT_EDGE, SATURATED, ContactEstimate, ContactRegionEstimate, SlipEstimate
@@ -110,10 +111,7 @@ class MechanicsMethod:
     def regions(self, pressure: np.ndarray, sigma: float) -> tuple[Regions, np.ndarray]:
         """Regions, and pressure (rows, columns) without the part caused by traction; sigma: noise of pressure (rows, columns)."""
         traction = self._imprint.traction_pressure()
-        surface = pressure
-        if traction is not None:  # bounded: at most doubles or cancels a pressure
-            bound = np.maximum(pressure, 0)
-            surface = pressure - np.minimum(np.maximum(traction / np.float32(self._assumed), -bound), bound)
+        surface = pressure if traction is None else taxel_without_traction(pressure, traction, unit=self._assumed)
         score = self._score.compute(surface, sigma)
         self._seen = SeenPressure(pressure, sigma)
         found = find_regions(score, surface, self._array)
@@ -216,7 +214,7 @@ class TaxelEstimator:
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
-        mean = pressure_centre(np.where(regions.near > 0, pressure, 0), self.array)
+        mean = pressure_centre(pressure, regions.near, self.array)
         if self.settings.response.known:
             mean = under_friction(mean, sum(normal), self._friction(), self.pad)
         contact = regions.total.centroid.copy()

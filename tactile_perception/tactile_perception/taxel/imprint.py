@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, replace
+from operator import mul
 
 import numpy as np
 
-from .._core import noise_of_places, steady_motion
+from .._core import noise_of_places, steady_motion, taxel_lagging
 from .array import SoftPad, TaxelArray
 from .breakaway import PHASE, SIGMAS, broke_away, has_stopped
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
@@ -141,7 +142,7 @@ class ImprintTracker:
             smooth, moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth[:2], smooth[2])
         self._lags.append((slip, smooth))
-        slipping = self._lagging(steady) & touched if moves else np.zeros_like(touched)
+        slipping = self._lagging(steady, touched) if moves else np.zeros_like(touched)
         if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
             self._rekey(kind, *now)
         self._along = self._direction(velocity[:2], float(velocity[2]), found) if moves else np.zeros(3)
@@ -230,12 +231,10 @@ class ImprintTracker:
         along_x, along_y, turn = velocity.tolist()
         return abs(turn) * self._key.reach * self._array.pitch > part * math.hypot(along_x - turn * y, along_y + turn * x)
 
-    def _lagging(self, steady: int) -> np.ndarray:
+    def _lagging(self, steady: int, touched: np.ndarray) -> np.ndarray:
         """(rows, columns) bool: where the pad's surface lagged behind the object in the last frames, steady of them at most."""
         last = list(self._lags)[-min(steady, _SUMMED):]
-        lag, (x, y, turn) = sum(slip for slip, _ in last), sum(step for _, step in last).tolist()
-        along_x, along_y = x - turn * self._array.y[:, None], y + turn * self._array.x
-        return lag[0]**2 + lag[1]**2 > _SLIDES**2 * (along_x**2 + along_y**2)
+        return taxel_lagging([slip for slip, _ in last], touched, sum(step for _, step in last), pitch=self._array.pitch, part=_SLIDES)
 
     def _unknown(self) -> ImprintMotion:
         return ImprintMotion(np.full(2, np.nan), np.nan, False, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
@@ -275,11 +274,14 @@ class ImprintTracker:
     def _velocity(self) -> tuple[np.ndarray, float]:
         """Velocity (2,) m/s at the origin, and rad/s, that is reported: by a line over _VELOCITY_S; NaN with fewer than _FEWEST frames."""
         first = self._past[-1][0] - _VELOCITY_S * (1 + 1e-6)
-        recent = np.array([one for one in self._past if one[0] >= first])
+        recent = [one for one in self._past if one[0] >= first]
         if len(recent) < _FEWEST:
-            recent = np.array(self._past)[-_FEWEST:]
+            recent = list(self._past)[-_FEWEST:]
         if len(recent) < _FEWEST:
             return np.full(2, np.nan), np.nan
-        off = recent[:, 0] - recent[:, 0].mean()
-        x, y, turn = (off @ recent[:, 1:] / (off @ off)).tolist()
+        times, *totals = zip(*recent)
+        mean = sum(times) / len(times)
+        off = [time - mean for time in times]
+        square = sum(map(mul, off, off))
+        x, y, turn = (sum(map(mul, off, total)) / square for total in totals)
         return np.array([x, y]), turn

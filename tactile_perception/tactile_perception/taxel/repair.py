@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from .._core import taxel_responding
 from ..errors import BadArgument
 
 _BOX = (3, 3)
@@ -57,22 +58,8 @@ class DeadTaxels:
 
     def repaired(self, change: np.ndarray, sigma: float) -> np.ndarray:
         """change (rows, columns) float32 from the baseline with dead and NaN taxels filled; sigma: its noise."""
-        self._learn(change, np.float32(_PRESSED * sigma))
+        self._responded, silent = taxel_responding(change, self._responded, pressed=_PRESSED * sigma, part=_SILENT)
+        if silent.any():
+            self._silent[silent] = np.minimum(self._silent[silent] + 1, _FRAMES)
+            self.dead |= self._silent >= _FRAMES
         return fill(change, self.dead | np.isnan(change))
-
-    def _learn(self, change: np.ndarray, pressed: float) -> None:
-        """Count the frames in which a taxel is silent between pressed neighbours."""
-        loud = change > pressed
-        self._responded |= loud
-        between = np.zeros(change.shape, bool)
-        between[1:-1] = loud[:-2] & loud[2:]
-        between[:, 1:-1] |= loud[:, :-2] & loud[:, 2:]
-        between &= ~self._responded
-        if not between.any():
-            return
-        bound, least = np.where(loud, change, np.float32(0)), np.zeros(change.shape, np.float32)
-        least[1:-1] = np.minimum(bound[:-2], bound[2:])
-        least[:, 1:-1] = np.maximum(least[:, 1:-1], np.minimum(bound[:, :-2], bound[:, 2:]))
-        silent = between & (change < _SILENT * least)  # False for NaN
-        self._silent[silent] = np.minimum(self._silent[silent] + 1, _FRAMES)
-        self.dead |= self._silent >= _FRAMES

@@ -42,7 +42,7 @@ class SurfaceShear:
     def reset(self) -> None:
         """Release all traction."""
         self._drag = np.zeros((2, *self._array.shape), np.float32)
-        self._pull = np.zeros_like(self._drag)
+        self._pull, self._pulled = np.zeros_like(self._drag), np.zeros(2)
         self.friction = self._pad.friction
         self.dragged = False
 
@@ -56,14 +56,14 @@ class SurfaceShear:
     @property
     def force(self) -> np.ndarray:
         """(2,) N that the object exerts along the surface."""
-        return self._pull.sum(axis=(1, 2), dtype=float) * self._pad.shear_stiffness * self._array.taxel_area
+        return self._pulled * self._pad.shear_stiffness * self._array.taxel_area
 
     def move(self, touched: np.ndarray, pressure: np.ndarray, shift: np.ndarray, turn: float) -> np.ndarray:
         """Slip (2, rows, columns) m of an object that moves by shift (2,) m at the origin and turn, rad, over the surface.
 
         touched: (rows, columns) bool, in contact; pressure: (rows, columns) Pa.
         """
-        self._drag, self._pull, slip = taxel_move(self._drag, touched, pressure, np.array([*shift, turn], float),
-                                                  limit=self.friction / self._pad.shear_stiffness, **self._rule)
+        self._drag, self._pull, slip, self._pulled = taxel_move(self._drag, touched, pressure, np.array([*shift, turn], float),
+                                                                limit=self.friction / self._pad.shear_stiffness, **self._rule)
         self.dragged = True
         return slip

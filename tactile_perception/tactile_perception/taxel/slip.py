@@ -38,9 +38,7 @@ class TaxelSlip:
         estimate = SlipEstimate(self._state, fraction, np.zeros(3), np.zeros(3))
         if self._state == NONE:
             return estimate
-        row, column = np.nonzero(motion.slipping)
-        x, y = self._array.x[column], self._array.y[row]
-        estimate.x, estimate.y = x, y
+        x, y = estimate.x, estimate.y = self._places(motion.slipping)
         turn = 0.0 if math.isnan(motion.turn) else motion.turn
         along_x, along_y = motion.linear.tolist()
         estimate.vx, estimate.vy = along_x - turn * y, along_y + turn * x
@@ -55,8 +53,11 @@ class TaxelSlip:
         if not math.isfinite(turn) or not turn:
             return None
         centre = -along_y / turn, along_x / turn
-        each_row, each_column = np.count_nonzero(touched, axis=1), np.count_nonzero(touched, axis=0)
-        count = int(each_row.sum())
-        middle = float(each_column @ self._array.x) / count, float(each_row @ self._array.y) / count
-        radius = math.sqrt(count / math.pi) * self._array.pitch
-        return centre if math.dist(centre, middle) < _FAR * radius else None
+        x, y = self._places(touched)
+        radius = math.sqrt(len(x) / math.pi) * self._array.pitch
+        return centre if math.dist(centre, (float(x.mean()), float(y.mean()))) < _FAR * radius else None
+
+    def _places(self, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x and y (M,) m of the taxels in mask (rows, columns) bool."""
+        row, column = np.divmod(np.flatnonzero(mask), self._array.columns)  # half of the time of np.nonzero
+        return self._array.x[column], self._array.y[row]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from .._core import taxel_spread
 from .array import SoftPad, TaxelArray
 from .shear import SPREADS
 
@@ -37,13 +38,7 @@ _ROLLED = 0.15  # taxels of motion without traction, from which a curved object 
 
 def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
     """Whether the face is curved along a direction (2,), from pressure (rows, columns) where touched (rows, columns) bool."""
-    row, column = np.nonzero(touched)
-    along = direction[0] * column + direction[1] * row
-    weight = np.maximum(pressure[row, column], 0)
-    load = float(weight.sum())
-    if not load > 0:
-        return False
-    return float(weight @ (along - weight @ along / load)**2) < _CURVED * float(along.var()) * load
+    return taxel_spread(pressure, touched, direction) < _CURVED
 
 
 @dataclass(frozen=True)
@@ -96,7 +91,7 @@ class TractionWatch:
             self.rest(pressure, True)
         if self._fit is None:
             self._begin(touched)
-        found = self._fit @ (pressure[self._box] - self._before[self._box]).ravel()
+        found = (self._fit @ (pressure[self._box] - self._before[self._box]).ravel()).astype(float)
         shift, traction = found[:2], found[2:]
         size = float(np.hypot(*direction))
         if size == 0 or not np.isfinite(found).all():

@@ -8,11 +8,27 @@ from tactile_perception import _core
 
 SCORE = np.add.outer(np.linspace(0, 1, 8), np.linspace(-0.4, 0.4, 9)).astype(np.float32)
 PRESSURE = np.float32(3e4) * SCORE
+TOUCHED, LABELS, SLIP = SCORE > 0.5, (SCORE > 0.5).astype(np.int32), np.stack([SCORE, -SCORE])
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'taxel_regions': (lambda score=SCORE, pressure=PRESSURE: _core.taxel_regions(score, pressure, level=0.5, pitch=1e-3, most=5, around=2),
                       {'score': SCORE, 'pressure': PRESSURE}),
+    'taxel_follow': (lambda values=SCORE, count=PRESSURE, change=SCORE, touched=TOUCHED: _core.taxel_follow(
+        values, count, change, touched, around=3, frames=10, gain=0.1),
+                     {'values': SCORE, 'count': PRESSURE, 'change': SCORE, 'touched': TOUCHED}),
+    'taxel_responding': (lambda change=SCORE, responded=TOUCHED: _core.taxel_responding(change, responded, pressed=0.1, part=0.5),
+                         {'change': SCORE, 'responded': TOUCHED}),
+    'taxel_load': (lambda pressure=PRESSURE, labels=LABELS: np.array(_core.taxel_load(pressure, labels))[None],
+                   {'pressure': PRESSURE, 'labels': LABELS}),
+    'taxel_spread': (lambda pressure=PRESSURE, touched=TOUCHED, direction=np.ones(2): [
+        np.float64(_core.taxel_spread(pressure, touched, direction))], {'pressure': PRESSURE, 'touched': TOUCHED, 'direction': np.ones(2)}),
+    'taxel_without_traction': (lambda pressure=PRESSURE, traction=SCORE: [_core.taxel_without_traction(pressure, traction, unit=2.0)],
+                               {'pressure': PRESSURE, 'traction': SCORE}),
+    'taxel_lagging': (lambda touched=TOUCHED, motion=np.ones(3): [_core.taxel_lagging([SLIP], touched, motion, pitch=1e-3, part=0.1)],
+                      {'touched': TOUCHED, 'motion': np.ones(3)}),
+    'taxel_lagging of slips': (lambda slips=SLIP: [_core.taxel_lagging([SLIP, slips], TOUCHED, np.ones(3), pitch=1e-3, part=0.1)],
+                               {'slips': SLIP}),
     'noise_of_places': (lambda places=np.zeros((9, 3)): [np.float64(_core.noise_of_places(places))], {'places': np.zeros((9, 3))}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]

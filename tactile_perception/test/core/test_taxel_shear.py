@@ -33,9 +33,11 @@ def test_fields_are_those_of_many_plain_sweeps(shift):
     pressure = ndimage.gaussian_filter(3e4 * touched.astype(np.float32), 1.0)
     drag = np.zeros((2, 20, 24), np.float32)
     for _ in range(8):  # the kernel goes on where it stopped
-        for field, expected in zip(taxel_move(drag, touched, pressure, np.array(shift), **PAD), settled(drag, touched, pressure, shift)):
+        *fields, pulled = taxel_move(drag, touched, pressure, np.array(shift), **PAD)
+        assert pulled == pytest.approx(fields[1].sum(axis=(1, 2), dtype=float), rel=1e-9, abs=1e-12)
+        for field, expected in zip(fields, settled(drag, touched, pressure, shift)):
             np.testing.assert_allclose(field, expected, atol=2e-6)
-        drag, pull, _ = taxel_move(drag, touched, pressure, np.array(shift) * 0.3, **PAD)
+        drag, pull, _, _ = taxel_move(drag, touched, pressure, np.array(shift) * 0.3, **PAD)
     assert np.hypot(*pull).max() <= PAD['limit'] * 1.5 * pressure.max()
 
 

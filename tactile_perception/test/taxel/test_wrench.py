@@ -17,8 +17,9 @@ def test_without_an_object_only_what_pressure_tells():
 
 
 def test_pressure_acts_where_the_load_is():
-    assert pressure_centre(picture(bar(4.0, -3.0)), ARRAY) == pytest.approx([4e-3, -3e-3], abs=2e-5)
-    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), ARRAY)).all()
+    everywhere = np.ones((44, 44), np.int32)
+    assert pressure_centre(picture(bar(4.0, -3.0)), everywhere, ARRAY) == pytest.approx([4e-3, -3e-3], abs=2e-5)
+    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), everywhere, ARRAY)).all()
 
 
 def test_moments_about_the_taxels_balance_under_friction():
