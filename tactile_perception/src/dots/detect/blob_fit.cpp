@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "common/median.hpp"
@@ -66,34 +67,45 @@ struct Levels {
     double slope_x, slope_y;
 };
 
-// Rows of a region: pixels of the image, stride apart from row to row; own: (rows, count), 1 for pixels of the region, else 0; weight =
-// level * scale - offset, 0 to 1; y: of the first row.
+// Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: 1 for pixels of
+// the region, else 0; weight = level * scale - offset, 0 to 1; y: of the first row.
 struct RegionRows {
-    const std::uint8_t* pixels;
-    const float* own;
-    std::ptrdiff_t rows, count, stride;
+    const std::uint8_t* level;
+    const std::uint8_t* own;
+    std::ptrdiff_t rows, stride;
     float scale, offset, y;
 };
 
-// Adds down the columns (count): weights, weights times y and times y y, and squared weights.
-TACTILE_WIDE void add_columns(const RegionRows& region, float* __restrict weight, float* __restrict by_y, float* __restrict by_yy,
-                              float* __restrict squared) {
-    const std::ptrdiff_t count = region.count;
+constexpr std::ptrdiff_t WIDE = 8;  // columns that an instruction handles at once
+
+// Sums down the columns (stride): weights, weights times y and times y y, and squared weights.
+TACTILE_WIDE void add_columns(const RegionRows& region, float* weight, float* by_y, float* by_yy, float* squared) {
+    typedef std::uint8_t Bytes __attribute__((vector_size(WIDE)));
+    typedef std::int32_t Ints __attribute__((vector_size(4 * WIDE)));
+    typedef float Floats __attribute__((vector_size(4 * WIDE)));
     const float scale = region.scale, offset = region.offset;
     const int low = static_cast<int>(offset / scale), high = static_cast<int>(std::ceil((1 + offset) / scale));
-    for (std::ptrdiff_t row = 0; row < region.rows; ++row) {
-        const std::uint8_t* pixels = region.pixels + row * region.stride;
-        const float* own = region.own + row * count;
-        const float y = region.y + static_cast<float>(row), square = y * y;
-        for (std::ptrdiff_t k = 0; k < count; ++k) {
-            const int level = pixels[k], rises = (level > low) & (level < high), is_high = level >= high;
-            const float w =
-                own[k] * (static_cast<float>(rises) * (static_cast<float>(level) * scale - offset) + static_cast<float>(is_high));
-            weight[k] += w;
-            by_y[k] += w * y;
-            by_yy[k] += w * square;
-            squared[k] += w * w;
+    for (std::ptrdiff_t column = 0; column < region.stride; column += WIDE) {
+        Floats sum{}, sum_y{}, sum_yy{}, squares{};
+        for (std::ptrdiff_t row = 0; row < region.rows; ++row) {
+            Bytes levels, owned;
+            std::memcpy(&levels, region.level + row * region.stride + column, sizeof levels);
+            std::memcpy(&owned, region.own + row * region.stride + column, sizeof owned);
+            const Ints level = __builtin_convertvector(levels, Ints);
+            const Floats rises = __builtin_convertvector(-((level > low) & (level < high)), Floats);  // true is -1
+            const Floats is_high = __builtin_convertvector(-(level >= high), Floats);
+            const Floats w =
+                __builtin_convertvector(owned, Floats) * (rises * (__builtin_convertvector(level, Floats) * scale - offset) + is_high);
+            const float y = region.y + static_cast<float>(row);
+            sum += w;
+            sum_y += w * y;
+            sum_yy += w * (y * y);
+            squares += w * w;
         }
+        std::memcpy(weight + column, &sum, sizeof sum);
+        std::memcpy(by_y + column, &sum_y, sizeof sum_y);
+        std::memcpy(by_yy + column, &sum_yy, sizeof sum_yy);
+        std::memcpy(squared + column, &squares, sizeof squares);
     }
 }
 
@@ -186,26 +198,27 @@ class Fitter {
         const std::ptrdiff_t first = step_ * (region.left - 1), top_row = step_ * (region.top - 1);
         const std::ptrdiff_t rows = std::clamp<std::ptrdiff_t>(image_.rows - top_row, 0, step_ * (region.height + 2));
         const std::ptrdiff_t count = std::clamp<std::ptrdiff_t>(image_.columns - first, 0, step_ * (region.width + 2));
-        own_.resize(rows * count);
+        const std::ptrdiff_t stride = (count + WIDE - 1) / WIDE * WIDE;
+        levels_.assign(rows * stride, 0);
+        own_.assign(rows * stride, 0);
         for (std::ptrdiff_t row = 0; row < rows; ++row) {
             const std::uint16_t* label = labels_ + (region.top - 1 + row / step_) * small_.columns + region.left - 1;
-            float* own = own_.data() + row * count;
-            for (std::ptrdiff_t k = 0; k < count; ++k) own[k] = static_cast<float>(label[step_ == 2 ? k / 2 : k] == region.label);
+            std::copy_n(image_.pixels + (top_row + row) * image_.columns + first, count, levels_.data() + row * stride);
+            std::uint8_t* own = own_.data() + row * stride;
+            if (row % step_ > 0) {
+                std::copy_n(own - stride, stride, own);
+                continue;
+            }
+            for (std::ptrdiff_t k = 0; k < count; k += step_) own[k] = own[k + step_ - 1] = label[k / step_] == region.label;
         }
-        sums_.assign(4 * count, 0.0f);
-        float *by_one = sums_.data(), *by_y = by_one + count, *by_yy = by_y + count, *squared = by_yy + count;
+        sums_.resize(4 * stride);
+        float *by_one = sums_.data(), *by_y = by_one + stride, *by_yy = by_y + stride, *squared = by_yy + stride;
         const auto scale = static_cast<float>(1 / ((HIGH - LOW) * levels.amplitude));
         const double off_x = static_cast<double>(first - step_ * left(region)) - half();
         const double off_y = static_cast<double>(top_row - step_ * top(region)) - half();
-        const RegionRows seen{image_.pixels + top_row * image_.columns + first,
-                              own_.data(),
-                              rows,
-                              count,
-                              image_.columns,
-                              scale,
-                              static_cast<float>(levels.ground + LOW * levels.amplitude) * scale,
-                              static_cast<float>(off_y)};
-        add_columns(seen, by_one, by_y, by_yy, squared);
+        add_columns({levels_.data(), own_.data(), rows, stride, scale, static_cast<float>(levels.ground + LOW * levels.amplitude) * scale,
+                     static_cast<float>(off_y)},
+                    by_one, by_y, by_yy, squared);
         double sums[6] = {}, squares = 0;
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const double x = static_cast<double>(k) + off_x;
@@ -292,9 +305,10 @@ class Fitter {
     const int step_;
     const std::uint16_t* labels_;
     const std::vector<BlobRegion>& regions_;
-    std::ptrdiff_t side_ = 0;        // of the regions' patches, px of the small image
-    double way_[RING][2];            // samples of the ground from a region's centre, of its size
-    std::vector<float> own_, sums_;  // of one region
+    std::ptrdiff_t side_ = 0;                 // of the regions' patches, px of the small image
+    double way_[RING][2];                     // samples of the ground from a region's centre, of its size
+    std::vector<std::uint8_t> levels_, own_;  // of one region
+    std::vector<float> sums_;                 // of its columns
 };
 
 }  // namespace
