@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -56,30 +59,54 @@ struct TermWeights {
 
 constexpr int ODD_X[TERMS] = {0, 0, 0, 1, 0, 0, 1, 0}, ODD_Y[TERMS] = {0, 0, 0, 0, 1, 0, 1, 0};  // terms that a mirror turns round
 
+// Four levels (4, stride) of coefficients mixed by the splines, and by their slopes: the first count of each level.
+TACTILE_WIDE void mix_levels(const float* levels, std::ptrdiff_t stride, std::ptrdiff_t count, const DepthSplines& down,
+                             float* __restrict now, float* __restrict change) {
+    const float *one = levels, *two = one + stride, *three = two + stride, *four = three + stride;
+    const float v0 = down.value[0], v1 = down.value[1], v2 = down.value[2], v3 = down.value[3];
+    const float s0 = down.slope[0], s1 = down.slope[1], s2 = down.slope[2], s3 = down.slope[3];
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        now[k] = v0 * one[k] + v1 * two[k] + v2 * three[k] + v3 * four[k];
+        change[k] = s0 * one[k] + s1 * two[k] + s2 * three[k] + s3 * four[k];
+    }
+}
+
+// Sums over a term's polynomials, of columns each: value, and derivatives by x, y and depth.
+struct Sums {
+    float *value, *by_x, *by_y, *by_depth;
+};
+
+// Adds one polynomial's coefficients at the depth, and their change with it, times its value and slopes.
+void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x, float slope_y,
+                    const Sums& sums) {
+    float* __restrict total = sums.value, * __restrict by_x = sums.by_x, * __restrict by_y = sums.by_y, * __restrict by_depth = sums.by_depth;
+    for (std::ptrdiff_t c = 0; c < columns; ++c) {
+        total[c] += value * now[c];
+        by_x[c] += slope_x * now[c];
+        by_y[c] += slope_y * now[c];
+        by_depth[c] += value * change[c];
+    }
+}
+
 // Columns of one class at a press: (variants, columns).
 void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns, const Polynomials& along,
          const Polynomials& across, const DepthSplines& down, const TermWeights& weights, int variants, std::vector<float>& mixed) {
-    const std::ptrdiff_t order = table.order, layer = table.levels + 3;
+    const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS;
+    const std::ptrdiff_t of_term = order * order * columns, count = terms * of_term, stride = TERMS * of_term;
+    std::vector<float> at_depth(2 * count), sums(4 * columns);
+    mix_levels(coefficients + down.first * stride, stride, count, down, at_depth.data(), at_depth.data() + count);
     mixed.assign(variants * columns, 0.0f);
-    std::vector<float> sums(4 * columns);
-    for (int term = 0; term < (variants == VARIANTS ? TERMS : STRAIGHT_TERMS); ++term) {
+    for (std::ptrdiff_t term = 0; term < terms; ++term) {
         const int shift_x = odd_x ^ ODD_X[term], shift_y = odd_y ^ ODD_Y[term];
         std::fill(sums.begin(), sums.end(), 0.0f);
-        float *value = sums.data(), *by_x = value + columns, *by_y = by_x + columns, *by_depth = by_y + columns;
+        float* value = sums.data();
+        const float* now = at_depth.data() + term * of_term;
         for (std::ptrdiff_t i = 0; i < order; ++i) {
-            for (std::ptrdiff_t j = 0; j < order; ++j) {
-                const float* row = coefficients + (((term * order + i) * order + j) * layer + down.first) * columns;
+            for (std::ptrdiff_t j = 0; j < order; ++j, now += columns) {
                 const float x = along.value[2 * i + shift_x], y = across.value[2 * j + shift_y];
-                const float slope_x = along.slope[2 * i + shift_x] * y, slope_y = x * across.slope[2 * j + shift_y], both = x * y;
-                for (std::ptrdiff_t c = 0; c < columns; ++c) {
-                    const float one = row[c], two = row[columns + c], three = row[2 * columns + c], four = row[3 * columns + c];
-                    const float now = down.value[0] * one + down.value[1] * two + down.value[2] * three + down.value[3] * four;
-                    const float change = down.slope[0] * one + down.slope[1] * two + down.slope[2] * three + down.slope[3] * four;
-                    value[c] += both * now;
-                    by_x[c] += slope_x * now;
-                    by_y[c] += slope_y * now;
-                    by_depth[c] += both * change;
-                }
+                const float slope_x = along.slope[2 * i + shift_x] * y, slope_y = x * across.slope[2 * j + shift_y];
+                add_polynomial(now, now + count, columns, x * y, slope_x, slope_y,
+                               {value, value + columns, value + 2 * columns, value + 3 * columns});
             }
         }
         const auto weight = static_cast<float>(weights.value[term]);
@@ -91,19 +118,34 @@ void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_
     }
 }
 
+constexpr std::ptrdiff_t WIDE = 8, BLOCK = 4 * WIDE;  // numbers that an instruction handles at once, and that stay in registers
+
+// Sum (count) of shapes (modes, count), each times its share.
+TACTILE_WIDE void mix_shapes(const float* shapes, std::ptrdiff_t modes, std::ptrdiff_t count, const float* shares, float* sum) {
+    typedef float Lanes __attribute__((vector_size(WIDE * sizeof(float))));
+    std::ptrdiff_t k = 0;
+    for (; k + BLOCK <= count; k += BLOCK) {
+        Lanes totals[4] = {}, shape;
+        for (std::ptrdiff_t m = 0; m < modes; ++m) {
+            for (std::ptrdiff_t part = 0; part < 4; ++part) {
+                std::memcpy(&shape, shapes + m * count + k + part * WIDE, sizeof shape);
+                totals[part] += shares[m] * shape;
+            }
+        }
+        std::memcpy(sum + k, totals, sizeof totals);
+    }
+    for (; k < count; ++k) {
+        sum[k] = 0;
+        for (std::ptrdiff_t m = 0; m < modes; ++m) sum[k] += shares[m] * shapes[m * count + k];
+    }
+}
+
 // Adds the modes of a class, mirrored from their quarter to the whole mesh.
 void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_y, std::ptrdiff_t modes, std::ptrdiff_t columns,
                const std::vector<float>& mixed, int variants, std::vector<float>& field) {
     const std::ptrdiff_t quarter = table.n + 1, side = table.side(), count = 3 * quarter * quarter;
-    std::vector<float> sums(variants * count, 0.0f);
-    for (int v = 0; v < variants; ++v) {
-        for (std::ptrdiff_t m = 0; m < modes; ++m) {
-            const float share = mixed[v * columns + m];
-            const float* shape = shapes + m * count;
-            float* sum = sums.data() + v * count;
-            for (std::ptrdiff_t k = 0; k < count; ++k) sum[k] += share * shape[k];
-        }
-    }
+    std::vector<float> sums(variants * count);
+    for (int v = 0; v < variants; ++v) mix_shapes(shapes, modes, count, mixed.data() + v * columns, sums.data() + v * count);
     const float sign_x = odd_x ? -1.0f : 1.0f, sign_y = odd_y ? -1.0f : 1.0f;
     for (std::ptrdiff_t i = 0; i < side; ++i) {
         for (std::ptrdiff_t j = 0; j < side; ++j) {
@@ -152,6 +194,27 @@ struct Splines {
 constexpr int ORDERS = 6;  // value, by x, by y, by x x, by x y, by y y
 constexpr int ORDER_X[ORDERS] = {0, 1, 0, 2, 1, 0}, ORDER_Y[ORDERS] = {0, 0, 1, 0, 1, 2};
 
+// Of the nodes around a place, weighted by splines: values and first derivatives of all channels, second ones of the first variant.
+struct NodeSums {
+    float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
+};
+
+// Adds up the first READ variants of a field: a fixed number, so that the compiler handles several channels at once.
+template <int READ>
+void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants, NodeSums& found) {
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
+            float products[ORDERS];
+            for (int o = 0; o < ORDERS; ++o) products[o] = x.weights[ORDER_X[o]][i] * y.weights[ORDER_Y[o]][j];
+            for (int o = 0; o < 3; ++o) {
+                for (int c = 0; c < 3 * READ; ++c) found.sums[o][c] += products[o] * node[c];
+                for (int c = 0; c < 3 && READ > 1; ++c) found.bends[o][c] += products[3 + o] * node[c];
+            }
+        }
+    }
+}
+
 }  // namespace
 
 void look_up(const SheetTable& table, const double* press, bool drags, PressedSheet& found) {
@@ -176,20 +239,19 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
 
 void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
                 Deformed& found) {
-    const std::ptrdiff_t channels = 3 * read;
     const Splines x(table, 0, rest[0], press[0]), y(table, 1, rest[1], press[1]);
-    float sums[3][CHANNELS] = {}, bends[ORDERS - 3][3] = {};
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
-            float products[ORDERS];
-            for (int o = 0; o < ORDERS; ++o) products[o] = x.weights[ORDER_X[o]][i] * y.weights[ORDER_Y[o]][j];
-            for (int o = 0; o < 3; ++o) {
-                for (std::ptrdiff_t c = 0; c < channels; ++c) sums[o][c] += products[o] * node[c];
-                for (int c = 0; c < 3 && read > 1; ++c) bends[o][c] += products[3 + o] * node[c];
-            }
-        }
+    NodeSums found_sums;
+    switch (read) {
+        case 1:
+            add_nodes<1>(table, x, y, field, variants, found_sums);
+            break;
+        case 1 + STRAIGHT_SIZE:
+            add_nodes<1 + STRAIGHT_SIZE>(table, x, y, field, variants, found_sums);
+            break;
+        default:
+            add_nodes<VARIANTS>(table, x, y, field, variants, found_sums);
     }
+    const auto& [sums, bends] = found_sums;
     for (int o = 0; o < 3; ++o) std::copy(sums[o], sums[o] + 3, found.value[o]);
     if (read == 1) return;
     for (int k = 0; k < read - 1; ++k)

@@ -28,7 +28,7 @@ struct SheetTable {
     double spread, power;      // largest log radius; grading of the depths
     std::ptrdiff_t n, order, levels;
     std::ptrdiff_t modes[4];    // of each class
-    const float* coefficients;  // of each class (TERMS, order, order, levels + 3, modes + columns of the wrench)
+    const float* coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
     const float* shapes;        // of each class (modes, n + 1, n + 1, 3) on one quarter of the mesh
     std::ptrdiff_t side() const { return 2 * n + 2; }
 };
@@ -56,7 +56,7 @@ struct Deformed {
 };
 
 // Reads a point at rest, m, of a sheet pressed at press[0], press[1]; field (side * side, variants, 3), of which so many variants are
-// read: 1 for the value alone.
+// read: 1 for the value alone, 1 + STRAIGHT_SIZE or VARIANTS.
 void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
                 Deformed& found);
 

@@ -98,7 +98,7 @@ class SheetLibrary:
         self.plan, self.classes = plan, classes
         numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER])
         sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
-        coefficients = [part.coefficients.transpose(2, 0, 1, 3, 4).ravel() for part in classes]
+        coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
         shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
         self.table = numbers, sizes, np.concatenate(coefficients).astype(np.float32), np.concatenate(shapes).astype(np.float32)
 
