@@ -119,6 +119,7 @@ class Listener:
     def close(self):
         self._ended = True
         self._thread.join(timeout=5)
+        self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
 

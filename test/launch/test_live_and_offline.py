@@ -77,6 +77,7 @@ class Bench:
         assert condition(), {topic: len(found) for topic, found in self.heard.items()}
 
     def close(self):
+        self._executor.shutdown()
         for node in (*self.nodes, self.helper):
             node.destroy_node()
         rclpy.try_shutdown()

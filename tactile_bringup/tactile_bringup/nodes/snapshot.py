@@ -155,13 +155,13 @@ def touch_line(forces: Collection[float]) -> str:
 
 def collect(node: SnapshotNode, patience_s: float) -> None:
     """Collect messages until each sensor found is complete, at most patience_s."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    begin = time.monotonic()
-    while (passed := time.monotonic() - begin) < patience_s:
-        executor.spin_once(timeout_sec=0.1)
-        if passed > _SETTLE_S and node.seen and all(seen.complete for seen in node.seen.values()):
-            return
+    with SingleThreadedExecutor() as executor:
+        executor.add_node(node)
+        begin = time.monotonic()
+        while (passed := time.monotonic() - begin) < patience_s:
+            executor.spin_once(timeout_sec=0.1)
+            if passed > _SETTLE_S and node.seen and all(seen.complete for seen in node.seen.values()):
+                return
 
 
 def write(path: Path, seen: dict[str, Seen]) -> str:

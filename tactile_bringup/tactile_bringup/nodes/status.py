@@ -56,18 +56,18 @@ class StatusNode(Node):
 
 def watch(node: StatusNode, status: HandStatus, once: bool, patience_s: float) -> int:
     """Print the table every second until interrupted; with once, print it when all nodes have reported and return the exit code."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    begin = shown = time.monotonic()
-    while True:
-        executor.spin_once(timeout_sec=0.1)
-        now = time.monotonic()
-        if once and (node.is_complete() or now - begin > patience_s):
-            return _print_once(status, now)
-        if not once and now - shown > _PERIOD_S:
-            shown = now
-            terminal = sys.stdout.isatty()
-            print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
+    with SingleThreadedExecutor() as executor:
+        executor.add_node(node)
+        begin = shown = time.monotonic()
+        while True:
+            executor.spin_once(timeout_sec=0.1)
+            now = time.monotonic()
+            if once and (node.is_complete() or now - begin > patience_s):
+                return _print_once(status, now)
+            if not once and now - shown > _PERIOD_S:
+                shown = now
+                terminal = sys.stdout.isatty()
+                print((_CLEAR if terminal else '') + _text(status, now, terminal), flush=True)
 
 
 def _print_once(status: HandStatus, now: float) -> int:

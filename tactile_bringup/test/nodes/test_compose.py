@@ -92,6 +92,7 @@ class Listener:
         assert condition()
 
     def close(self):
+        self._own.shutdown(), self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
 

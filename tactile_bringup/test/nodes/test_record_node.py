@@ -43,7 +43,7 @@ def test_messages_are_written_as_they_were_sent(tmp_path):
         outputs[1].publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
     written = node.written
-    executor.remove_node(node)
+    executor.shutdown()
     node.destroy_node()
     sender.destroy_subscription(listener)
     sender.destroy_node()
@@ -70,7 +70,7 @@ def test_the_bag_carries_what_was_offered_and_what_was_latched_before(tmp_path):
     while len(node._topics) < 3 and time.monotonic() < end:
         images.publish(Image(height=1, width=2, encoding='mono8', step=2, data=[7, 8]))
         executor.spin_once(timeout_sec=0.05)
-    executor.remove_node(node)
+    executor.shutdown()
     node.destroy_node()
     sender.destroy_node()
     rclpy.shutdown()

@@ -14,6 +14,7 @@ pytest.importorskip('tactile_msgs', reason='tactile_msgs is not built')
 import yaml  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -172,14 +173,16 @@ def test_a_camera_that_comes_late_and_is_pulled_out_is_found_again(watcher, monk
     images = watcher.collect(Image, 'image_raw')
     # Under a name of its own: rclpy lets the services of a lifecycle node live on after it, and they would take the next tests' requests.
     rclpy.init(args=['--ros-args', '-r', '__node:=late_camera'])
-    node = camera_node.CameraNode()
+    node, executor = camera_node.CameraNode(), SingleThreadedExecutor()
+    executor.add_node(node)
     try:
         end = time.monotonic() + 20
         while (late.opened < 5 or late.frames < 60 or len(images) < 20) and time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.02)
+            executor.spin_once(timeout_sec=0.02)
             watcher.spin(0.01)
         health = node._examine()
     finally:
+        executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()
     assert late.opened == 5 and len(images) >= 20

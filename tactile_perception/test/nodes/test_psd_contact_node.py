@@ -48,6 +48,7 @@ def bench():
             executor.spin_once(timeout_sec=0.02)
         assert condition()
     yield node, helper, publisher, until
+    executor.shutdown()  # or it may hold the nodes' subscriptions
     node.destroy_node(), helper.destroy_node()
     rclpy.try_shutdown()
 

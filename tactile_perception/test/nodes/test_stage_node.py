@@ -78,8 +78,8 @@ class Bench:
         return header
 
     def close(self):
+        self.executor.shutdown()  # or it may hold the nodes' subscriptions
         for node in self.nodes:
-            self.executor.remove_node(node)
             node.destroy_node()
 
 
@@ -199,14 +199,15 @@ def test_a_slow_node_drops_messages_reports_it_and_stays_up_to_date():
         while not ended.wait(1 / 60):
             sent.append(time.time_ns())
             voltages.publish(PsdVoltages(header=header_of(sent[-1], 'tip')))
-    threading.Thread(target=send, daemon=True).start()
+    sending = threading.Thread(target=send, daemon=True)
+    sending.start()
     try:
         end = time.monotonic() + 6
         while time.monotonic() < end:
             executor.spin_once(timeout_sec=0.05)
         health = node._examine()
     finally:
-        ended.set()
+        ended.set(), sending.join()
         executor.shutdown(), node.destroy_node(), sender.destroy_node()
         rclpy.try_shutdown()
     assert node.log.shed > 20 and np.median(node.late[10:]) < 0.12, 'twelve messages would wait in the middleware by now'

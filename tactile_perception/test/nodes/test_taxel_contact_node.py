@@ -41,6 +41,7 @@ def make_bench():
             executor.spin_once(timeout_sec=0.02)
         assert condition()
     yield make
+    executor.shutdown()  # or it may hold the nodes' subscriptions
     for node in nodes:
         node.destroy_node()
     rclpy.try_shutdown()

@@ -28,6 +28,12 @@ def node():
     rclpy.try_shutdown()
 
 
+@pytest.fixture
+def executor(node):
+    with SingleThreadedExecutor() as executor:
+        yield executor
+
+
 class Wire:
     """The publisher of the middleware."""
 
@@ -79,12 +85,11 @@ def test_a_host_shares_topics_by_their_full_name(node):
     other.destroy_node()
 
 
-def test_alone_a_node_hears_by_the_middleware_and_when_it_was_received(node):
+def test_alone_a_node_hears_by_the_middleware_and_when_it_was_received(node, executor):
     host, taken = Host(), []
     publisher = host.publisher(node.create_publisher(String, 'words', 10))
     end = host.listen(node, String, 'words', lambda message, received_ns: taken.append((message.data, time.time_ns() - received_ns)),
                       QoSProfile(depth=10))
-    executor = SingleThreadedExecutor()
     executor.add_node(node)
     deadline = time.monotonic() + 10
     while not taken and time.monotonic() < deadline:
@@ -95,7 +100,7 @@ def test_alone_a_node_hears_by_the_middleware_and_when_it_was_received(node):
     assert not list(node.subscriptions)
 
 
-def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node):
+def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node, executor):
     taken, ends = [], []
 
     def take(message, _sent_ns):
@@ -104,7 +109,6 @@ def test_what_has_come_meanwhile_is_taken_at_once_until_the_listener_ends(node):
             ends[0]()
     publisher = node.create_publisher(String, 'words', 10)
     ends.append(Host().listen(node, String, 'words', take, QoSProfile(depth=10)))
-    executor = SingleThreadedExecutor()
     executor.add_node(node)
     deadline = time.monotonic() + 10
     while publisher.get_subscription_count() == 0 and time.monotonic() < deadline:
