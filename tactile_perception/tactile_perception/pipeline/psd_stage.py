@@ -10,34 +10,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import BadFrame
+from ..psd.creep import TYPICAL, CreepCorrection
 from ..psd.finger import Samples, Touch
 from ..psd.methods import make_finger
 from ..psd.model import FingerModel
 from ..psd.sphere_filter import SphereFilter
 
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
-_LAG_S = 1e-3  # by which a cover may lag behind a contact that slides, standard deviation. Chosen: a part of rubber's creep takes ms
-_STEP_S = 0.005  # s, at least, over which the speed of a contact is told. Chosen: noise then adds a tenth to the variance at most
+_SURE = 0.3  # of the creep that is taken off, its standard deviation. Chosen: a place may lag by another share than light
 _UNIT = np.eye(3)
 _LONGEST_STEP_S = 1.0  # s between single samples of unknown rate. Chosen, as in check_block
-
-
-class ContactSpeed:
-    """Speed of a contact over the surface; least_s: time over which it is told, at least."""
-
-    def __init__(self, least_s: float):
-        self._least_s = least_s
-        self._id, self._speed, self._from_s, self._from = 0, 0.0, 0.0, np.zeros(3)
-
-    def update(self, touch: Touch, at_s: float) -> float:
-        """m/s, with a touch at a time; 0 until known."""
-        since_s = at_s - self._from_s
-        if touch.id != self._id or not since_s > 0:
-            self._id, self._speed, self._from_s, self._from = touch.id, 0.0, at_s, touch.position
-        elif since_s >= self._least_s:
-            far = math.dist(touch.position.tolist(), self._from.tolist())
-            self._speed, self._from_s, self._from = far / since_s if far >= 0 else 0.0, at_s, touch.position
-        return self._speed
 
 
 class PsdStage:
@@ -49,7 +31,8 @@ class PsdStage:
         self._radius = values['radius']
         self._filter = SphereFilter(values['filter.acceleration']) if values['filter'] else None
         self._filtered: tuple[int, float] = (0, 0.0)  # contact, s
-        self._speed = ContactSpeed(_STEP_S)
+        creep = self.finger.model.creep
+        self._creep, self._sure = CreepCorrection(creep or TYPICAL), _SURE if creep else None
         self._last_s = self._next_s = math.nan  # stamps: of the last block, and of the sample after it
 
     def set_reference(self) -> None:
@@ -79,7 +62,7 @@ class PsdStage:
                 middle = 0.5 * (len(known) - 1) if np.count_nonzero(known) == len(known) else float(np.flatnonzero(known).mean())
                 middle += part.start
                 at_s = stamp_s + middle * period_s
-                found.append((middle, [self._smoothed(self._lagging(t, at_s), at_s) for t in touches]))
+                found.append((middle, [self._smoothed(self._crept(t, at_s), at_s) for t in touches]))
         self._next_s = stamp_s + len(volts) * period_s
         return found
 
@@ -105,11 +88,17 @@ class PsdStage:
             raise BadFrame('a single sample without a sample_period; its period is known from the second one on')
         return since
 
-    def _lagging(self, touch: Touch, at_s: float) -> Touch:
-        """Adds the lag of the cover to the touch's covariance along the surface."""
-        lag = _LAG_S * self._speed.update(touch, at_s)
-        if lag > 0:
-            touch.covariance += lag * lag * (_UNIT - touch.normal[:, None] * touch.normal)
+    def _crept(self, touch: Touch, at_s: float) -> Touch:
+        """Takes the creep of the cover off a touch; where it is not calibrated, the covariance holds what a typical cover would creep."""
+        normal = self._creep.update(touch.id, touch.normal, at_s)
+        away = normal - touch.normal
+        square = float(away @ away)
+        if square > 0:
+            if self._sure is not None:
+                touch.normal = normal / math.sqrt(float(normal @ normal))
+                touch.position = self._radius * touch.normal
+                square *= self._sure * self._sure
+            touch.covariance += square * self._radius**2 * (_UNIT - touch.normal[:, None] * touch.normal)
         return touch
 
     def _smoothed(self, touch: Touch, at_s: float) -> Touch:

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .creep import Creep
 from .geometry import exp_map
 from .light_shift import LightShift
 from .maps import SmoothMap, tabulated
@@ -28,7 +29,7 @@ class FingerModel:
     which positions are in range; level: coefficients of the light at first contact, V; level_limits: its smallest and largest value, V, and
     the largest calibrated distance from the detector's centre, half widths; cross: coefficients of the cross term over the total for a
     single contact; cross_volts: V, standard deviation; force, depth: coefficients of log N and log m (response.features); shot: V, variance
-    of an output per V of its signal; room: (4,) V, untouched outputs at the calibration.
+    of an output per V of its signal; room: (4,) V, untouched outputs at the calibration; creep: of the cover.
     """
 
     paper: EquidistantMap = field(default_factory=lambda: EquidistantMap(np.zeros(2), NOMINAL_BETA))
@@ -44,6 +45,7 @@ class FingerModel:
     depth: np.ndarray | None = None
     shot: float = 0.0
     room: np.ndarray | None = None
+    creep: Creep | None = None
 
     def normals(self, place: np.ndarray, light: np.ndarray | None = None) -> np.ndarray:
         """Unit normals (N, 3) at detector positions (N, 2), half widths, of contacts with light (N,), V, None for the typical one."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..common.statistics import robust_sigma
 from ..errors import BadCalibration
+from .creep import fit_creep
 from .geometry import CROSS, TOTAL, error_angle, log_map, position, position_covariance
 from .light_shift import fit_light_shift
 from .maps import fit_smooth_map
@@ -58,15 +59,18 @@ def fit_finger(presses: Presses) -> FingerFit:
     cross, cross_volts = _cross(segments, presses.noise[CROSS, CROSS])
     force, force_error, force_notes = _load(segments, segments.force, 'force')
     depth, depth_error, depth_notes = _load(segments, segments.depth, 'depth')
+    creep = fit_creep(presses.lights)
+    creep_notes = [] if creep else ['creep of the cover: the presses do not show it; a contact that slides is told behind the object']
     model = FingerModel(paper, smooth, shift, float(np.sqrt(np.mean(paper_errors**2) + 1e-8)), _reach(place), level, level_limits, cross,
-                        cross_volts, force, depth, shot, presses.room)
+                        cross_volts, force, depth, shot, presses.room, creep)
     theta = np.linalg.norm(log_map(normal), axis=1)
     residuals = {'places': len(place), 'left_out_mean': float(errors.mean()), 'left_out_largest': float(errors.max()),
                  'paper_mean': float(paper_errors.mean()), 'paper_largest': float(paper_errors.max()),
                  'force_relative': force_error, 'depth_relative': depth_error}
     span = {'theta': [float(theta.min()), float(theta.max())],
             'light': [float(segments.sums[:, TOTAL].min()), float(segments.sums[:, TOTAL].max())]}
-    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*notes, *more, *level_notes, *force_notes, *depth_notes],
+    return FingerFit(model, len(place), errors, paper_errors, residuals, span, [*notes, *more, *level_notes, *force_notes, *depth_notes,
+                                                                   *creep_notes],
                      normal, when)
 
 

@@ -69,19 +69,20 @@ class Onsets:
 @dataclass(frozen=True)
 class Presses:
     """Presses of all recordings; noise: (4, 4) covariance of the untouched sums, V^2; room: (4,) V, their mean outputs; left_out: one note
-    per press that was skipped."""
+    per press that was skipped; lights: (s between samples, (N,) V light) of each press, from the sample before it."""
 
     segments: Segments
     onsets: Onsets
     noise: np.ndarray
     room: np.ndarray
     left_out: list[str]
+    lights: list[tuple[float, np.ndarray]]
 
 
 def find_presses(recordings: list[Recording], saturation: float) -> Presses:
     """The presses in recordings; samples at or above saturation, V, are skipped. Raises BadCalibration without untouched samples or without
     a usable press."""
-    rows, onsets, rests, rooms, left_out = [], [], [], [], []
+    rows, onsets, rests, rooms, left_out, lights = [], [], [], [], [], []
     for recording in recordings:
         runs = _runs(recording.touching)
         untouched = [_rest_before(recording, begin) for begin, _ in runs]
@@ -98,6 +99,7 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
             rows += segments
             light = np.mean([row[0] for row in segments], axis=0)
             onsets.append((light, sums[:2, TOTAL].mean() if begin else np.nan, sums[:, TOTAL].max()))
+            lights.append((recording.period_s, sums[:, TOTAL]))
         known = [rest for rest in untouched if len(rest) >= _FEWEST_REST]
         rests += [(rest - rest.mean(0)) @ MIX for rest in known]
         rooms += [rest.mean(0) for rest in known]
@@ -109,7 +111,7 @@ def find_presses(recordings: list[Recording], saturation: float) -> Presses:
         raise BadCalibration('no usable press at a known position: ' + '; '.join(left_out[:3]))
     noise = np.concatenate(rests)
     return Presses(Segments(*map(np.array, zip(*rows))), Onsets(*map(np.array, zip(*onsets))), noise.T @ noise / len(noise),
-                   np.mean(rooms, axis=0), left_out)
+                   np.mean(rooms, axis=0), left_out, lights)
 
 
 def _runs(touching: np.ndarray) -> list[tuple[int, int]]:

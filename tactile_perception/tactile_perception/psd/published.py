@@ -42,4 +42,4 @@ class PaperFinger(PsdFinger):
     holds_light = False
 
     def __init__(self, model: FingerModel, settings: FingerSettings, threshold: float):
-        super().__init__(replace(model, smooth=None, level=None, cross=None), settings, FixedThreshold(threshold))
+        super().__init__(replace(model, smooth=None, level=None, cross=None, creep=None), settings, FixedThreshold(threshold))

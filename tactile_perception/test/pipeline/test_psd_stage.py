@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tactile_driver.parameters.table import defaults
@@ -7,9 +9,10 @@ from tactile_driver.simulation.psd.scene import Act, PsdScene, PsdScript, open_p
 
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.parameters.psd import PSD_PARAMETERS
-from tactile_perception.pipeline.psd_stage import ContactSpeed, PsdStage
-from tactile_perception.psd.finger import Touch
+from tactile_perception.pipeline.psd_stage import PsdStage
 from tactile_perception.psd.model import FingerModel
+from tactile_perception.psd.model_fit import fit_finger
+from tactile_perception.psd.presses import Recording, find_presses
 
 VALUES = defaults(PSD_PARAMETERS)
 
@@ -88,31 +91,39 @@ def test_invalid_periods_are_refused(taps, period, count):
         PsdStage(FingerModel(), VALUES).process(taps[0][:count], 1.0, period)
 
 
-def touched(x, number=1):
-    """A touch at (x, 0, 0), m."""
-    return Touch(number, np.array([x, 0, 0]), np.array([0.0, 0, 1]), np.nan, np.nan, np.zeros((3, 3)), 0)
+def circling(model, values=VALUES, seed=2):
+    """Errors (N,), degrees, of the normal of a contact that circles twice at 45 degrees, 900 degrees a second, and their squares over the
+    covariance."""
+    way = Act(0.4, 1.4, (0.0, np.radians(45)), (4 * np.pi, np.radians(45)), 3.2e-4, 0.02)
+    scene, stage = PsdScene(PsdScript([way], 1.5), 5000.0, seed), PsdStage(model, values)
+    counts, truth = scene.play(0, scene.samples)
+    found = []
+    for first in range(0, len(counts), 25):
+        for k, touches in stage.process(counts[first:first + 25] * (5 / 4096), first / 5000, 1 / 5000):
+            if touches and 2200 < first + k < 6800:
+                off = touches[0].position - 0.016 * truth.normal[int(first + k)]
+                found.append((np.degrees(np.linalg.norm(off) / 0.016),
+                              off @ np.linalg.pinv(touches[0].covariance, rcond=1e-5) @ off / 2))
+    return np.array(found).T
 
 
-def test_the_speed_of_a_contact_is_that_over_the_least_time():
-    speed = ContactSpeed(0.005)
-    assert [speed.update(touched(0.2 * t), t) for t in (0.0, 0.001, 0.006, 0.007)] == pytest.approx([0, 0, 0.2, 0.2])
-    assert speed.update(touched(0.5, number=2), 0.02) == 0
-    assert speed.update(touched(np.nan, number=2), 0.03) == 0 and speed.update(touched(0.5, number=2), 0.04) == 0
-    assert speed.update(touched(0.4, number=2), 0.01) == 0, 'the clock was set back'
+@pytest.fixture(scope='module')
+def calibrated():
+    scene = open_psd_scene('calibration', 1000.0, 2)
+    counts, truth = scene.play(0, scene.samples)
+    return fit_finger(find_presses([Recording(counts * (5 / 4096), 1e-3, truth.touching > 0, truth.normal, truth.force, truth.depth)],
+                                   4.9)).model
 
 
-def test_the_covariance_of_a_contact_that_slides_holds_the_lag_of_the_cover():
-    def script(degrees):
-        return PsdScript([Act(0.4, 0.6, (0.3, -np.radians(degrees)), (0.3, np.radians(degrees)), 3.2e-4, 0.02)], 0.7)
-    spread = []
-    for degrees in (0, 50):
-        scene, stage = PsdScene(script(degrees), 5000.0), PsdStage(FingerModel(), VALUES)
-        volts = scene.play(0, scene.samples)[0] * (5 / 4096)
-        touches = [touch for k in range(0, len(volts), 25) for _, some in stage.process(volts[k:k + 25], k / 5000, 1 / 5000)
-                   for touch in some if 2400 < k < 2600]
-        spread.append(np.mean([np.trace(touch.covariance) for touch in touches]))
-    speed = np.linalg.norm(np.diff([touch.position for touch in touches], axis=0), axis=1).mean() / 0.005  # m/s
-    assert speed > 0.07 and spread[1] - spread[0] == pytest.approx(2 * (1e-3 * speed)**2, rel=0.1), '1 ms in two directions'
+def test_the_creep_of_the_cover_is_taken_off_a_contact_that_slides(calibrated):
+    with_creep, without = circling(calibrated), circling(replace(calibrated, creep=None))
+    assert without[0].mean() > 0.5 and with_creep[0].mean() < 0.3
+    assert 0.2 < with_creep[1].mean() < 2, 'normalised squared error'
+    assert 0.1 < without[1].mean() < 2, 'the covariance holds the creep of a typical cover'
+
+
+def test_the_papers_method_takes_no_creep_off(calibrated):
+    assert PsdStage(calibrated, VALUES | {'method': 'paper'}).finger.model.creep is None
 
 
 def test_a_stuck_output_is_reported(taps):

@@ -22,7 +22,8 @@ _MODES = 8
 @dataclass(frozen=True)
 class Material:
     """gap: m, between cover and waveguide; soft, hard: stiffness, N/m before and N/m^1.5 after they touch; leak: V, reflected light when
-    they just touch; scatter: V, of a patch of 1 mm^2 at the pole; glow: m, radius of the reflecting area of the cover."""
+    they just touch; scatter: V, of a patch of 1 mm^2 at the pole; glow: m, radius of the reflecting area of the cover; creep: part of its
+    place and depth that a contact shows late."""
 
     gap: float = 1.1e-4
     soft: float = 1200.0
@@ -30,6 +31,7 @@ class Material:
     leak: float = 0.30
     scatter: float = 0.85
     glow: float = 2.4e-3
+    creep: float = 0.03
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Design:
 
 
 #: Another kind of finger: a larger image, a thicker and softer cover that glows more, a finer plate.
-DESIGN_B = Design(0.80, 0.02, 1.4, Material(1.6e-4, 800.0, 0.7e6, 0.45, 0.65, 3.2e-3))
+DESIGN_B = Design(0.80, 0.02, 1.4, Material(1.6e-4, 800.0, 0.7e6, 0.45, 0.65, 3.2e-3, 0.06))
 
 
 class FingerSpecimen:

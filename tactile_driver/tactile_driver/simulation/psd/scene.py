@@ -14,6 +14,10 @@ from .finger import COVER_RADIUS, Design, Electronics, FingerSpecimen
 from ..truth import Touch
 
 
+# s, ages of what the cover remembers of a contact, alike: a compliance that grows with the logarithm of time, as of filled rubbers. Chosen
+_AGES_S = np.geomspace(0.003, 0.2, 10)
+
+
 @dataclass(frozen=True)
 class Act:
     """One contact from start to end, s, that moves from begins to ends, both (phi, theta), rad; depth: m, reached within rise, s, and
@@ -114,9 +118,20 @@ class PsdScene:
             some = np.flatnonzero((within > act.start) & (within < act.end))
             if len(some):
                 normal, depth = act.at(within[some])
-                volts[some] += self.specimen.light(normal, depth) * (1.0 if lit is None else lit[some, None])
+                volts[some] += self.specimen.light(*self._shown(act, within[some])) * (1.0 if lit is None else lit[some, None])
                 self._note(truth, some, normal, depth)
         return self.electronics.counts(volts * self.specimen.gains, self._rng), truth
+
+    def _shown(self, act: Act, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unit normals (N, 3) and depths (N,), m, that the cover shows at times (N,), s: it remembers a part of what was there before, the
+        longer ago the less."""
+        normal, depth = act.at(t)
+        past = t - _AGES_S[:, None]
+        places, depths = act.at(past.ravel())
+        places = np.where((past > act.start)[..., None], places.reshape(*past.shape, 3), normal)
+        creep = self.specimen.material.creep
+        shown = (1 - creep) * normal + creep * places.mean(0)
+        return shown / np.linalg.norm(shown, axis=1, keepdims=True), (1 - creep) * depth + creep * depths.reshape(past.shape).mean(0)
 
     def _note(self, truth: PsdTruth, some: np.ndarray, normal: np.ndarray, depth: np.ndarray) -> None:
         touches = depth >= self.specimen.material.gap

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...errors import BadCalibration
 from .format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
+from ...psd.creep import Creep
 from ...psd.light_shift import LightShift
 from ...psd.maps import SmoothMap
 from ...psd.model import FingerModel
@@ -18,7 +19,8 @@ from ...psd.equidistant_map import EquidistantMap
 
 SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level, room': 'V',
-         'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1'}
+         'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1',
+         'creep': 'share of the response that comes late, and its time constant, s'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,), 'room': (4,)}
 _NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')
@@ -35,6 +37,8 @@ def write_psd(path: str | Path, fit: FingerFit, left_out: list[str], specimen: S
         fitted['light_shift'] = {'typical': model.shift.typical.tolist(), 'slopes': model.shift.slopes.tolist()}
     fitted |= {name: float(getattr(model, name)) for name in _NUMBERS}
     fitted |= {name: np.asarray(getattr(model, name)).tolist() for name in _ARRAYS if getattr(model, name) is not None}
+    if model.creep is not None:
+        fitted['creep'] = [model.creep.share, model.creep.seconds]
     if model.level is not None:
         fitted['level_limits'] = [float(v) for v in model.level_limits]
     write_calibration(path, CalibrationFile(SENSOR, UNITS, fitted, fit.residuals, fit.span, [*fit.notes, *left_out], serial=specimen.serial,
@@ -52,10 +56,11 @@ def read_psd(path: str | Path, values: Mapping | None = None) -> FingerModel:
         shift = _shift(fitted['light_shift']) if 'light_shift' in fitted else None
         arrays = {name: _array(fitted[name], shape) for name, shape in _ARRAYS.items() if name in fitted}
         limits = tuple(_array(fitted['level_limits'], (3,)).tolist()) if 'level' in arrays else FingerModel.level_limits
+        creep = _creep(fitted['creep']) if 'creep' in fitted else None
         numbers = {name: float(fitted[name]) for name in _NUMBERS}
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None
-    return FingerModel(paper=paper, smooth=smooth, shift=shift, level_limits=limits, **numbers, **arrays)
+    return FingerModel(paper=paper, smooth=smooth, shift=shift, level_limits=limits, creep=creep, **numbers, **arrays)
 
 
 def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
@@ -67,6 +72,13 @@ def _array(values, shape: tuple[int, ...] | None) -> np.ndarray:
 
 def _shift(fitted: dict) -> LightShift:
     return LightShift(_array(fitted['typical'], (5,)), _array(fitted['slopes'], (4, 2)))
+
+
+def _creep(fitted: list) -> Creep:
+    share, seconds = _array(fitted, (2,)).tolist()
+    if not (0 <= share < 1 and seconds > 0):
+        raise ValueError('creep: the share is from 0 to 1, the time constant above 0')
+    return Creep(share, seconds)
 
 
 def _smooth(fitted: dict) -> SmoothMap:

@@ -66,7 +66,8 @@ def test_contacts_come_under_the_stamps_of_their_samples(bags, calibrated, tmp_p
     found = process(bags, calibrated, tmp_path / 'a')
     stamps = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in found])
     assert (np.diff(stamps) > 0).all()
-    assert len(set(stamps.tolist()) & {10**9 + k * 20_000_000 + 9_500_000 for k in range(100)}) == 80  # but the reference, and 5 presses
+    whole = set(stamps.tolist()) & {10**9 + k * 20_000_000 + 9_500_000 for k in range(100)}
+    assert 80 <= len(whole) <= 82  # but the reference, and begin and end of 5 presses, which may fall between two blocks
     begins = [s for s, before, m in zip(stamps[1:], found, found[1:]) if m.contacts and not before.contacts]
     assert len(begins) == 5 and {m.contacts[0].id for m in found if m.contacts} == {1, 2, 3, 4, 5}
     first = 10**9 + int(np.flatnonzero(read_recording(bags / 'taps', '').touching)[0]) * 1_000_000
