@@ -214,7 +214,7 @@ class TaxelEstimator:
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
-        mean = pressure_centre(pressure, regions.near, self.array)
+        mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         if self.settings.response.known:
             mean = under_friction(mean, sum(normal), self._friction(), self.pad)
         contact = regions.total.centroid.copy()

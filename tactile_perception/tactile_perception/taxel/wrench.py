@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
 from .._core import taxel_load
 from .array import SoftPad, TaxelArray
+
+_REACH = 1.5  # thicknesses around a face, in which friction moves pressure. Chosen: an elastic layer has hardly any beyond
 
 
 @dataclass(frozen=True)
@@ -29,9 +32,12 @@ def normal_force(area: float, depth: float, pad: SoftPad) -> float:
     return pad.stiffness / pad.thickness * depth * area
 
 
-def pressure_centre(pressure: np.ndarray, labels: np.ndarray, array: TaxelArray) -> np.ndarray:
-    """(2,) m, where pressure (rows, columns) float32 of the taxels with positive labels (rows, columns) int32 acts; NaN without load."""
-    _, row, column = taxel_load(pressure, labels)
+def pressure_centre(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
+    """(2,) m, where pressure (rows, columns) float32 acts that faces over touched (rows, columns) bool make on the taxels, under them and
+    around; NaN without load."""
+    side = 2 * round(_REACH * pad.thickness / array.pitch) + 1
+    around = cv2.dilate(touched.view(np.uint8), np.ones((side, side), np.uint8))
+    _, row, column = taxel_load(pressure, around.astype(np.int32))
     return array.pitch * np.array([column - 0.5 * (array.columns - 1), row - 0.5 * (array.rows - 1)])
 
 

@@ -16,10 +16,13 @@ def test_without_an_object_only_what_pressure_tells():
     assert wrench[2:5] == pytest.approx([-10.0, 0.03, 0.02]) and np.isnan(wrench[[0, 1, 5]]).all()
 
 
+PAD = SoftPad()
+
+
 def test_pressure_acts_where_the_load_is():
-    everywhere = np.ones((44, 44), np.int32)
-    assert pressure_centre(picture(bar(4.0, -3.0)), everywhere, ARRAY) == pytest.approx([4e-3, -3e-3], abs=2e-5)
-    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), everywhere, ARRAY)).all()
+    everywhere = np.ones((44, 44), bool)
+    assert pressure_centre(picture(bar(4.0, -3.0)), everywhere, ARRAY, PAD) == pytest.approx([4e-3, -3e-3], abs=2e-5)
+    assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), everywhere, ARRAY, PAD)).all()
 
 
 def test_moments_about_the_taxels_balance_under_friction():
