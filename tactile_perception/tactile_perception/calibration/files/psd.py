@@ -20,7 +20,7 @@ from ...psd.equidistant_map import EquidistantMap
 SENSOR = 'psd_finger'
 UNITS = {'places': 'half widths of the detector', 'angles and errors, slopes': 'rad', 'light, level, room': 'V',
          'typical': 'logarithm of V', 'force': 'logarithm of N', 'depth': 'logarithm of m', 'force_relative, depth_relative': '1',
-         'creep': 'share of the response that comes late, and its time constant, s'}
+         'creep': 'share of a place that comes late, and its time constant, s'}
 _ARRAYS = {'level': None, 'cross': (6,), 'force': (8,), 'depth': (8,), 'room': (4,)}
 _NUMBERS = ('deviation', 'reach', 'cross_volts', 'shot')
 _SMOOTH_NUMBERS, _SMOOTH_ARRAYS = ('length', 'amplitude', 'extra'), ('place', 'slopes', 'weights', 'noise', 'left_out')

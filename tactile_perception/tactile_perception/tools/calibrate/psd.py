@@ -106,7 +106,8 @@ def report(fit: FingerFit, left_out: list[str], output: Path) -> str:
     for name in ('force', 'depth'):
         if getattr(fit.model, name) is not None:
             lines.append(f'{name}, cross-validation error over held-out segments: {fit.residuals[name + "_relative"]:.1%} median')
-    if fit.model.creep is not None:
-        lines.append(f'creep of the cover: {fit.model.creep.share:.1%} comes late, within {fit.model.creep.seconds * 1e3:.0f} ms')
+    creep = fit.model.creep
+    if creep is not None:
+        lines.append(f'creep of the cover: {creep.share:.1%} of a place comes late, within {creep.seconds * 1e3:.0f} ms')
     lines += [f'note: {line}' for line in fit.notes] + [f'left out: {line}' for line in left_out]
     return '\n'.join([*lines, f'written: {output}'])
