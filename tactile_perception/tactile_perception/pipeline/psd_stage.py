@@ -18,6 +18,7 @@ from ..psd.sphere_filter import SphereFilter
 
 _OUTPUTS = ('x1', 'y1', 'x2', 'y2')
 _SURE = 0.3  # of the creep that is taken off, its standard deviation. Chosen: a place may lag by another share than light
+_SLIGHT = 0.01  # of the covariance: a smaller square of the creep is left alone. Chosen: a tenth of the standard deviation
 _UNIT = np.eye(3)
 _LONGEST_STEP_S = 1.0  # s between single samples of unknown rate. Chosen, as in check_block
 
@@ -90,15 +91,16 @@ class PsdStage:
 
     def _crept(self, touch: Touch, at_s: float) -> Touch:
         """Takes the creep of the cover off a touch; where it is not calibrated, the covariance holds what a typical cover would creep."""
-        normal = self._creep.update(touch.id, touch.normal, at_s)
-        away = normal - touch.normal
-        square = float(away @ away)
-        if square > 0:
-            if self._sure is not None:
-                touch.normal = normal / math.sqrt(float(normal @ normal))
-                touch.position = self._radius * touch.normal
-                square *= self._sure * self._sure
-            touch.covariance += square * self._radius**2 * (_UNIT - touch.normal[:, None] * touch.normal)
+        shown, spread = touch.normal.tolist(), touch.covariance
+        found = self._creep.update(touch.id, shown, at_s)
+        away = self._radius * math.dist(found, shown)
+        if not away * away > _SLIGHT * (spread[0, 0] + spread[1, 1] + spread[2, 2]):
+            return touch
+        if self._sure is not None:
+            touch.normal = np.array(found) / math.hypot(*found)
+            touch.position = self._radius * touch.normal
+            away *= self._sure
+        touch.covariance += away * away * (_UNIT - touch.normal[:, None] * touch.normal)
         return touch
 
     def _smoothed(self, touch: Touch, at_s: float) -> Touch:

@@ -10,6 +10,7 @@ middle of a bent way.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,11 +44,11 @@ class CreepCorrection:
     def __init__(self, creep: Creep):
         self._creep = creep
         self._id, self._at_s = 0, math.nan
-        self._place = self._past = np.zeros(3)  # the last normal; the fading sum of all, whose weights are
-        self._weight = 0.0
+        self._place = self._past = (0.0, 0.0, 0.0)  # the last normal; the fading sum of all
+        self._weight = 0.0  # of that sum
 
-    def update(self, number: int, normal: np.ndarray, at_s: float) -> np.ndarray:
-        """The normal (3,) without the creep, not of unit length, of a contact of that number that shows the unit normal (3,) at a time; NaN
+    def update(self, number: int, normal: Sequence[float], at_s: float) -> Sequence[float]:
+        """The normal (3) without the creep, not of unit length, of a contact of that number that shows the unit normal (3) at a time; NaN
         for one that is NaN. The contact's first normal, and the first one after the clock was set back, comes back as it is.
 
         Between two results the contact moves at constant speed.
@@ -56,14 +57,16 @@ class CreepCorrection:
             return normal
         seconds = at_s - self._at_s
         if number != self._id or not seconds > 0:
-            self._place, self._past, self._weight = normal, np.zeros(3), 0.0
+            self._place, self._past, self._weight = normal, (0.0, 0.0, 0.0), 0.0
         else:
             share, steps = self._creep.share, seconds / self._creep.seconds
             fade, mean = math.exp(-steps), -math.expm1(-steps) / steps
-            known = fade * self._past + (mean - fade) * self._place
             self._weight = 1 - (1 - self._weight) * fade
-            self._place = ((1 - share + share * self._weight) * normal - share * known) / (1 - share * mean)
-            self._past = known + (1 - mean) * self._place
+            scale = 1 / (1 - share * mean)
+            shown, last = scale * (1 - share + share * self._weight), mean - fade
+            known = [fade * past + last * place for past, place in zip(self._past, self._place)]
+            self._place = [shown * now - scale * share * past for now, past in zip(normal, known)]
+            self._past = [past + (1 - mean) * place for past, place in zip(known, self._place)]
         self._id, self._at_s = number, at_s
         return self._place
 
