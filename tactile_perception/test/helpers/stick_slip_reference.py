@@ -27,6 +27,7 @@ _ALONG = 0.5  # mean cosine between lags and drags from which dots slip grossly;
 _LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip grossly; chosen
 _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
 _MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
+_ALL = 0.9  # share of dots that move as one body, from which an object that starts or stops holds them; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
 
 
@@ -147,8 +148,12 @@ class StickSlipTracker(compiled.StickSlipTracker):
             return predicted, True, False
         if predicted is not None and not thing.rests:
             near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(1.0, .1 * len(ratio)), grip)
-            agree = np.count_nonzero(lengths(motions.residuals(near)) < 1.3 * fine)
+            agree = self._following(motions, near)
             slides = self._slides_on(thing, motions, predicted, ratio, drag)
+            if not thing.gross and not slides and agree < (1 - _MANY) * len(ratio):
+                whole = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip)
+                if self._following(motions, whole) > _ALL * len(ratio) and self._in_touch(motions, whole):
+                    return whole, False, False
             if agree >= max(_FEWEST - 1, .1 * len(ratio)) and not thing.gross and self._in_touch(motions, near) and not (
                     slides and self._behind(motions, near, predicted, drag)):
                 return near, False, False
@@ -156,15 +161,19 @@ class StickSlipTracker(compiled.StickSlipTracker):
                 return predicted, True, False
         return motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip), False, False
 
+    def _following(self, motions, twist):
+        """Number of dots that move with an object of this twist."""
+        return np.count_nonzero(lengths(motions.residuals(twist)) < 1.3 * self.tolerance)
+
     def _behind(self, motions, near, predicted, drag):
         """Whether the motion that most dots share lags behind the predicted one along the drag: then these dots slip, they do not stick."""
         lag = (motions.residuals(near) - motions.residuals(predicted)).mean(axis=0)
         return lag @ drag.sum(axis=0) > 2 * self.tolerance * np.linalg.norm(drag.sum(axis=0))
 
     def _slides_again(self, thing, motions, predicted, ratio, drag):
-        """Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drag."""
-        whole, moved = drag.sum(axis=0), motions.residuals(np.zeros(6)).mean(axis=0)
-        return (moved @ whole > -0.5 * self.tolerance * np.linalg.norm(whole) and self._loaded(thing, ratio)
+        """Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drags."""
+        moved = np.vdot(motions.residuals(np.zeros(6)), drag)
+        return (moved > -0.5 * self.tolerance * lengths(drag).sum() and self._loaded(thing, ratio)
                 and self._in_touch(motions, predicted))
 
     def _watch_rest(self, thing, motions):

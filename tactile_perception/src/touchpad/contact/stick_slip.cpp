@@ -24,6 +24,7 @@ constexpr std::ptrdiff_t FEWEST = 4;     // dots that determine a motion; chosen
 constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
 constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
+constexpr double ALL = 0.9;              // share of dots that move as one body, from which an object that starts or stops holds them; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
 // Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
 // gradually; chosen.
@@ -237,15 +238,25 @@ class ObjectFrame {
         }
         if (thing.moves && !rested) {
             const Twist near = motions_.fit_robust(&expected_, drag_.data(), grip.data(), 4 * fine, fine, std::max(1.0, share));
-            std::ptrdiff_t agree = 0;
-            for (std::ptrdiff_t i = 0; i < count_; ++i) agree += length(motions_.residual(i, near)) < 1.3 * fine;
+            const double agree = following(near);
             const bool slides = slides_on(thing, gross);
-            if (static_cast<double>(agree) >= std::max(FEWEST - 1.0, share) && !gross && in_touch(near) && !(slides && behind(near)))
-                return near;
+            // Far from the expected motion the fit stays near that: an object that starts or stops may leave it within a frame.
+            if (!gross && !slides && agree < (1 - MANY) * static_cast<double>(count_)) {
+                const Twist whole = motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
+                if (following(whole) > ALL * static_cast<double>(count_) && in_touch(whole)) return whole;
+            }
+            if (agree >= std::max(FEWEST - 1.0, share) && !gross && in_touch(near) && !(slides && behind(near))) return near;
             thing.gross = slides;
             if (slides) return expected_;
         }
         return motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
+    }
+
+    // Dots that move with an object of this twist.
+    double following(const Twist& twist) const {
+        double count = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) count += length(motions_.residual(i, twist)) < 1.3 * memory_.tolerance;
+        return count;
     }
 
     // Whether the dots of a new object lag along their drag behind an object that moves along the sensor's axis alone. Dots that stuck to
@@ -260,10 +271,15 @@ class ObjectFrame {
         return dot(mean_residual(near) - mean_residual(expected_), drag) > 2 * memory_.tolerance * length(drag);
     }
 
-    // Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drag.
+    // Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drags, which in a turn
+    // cancel each other.
     bool slides_again(const TouchingObject& thing) const {
-        const Vec3 drag = whole_drag();
-        return dot(mean_residual({}), drag) > -0.5 * memory_.tolerance * length(drag) && loaded(thing) && in_touch(expected_);
+        double moved = 0, size = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 drag = vec3_at(drag_.data(), i);
+            moved += dot(motions_.residual(i, {}), drag), size += length(drag);
+        }
+        return moved > -0.5 * memory_.tolerance * size && loaded(thing) && in_touch(expected_);
     }
 
     double mean_size(const Twist& twist) const {

@@ -148,6 +148,17 @@ def test_an_object_that_turns_in_place_may_slip_on_over_dots_that_came_to_rest_g
     assert np.mean(found[face.inside] == told) > 0.9
 
 
+def test_an_object_that_rested_after_gross_slip_in_place_and_turns_back_sticks():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    for frame in range(12):
+        slips = np.hypot(row - 6, column - 6) > 5 - frame / 2
+        states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
+    for turn in (0.016, 0.016, 0, 0, 0, -0.002, -0.005, -0.01, -0.02):
+        found = states.update(_turned(face, turn, 0.6), face.score)
+        assert turn >= 0 or np.mean(found[face.inside] == STICKING) > 0.95
+
+
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
@@ -163,6 +174,15 @@ def test_an_object_that_stops_before_it_slips_still_sticks():
     for _ in range(4):
         found = states.update(face.state([0, 0, 0], 0.5), face.score)
         np.testing.assert_array_equal(found[face.inside], STICKING)
+
+
+@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('before, after', [([90e-6, 0, 0], [15e-6, 0, 0]), ([10e-6, 0, 0], [90e-6, 0, 0]), ([0, 10e-6, 0], [0, -80e-6, 0])])
+def test_dots_that_all_follow_an_object_that_speeds_up_or_slows_down_within_a_frame_stick(before, after, seed):
+    face, states = Face(seed=seed), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    for step in (before, before, before, before, after, after):
+        found = states.update(face.state(step, 0.02), face.score)
+        assert np.mean(found[face.inside] == STICKING) > 0.95
 
 
 def test_dots_that_go_back_together_under_an_object_that_is_lifted_slip():
