@@ -79,9 +79,15 @@ class Score:
         """The table's numbers; NaN where there was nothing to judge."""
         middle = 1e3 * np.median(self.times, axis=0) if self.times else np.full(3, np.nan)
         return dict(zip(HEAD[2:], [
-            *(f1(*self.counts[name]) for name in ('contact', 'sticking', 'slipping')), known_mean(self.overlaps), float(self.false_frames),
+            f1(*self.counts['contact']), _f1_of_true(*self.counts['sticking']), _f1_of_true(*self.counts['slipping']),
+            known_mean(self.overlaps), float(self.false_frames),
             1e3 * np.sqrt(known_mean(np.concatenate(self.squares or [[]]))), 1e3 * _median(np.abs(self.depths)), _median(self.forces),
             known_mean(self.missed), float(self.refused), *middle, middle.sum()]))
+
+
+def _f1_of_true(true_positive: int, false_positive: int, false_negative: int) -> float:
+    """F1 score; NaN where no dot truly is of the kind: a single false one would make it 0. They count against the other kind."""
+    return f1(true_positive, false_positive, false_negative) if true_positive + false_negative else np.nan
 
 
 def known_mean(values) -> float:
