@@ -11,7 +11,7 @@ import numpy as np
 from .._core import taxel_load
 from .array import SoftPad, TaxelArray
 
-_REACH = 1.5  # thicknesses around a face, in which friction moves pressure. Chosen: an elastic layer has hardly any beyond
+_REACH = 1.5  # thicknesses around a face, in which pressure counts. Chosen: from 1 to 2 a grasp's moment changes by half a percent
 
 
 @dataclass(frozen=True)
