@@ -69,24 +69,26 @@ Basis<MOST_TERMS> powers(double x, int count) {
     return basis;
 }
 
-// sums (size, STRIDE), the first COUNT of them, = rows (count, size), transposed, times weights (count, COUNT).
-template <int COUNT, int STRIDE>
+// sums (size) of Numbers, one or SPAN floats side by side, = rows (count, size), transposed, times weights (count) of Numbers.
+template <typename Numbers>
 TACTILE_INLINE void sum_rows(const float* rows, int count, std::size_t size, const float* weights, float* sums) {
-    std::size_t first = 0;
-    for (; first + SPAN <= size; first += SPAN) {
-        Span apart[COUNT] = {}, row;
+    constexpr std::size_t STRIDE = sizeof(Numbers) / sizeof(float);
+    Numbers weight;
+    for (std::size_t first = 0; first < size;) {
+        const bool whole = first + SPAN <= size;
+        Numbers sum[SPAN] = {};
         for (int m = 0; m < count; ++m) {
-            std::memcpy(&row, rows + m * size + first, sizeof row);
-            for (int c = 0; c < COUNT; ++c) apart[c] += weights[m * COUNT + c] * row;
+            const float* row = rows + m * size + first;
+            std::memcpy(&weight, weights + m * STRIDE, sizeof weight);
+            if (whole) {
+                for (std::size_t k = 0; k < SPAN; ++k) sum[k] += row[k] * weight;
+            } else {
+                sum[0] += row[0] * weight;
+            }
         }
-        for (std::size_t k = 0; k < SPAN; ++k)
-            for (int c = 0; c < COUNT; ++c) sums[(first + k) * STRIDE + c] = apart[c][k];
-    }
-    for (; first < size; ++first) {
-        float* sum = sums + first * STRIDE;
-        std::fill(sum, sum + COUNT, 0.0f);
-        for (int m = 0; m < count; ++m)
-            for (int c = 0; c < COUNT; ++c) sum[c] += weights[m * COUNT + c] * rows[m * size + first];
+        const std::size_t done = whole ? SPAN : 1;
+        std::memcpy(sums + first * STRIDE, sum, done * sizeof weight);
+        first += done;
     }
 }
 
@@ -125,14 +127,15 @@ struct Fields {
         shifts_ = shift_basis(library, meridian.shift);
         radii_ = powers(std::clamp(press[RADIUS], -BEYOND, BEYOND), library.radii);
         const Basis<MOST_TERMS> rough = powers(std::clamp(press[FRICTION], -BEYOND, BEYOND), STRAIGHT);
-        std::vector<float> of_even, of_odd;  // weights (rows, COUNT) of the rows of the tables at four levels
+        const std::size_t block = static_cast<std::size_t>(library.order) * library.radii;
+        std::vector<float> of_even, of_odd;  // weights (rows, STRIDE) of the rows of the tables at four levels
+        of_even.reserve(4 * (STRAIGHT + 1) * block * STRIDE), of_odd.reserve(4 * block * STRIDE);
         for (int level = 0; level < 4; ++level) {
             for (int power = 0; power < STRAIGHT; ++power)
                 add_weights(library, level, {rough.value[power], rough.slope[power], 0}, of_even);
             add_weights(library, level, {meridian.along, 0, 1}, of_even);
             add_weights(library, level, {meridian.across, 1, 0}, of_odd);
         }
-        const std::size_t block = static_cast<std::size_t>(library.order) * library.radii;
         even =
             summed(library, library.even_table + first * (STRAIGHT + 1) * block * library.even, of_even, library.even_modes, library.even);
         odd = summed(library, library.odd_table + first * block * library.odd, of_odd, library.odd_modes, library.odd);
@@ -158,19 +161,18 @@ struct Fields {
                                            by.value * depth * shift * radii_.slope[r],
                                            by.friction * at,
                                            by.along * at};
-                for (int c = 0; c < COUNT; ++c) weights.push_back(static_cast<float>(of[c]));
+                for (int c = 0; c < STRIDE; ++c) weights.push_back(c < FIELDS ? static_cast<float>(of[c]) : 0.0f);
             }
         }
     }
 
-    // Fields from rows of a table (rows, count) with weights (rows, COUNT), the amplitudes of count modes.
+    // Fields from rows of a table (rows, count) with weights (rows, STRIDE), the amplitudes of count modes.
     TACTILE_INLINE static std::vector<float> summed(const DomeLibrary& library, const float* table, const std::vector<float>& weights,
                                                     const float* modes, int count) {
         const std::size_t size = static_cast<std::size_t>(library.rings + 1) * 3 * (library.harmonics + 1);
-        std::vector<float> amplitudes(static_cast<std::size_t>(count) * COUNT);
-        std::vector<float> fields(size * STRIDE);
-        sum_rows<COUNT, COUNT>(table, static_cast<int>(weights.size() / COUNT), count, weights.data(), amplitudes.data());
-        sum_rows<COUNT, STRIDE>(modes, count, size, amplitudes.data(), fields.data());
+        std::vector<float> amplitudes(static_cast<std::size_t>(count) * STRIDE), fields(size * STRIDE);
+        sum_rows<Numbers>(table, static_cast<int>(weights.size() / STRIDE), count, weights.data(), amplitudes.data());
+        sum_rows<Numbers>(modes, count, size, amplitudes.data(), fields.data());
         return fields;
     }
 };
@@ -185,7 +187,7 @@ struct Spot {
 };
 
 // Finds point (3) on the mesh; false where it is unknown or beyond the rim.
-bool find_spot(const DomeLibrary& library, const Meridian& meridian, const double* point, Spot& spot) {
+TACTILE_INLINE bool find_spot(const DomeLibrary& library, const Meridian& meridian, const double* point, Spot& spot) {
     const double stereographic = (library.curvature + point[2] - library.centre_z) * library.disc_scale;
     const Complex w = Complex(point[0], point[1]) * Complex(meridian.cosine, -meridian.sine) / stereographic;
     const Complex below = 1.0 - meridian.shift * w, under = std::conj(below) / std::norm(below);  // one over it, without checks of range
@@ -247,7 +249,7 @@ struct AtSpot {
 };
 
 // Slopes (PRESS) of a marker's displacement along one axis of the meridian's frame, but for the turn of that frame.
-void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
+TACTILE_INLINE void chain(const Meridian& meridian, const Spot& spot, const AtSpot<FIELDS>& at, double* slopes) {
     const double by_shift = at.field[BY_SHIFT] + at.by_far * spot.far_by_shift + at.by_turn * spot.turn_by_shift;
     const double by_meridian = at.by_far * spot.far_by_meridian + at.by_turn * spot.turn_by_meridian +
                                at.field[BY_ALONG] * meridian.across - at.across * meridian.along;

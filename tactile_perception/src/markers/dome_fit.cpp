@@ -13,8 +13,8 @@ namespace tactile {
 namespace {
 
 constexpr int ITERATIONS = 14;    // at most, trials included. Chosen
-constexpr double SETTLED = 3e-3;  // of the longest step: a smaller one ends the iteration. Chosen
-constexpr double GAINED = 1e-3;   // of the cost: an iteration that gains less is the last. Chosen
+constexpr double SETTLED = 3e-3;  // of the longest step: a smaller one is the last. Chosen
+constexpr double GAINED = 1e-3;   // of the cost: a step that gains less is the last. Chosen
 constexpr double NEAREST = 0.1;   // least height of a point over the eye, of its untouched height. Chosen
 constexpr double DAMPED = 1e-3;   // first damping, over the normal equations' diagonal. Chosen
 constexpr double ASIDE = 2e-5;    // m, least distance of a place from the axis, on which the meridian is undefined. Chosen
@@ -177,8 +177,13 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const d
         const Values step = problem.step_from(best.presses, normal, right, damping);
         if (step.empty()) break;
         for (int a = 0; a < problem.size; ++a) next[a] = best.presses[a] + step[a];
+        const double expected = problem.expected(step, normal, right), enough = GAINED * best.cost;
+        if (problem.largest(step) < SETTLED || expected < enough) {
+            best.presses = next;  // so near that what it leaves is the same
+            break;
+        }
         auto trial = problem.guess(next);
-        const double gained = best.cost - trial.cost, expected = problem.expected(step, normal, right), enough = GAINED * best.cost;
+        const double gained = best.cost - trial.cost;
         if (gained > 0) {
             best = std::move(trial);
             problem.linearise(best, normal, right);
@@ -188,7 +193,7 @@ DomeFit fit_dome(const DomeLibrary& library, const DomeMarkers& markers, const d
             damping *= more;
             more *= 2;
         }
-        if (problem.largest(step) < SETTLED || expected < enough || (gained >= 0 && gained < enough)) break;
+        if (gained >= 0 && gained < enough) break;
     }
     DomeFit fit{best.presses, Values(normal.size(), 0.0), best.left, best.squares};
     if (!factorise(normal.data(), problem.size, problem.size))
