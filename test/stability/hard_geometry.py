@@ -112,8 +112,8 @@ def _pixels():
 
 
 def _look(inputs):
-    xy, _, area = CameraView(CAMERA, 0.0).back_project(inputs['uv'])
-    return {'xy': xy, 'area': area}
+    seen, _ = CameraView(CAMERA, 0.0).back_project(inputs['uv'])
+    return {'xy': seen[:, :2], 'area': seen[:, 2]}
 
 
 def _side():

@@ -263,7 +263,7 @@ def pixel_area():
     """The plane's area under a pixel, with distortion: by central differences of the view itself, good to 1e-6."""
     view, uv, h = CameraView(CAMERA, 0.0), np.array([[100.0, 80], [320, 240], [600, 400]]), 0.02
     look = [(view.back_project(uv + step)[0] - view.back_project(uv - step)[0]) / (2 * h) for step in ([h, 0], [0, h])]
-    return view.back_project(uv)[2] / np.abs(look[0][:, 0] * look[1][:, 1] - look[0][:, 1] * look[1][:, 0]), np.ones(3), 1
+    return view.back_project(uv)[0][:, 2] / np.abs(look[0][:, 0] * look[1][:, 1] - look[0][:, 1] * look[1][:, 0]), np.ones(3), 1
 
 
 def grazing_rays():

@@ -100,7 +100,7 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
     inverse = _inverse(first, noise, sensor)
     inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
-    quiet = max((inverse.score(field) for field in still), default=0.0)
+    quiet = max((inverse.score(field, inverse.match(field)) for field in still), default=0.0)
     errors = _remaining_errors([inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)], some, first.farthest)
     return DomeCalibration(library, material, rest, eyes, noise, *errors, deepest, first.farthest, float(quiet))
 

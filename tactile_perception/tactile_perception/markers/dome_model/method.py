@@ -81,11 +81,12 @@ class DomeModelMethod:
         """The presses of one frame; None without contact. Raises BadArgument for another pattern."""
         if len(field) != len(self.solver.points):
             raise BadArgument(f'calibrated for {len(self.solver.points)} markers, got a field of {len(field)}')
-        score = self.solver.score(field) if field.seen.sum() >= SEEN else 0.0
+        match = self.solver.match(field)
+        score = self.solver.score(field, match) if field.seen.sum() >= SEEN else 0.0
         if not score > self._threshold:
             self._last, self._dragged = None, DRAGGED
             return None
-        self._last = self._explained(field, self._last)
+        self._last = self._explained(field, match, self._last)
         return self._last if score > FAINT * self._threshold or len(self._last.presses) > 1 else self._faint(field, self._last)
 
     def _faint(self, field: MarkerField, found: DomeFound) -> DomeFound:
@@ -99,14 +100,14 @@ class DomeModelMethod:
         found = self.find(field)
         return None if found is None else (self.solver.moved(found.presses)[:, 2], None)
 
-    def _explained(self, field: MarkerField, last: DomeFound | None) -> DomeFound:
+    def _explained(self, field: MarkerField, match: np.ndarray, last: DomeFound | None) -> DomeFound:
         """One straight press, one that is dragged where that explains the frame better, or two where they explain it much better."""
         known = last is not None and len(last.presses) == 1
         if known and _is_dragged(last):
             one = self.solver.solve(field, last.presses, self._dragged)
             if one.misfit < AMISS:
                 return one
-        straight = self.solver.solve(field, self.solver.start(field))
+        straight = self.solver.solve(field, self.solver.start(match))
         if straight.misfit < AMISS and not _is_dragged(straight):
             self._dragged = self._of_tip(straight)
             return straight
@@ -118,7 +119,7 @@ class DomeModelMethod:
         one = one if one.misfit < DRAG_BETTER * straight.misfit else straight
         if one.misfit < WRONG:
             return one
-        two = self._two(field, one)
+        two = self._two(field, match, one)
         return two if self._are_two(one, two) else one
 
     def _drag(self, field: MarkerField, starts: list[np.ndarray]) -> DomeFound:
@@ -142,10 +143,10 @@ class DomeModelMethod:
         starts[:, DRAG] = DRAGS
         return list(starts[:, None])
 
-    def _two(self, field: MarkerField, one: DomeFound) -> DomeFound:
+    def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
         """Two presses, from the best pair of starts, or from one press and the best start for what it leaves."""
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
-        starts = self.solver.start_of_two(field), np.concatenate([one.presses, self.solver.start(left)])
+        starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
         return min((self.solver.solve(field, start, DRAGGED) for start in starts), key=lambda both: both.misfit)
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:

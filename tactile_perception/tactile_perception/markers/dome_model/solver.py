@@ -78,17 +78,20 @@ class DomeInverse:
         """(K, 3) m, displacement of the markers under presses (n, 7)."""
         return self.library.moved(self.points, self._eyes, presses)
 
-    def score(self, field: MarkerField) -> float:
+    def match(self, field: MarkerField) -> np.ndarray:
+        """(S,) m^2, products of the field with the starts' fields."""
+        return self._fast @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
+
+    def score(self, field: MarkerField, match: np.ndarray) -> float:
         """Match of the best start, in standard deviations of noise."""
-        return float((self._match(field) / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
+        return float((match / np.sqrt(self._sizes)).max() / np.median(self.sigma(field)[field.seen]))
 
-    def start(self, field: MarkerField) -> np.ndarray:
-        """(1, 7), the start with the least squared residual."""
-        return self.starts[[np.argmin(self._sizes - 2 * self._match(field))]]
+    def start(self, match: np.ndarray) -> np.ndarray:
+        """(1, 7), the start with the least squared residual from the field of a match."""
+        return self.starts[[np.argmin(self._sizes - 2 * match)]]
 
-    def start_of_two(self, field: MarkerField) -> np.ndarray:
+    def start_of_two(self, match: np.ndarray) -> np.ndarray:
         """(2, 7), the two starts whose sum has the least squared residual."""
-        match = self._match(field)
         return self.starts[list(np.unravel_index(np.argmin(self._both - 2 * (match[:, None] + match)), self._both.shape))]
 
     def squares(self, field: MarkerField, presses: np.ndarray) -> float:
@@ -131,10 +134,6 @@ class DomeInverse:
     def sigma(self, field: MarkerField) -> np.ndarray:
         """(K,) m, noise of each marker per axis."""
         return np.where(np.isfinite(field.sigma), np.maximum(field.sigma, self.noise.still / 2), self.noise.still)
-
-    def _match(self, field: MarkerField) -> np.ndarray:
-        """(S,) m^2, products of the field with the starts' fields."""
-        return self._fast @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
 
     def _variances(self, field: MarkerField) -> tuple[np.ndarray, np.ndarray]:
         """(K,) m^2, of noise, and of model error, per axis."""

@@ -13,7 +13,6 @@ from tactile_driver.lens import farthest_square
 
 from ... import _core
 from ...common.camera import CameraModel
-from ...common.dot_grid import scatter
 from ...common.dots import DotTracks
 from ...errors import BadArgument, BadFrame
 from .sensor import MarkerSensor
@@ -56,9 +55,9 @@ class MarkerView(Protocol):
 
     metres_per_px: float
 
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Apparent positions (N, 2), m, of uv (N, 2), px; the eyes (N, 3), m, that see them; the area (N,), m^2, of a pixel there. NaN
-        where uv is."""
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the eyes (N, 3), m, that
+        see them."""
 
 
 class CameraView:
@@ -70,10 +69,10 @@ class CameraView:
         self._numbers = dict(matrix=camera.matrix, distortion=camera.distortion, rotation=camera.rotation, centre=camera.centre,
                              farthest=farthest_square(camera.distortion), plane_z=plane_z)
 
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See MarkerView."""
         seen = _core.back_project(np.asarray(uv, float), **self._numbers)
-        return seen[:, :2], np.broadcast_to(self.camera.centre, (len(seen), 3)), seen[:, 2]
+        return seen, np.broadcast_to(self.camera.centre, seen.shape)
 
 
 @dataclass(frozen=True)
@@ -88,11 +87,11 @@ class StitchedView:
     seam: float
     eyes: np.ndarray
 
-    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See MarkerView."""
         uv = np.asarray(uv, float).reshape(-1, 2)
         eye = np.asarray(self.eyes, float)[(uv[:, 0] > self.seam).astype(int)]
-        return (uv - self.origin) * self.metres_per_px, eye, np.full(len(uv), self.metres_per_px**2)
+        return np.column_stack([(uv - self.origin) * self.metres_per_px, np.full(len(uv), self.metres_per_px**2)]), eye
 
 
 def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray, sensor: MarkerSensor) -> CameraView:
@@ -120,17 +119,21 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
-    rest_area = np.asarray(rest_area, float)
-    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
-        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {len(rest_area)} markers')
-    (now, rest), (eye, _), (pixel, rest_pixel) = (part.reshape(2, len(tracks), *part.shape[1:])
-                                                  for part in view.back_project(np.concatenate([tracks.uv, tracks.rest_uv])))
-    with np.errstate(divide='ignore', invalid='ignore'):
-        growth = np.log(tracks.area / rest_area[tracks.id] * (pixel / rest_pixel))
-    growth[~np.isfinite(growth)] = np.nan
-    seen = dict(rest=rest, shift=now - rest, growth=growth, eye=eye, sigma=tracks.sigma * view.metres_per_px,
-                uv=tracks.uv, duv=tracks.duv, area=tracks.area)
-    return MarkerField(**{name: scatter(np.asarray(value, float), tracks.id, len(rest_area)) for name, value in seen.items()})
+    return _field(tracks, _arrays(tracks, len(rest_area)), rest_area, view)
+
+
+def _arrays(tracks: DotTracks, count: int) -> tuple[np.ndarray, ...]:
+    """ids, positions, displacements, areas and sigma. Raises BadArgument for ids that are not of a pattern of count markers."""
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
+        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
+    return tracks.id, tracks.uv, tracks.duv, tracks.area, tracks.sigma
+
+
+def _field(tracks: DotTracks, arrays: tuple[np.ndarray, ...], rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
+    count = len(tracks)
+    return MarkerField(*_core.marker_field(*arrays, places[:count], places[count:], eyes[:count], rest_area,
+                                           metres_per_px=view.metres_per_px))
 
 
 _MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
@@ -153,24 +156,12 @@ class RestMarkers:
 
     def field(self, tracks: DotTracks) -> MarkerField:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
-        self._follow(tracks)
+        arrays = _arrays(tracks, len(self.uv))
+        self.uv, self.area, self._frames = _core.follow_markers(*arrays, self.uv, self.area, self._frames, moved=_MOVED, still=_STILL,
+                                                                most_frames=_FRAMES)
         if self._view is None or self._has_moved():
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return marker_field(tracks, self.area, self._view)
-
-    def _follow(self, tracks: DotTracks) -> None:
-        inside = (tracks.id >= 0) & (tracks.id < len(self.uv))
-        known = np.flatnonzero(inside & np.isfinite(tracks.duv).all(1))
-        id = tracks.id[known]
-        rest = tracks.uv[known] - tracks.duv[known]
-        anew = ~(np.abs(rest - self.uv[id]).max(1, initial=0.0) <= _MOVED)  # NaN counts as changed
-        self._frames[id[anew]] = 0
-        self.uv[id] = rest
-        still = known[np.abs(tracks.duv[known]).max(1, initial=0.0) <= _STILL]
-        id, area = tracks.id[still], tracks.area[still]
-        self._frames[id] = np.minimum(self._frames[id] + 1, _FRAMES)
-        first = self._frames[id] == 1
-        self.area[id] = np.where(first, area, self.area[id] + (area - self.area[id]) / self._frames[id])
+        return _field(tracks, arrays, self.area, self._view)
 
     def _has_moved(self) -> bool:
         moved = np.abs(self.uv - self._view_uv)

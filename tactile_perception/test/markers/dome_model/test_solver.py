@@ -13,7 +13,7 @@ def test_a_press_is_found_with_an_honest_covariance():
     squares = []
     for seed in range(20):
         field = library_field(PRESS, seed=seed)
-        found = inverse().solve(field, inverse().start(field), DRAGGED)
+        found = inverse().solve(field, inverse().start(inverse().match(field)), DRAGGED)
         off = found.presses[0] - PRESS
         squares.append(off[:3] @ np.linalg.solve(found.covariance[:3, :3], off[:3]) / 3)
         assert np.hypot(*off[:2]) < 1.5e-3 and abs(off[DEPTH]) < 0.1 and found.misfit < 1.5
@@ -25,7 +25,7 @@ def test_a_faint_press_may_be_elsewhere_and_the_spread_says_so(depth):
     faint, squares = press(0.022, -0.031, depth), []
     for seed in range(20):
         field = library_field(faint, seed=seed)
-        found = inverse().solve(field, inverse().start(field))
+        found = inverse().solve(field, inverse().start(inverse().match(field)))
         off, near, far = found.presses[0, :2] - faint[:2], found.covariance[:2, :2], inverse().elsewhere(field, found.presses[0])
         squares.append([off @ np.linalg.solve(covariance, off) / 2 for covariance in (near, near + far[:2, :2])])
     alone, spread = np.mean(squares, axis=0)
@@ -39,13 +39,13 @@ def test_a_deep_press_is_nowhere_else():
 def test_without_noise_it_is_found_exactly_but_for_the_prior():
     field = library_field(PRESS, noise=1e-8)
     field.sigma[:] = 1e-7
-    found = inverse().solve(field, inverse().start(field), DRAGGED)
+    found = inverse().solve(field, inverse().start(inverse().match(field)), DRAGGED)
     assert np.hypot(*(found.presses[0] - PRESS)[:2]) < 2e-4 and found.presses[0, RADIUS] == pytest.approx(0.3, abs=0.1)
 
 
 def test_two_presses_are_found_from_the_best_pair_of_starts():
     two = press(0.045, 0.02, 0.02), press(-0.04, -0.01, 0.018)
-    found = inverse().solve(library_field(*two), inverse().start_of_two(library_field(*two)))
+    found = inverse().solve(library_field(*two), inverse().start_of_two(inverse().match(library_field(*two))))
     places = found.presses[np.argsort(-found.presses[:, 0])]
     assert np.abs(places[:, :2] - np.array(two)[:, :2]).max() < 2e-3 and found.misfit < 1.5
 
@@ -53,11 +53,13 @@ def test_two_presses_are_found_from_the_best_pair_of_starts():
 def test_markers_that_are_not_seen_do_not_count():
     field = library_field(PRESS)
     field.shift[::3] = np.nan
-    found = inverse().solve(field, inverse().start(field))
+    found = inverse().solve(field, inverse().start(inverse().match(field)))
     assert np.hypot(*(found.presses[0] - PRESS)[:2]) < 2e-3
     assert inverse().squares(field, PRESS[None]) < 1.5 * 2 * field.seen.sum()
 
 
 def test_untouched_frames_match_no_start():
-    scores = [inverse().score(library_field(seed=seed)) for seed in range(50)]
-    assert max(scores) < 6 < 50 < inverse().score(library_field(PRESS))
+    def score(field):
+        return inverse().score(field, inverse().match(field))
+
+    assert max(score(library_field(seed=seed)) for seed in range(50)) < 6 < 50 < score(library_field(PRESS))

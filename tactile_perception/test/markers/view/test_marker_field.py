@@ -25,8 +25,8 @@ def test_the_pose_is_found_from_the_markers_seen():
     rest[::5] = np.nan
     view = camera_view(MATRIX, DISTORTION, rest, SENSOR)
     assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
-    xy, eye, _ = view.back_project(rest)
-    assert np.nanmax(np.abs(xy - SENSOR.grid())) < 1e-7 and np.isnan(xy[0]).all()
+    seen, eye = view.back_project(rest)
+    assert np.nanmax(np.abs(seen[:, :2] - SENSOR.grid())) < 1e-7 and np.isnan(seen[0]).all()
     assert eye[1] == pytest.approx(CAMERA.centre, abs=1e-7)
 
 
@@ -45,13 +45,14 @@ def test_lens_distortion_is_taken_off_areas():
     view = camera_view(MATRIX, DISTORTION, CAMERA.project(GRID), SENSOR)
     corner = CAMERA.project(np.array([[0.027, 0.018, 0], [0.0271, 0.018, 0], [0.027, 0.0181, 0]]))
     px = abs(np.linalg.det(corner[1:] - corner[0]))
-    assert view.back_project(corner[:1])[2][0] * px == pytest.approx(1e-8, rel=1e-3)
-    assert view.back_project(corner[:1])[2][0] / view.back_project([[321.0, 238.0]])[2][0] > 1.03
+    assert view.back_project(corner[:1])[0][0, 2] * px == pytest.approx(1e-8, rel=1e-3)
+    assert view.back_project(corner[:1])[0][0, 2] / view.back_project([[321.0, 238.0]])[0][0, 2] > 1.03
 
 
 def test_a_stitched_image_has_an_eye_on_each_side():
     view = StitchedView(2e-4, np.array([300.0, 200.0]), 310.0, np.array([[-0.03, 0, -0.05], [0.03, 0, -0.05]]))
-    xy, eye, _ = view.back_project([[300.0, 200.0], [400.0, 250.0], [np.nan, np.nan]])
+    seen, eye = view.back_project([[300.0, 200.0], [400.0, 250.0], [np.nan, np.nan]])
+    xy = seen[:, :2]
     assert xy[:2] == pytest.approx(np.array([[0, 0], [0.02, 0.01]])) and eye[:2, 0] == pytest.approx([-0.03, 0.03])
     assert np.isnan(xy[2]).all()
 
