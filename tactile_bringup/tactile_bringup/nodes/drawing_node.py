@@ -48,7 +48,8 @@ class DrawingNode(Node):
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._transform_output = self.create_publisher(TFMessage, '/tf_static', latched)
         self._drawn_s: float | None = None  # time of the last published markers that are still shown
-        steady_timer(self, _LOOK_S, self._clear_stale)
+        self._stale_timer = steady_timer(self, _LOOK_S, self._clear_stale)  # while markers are shown: each call wakes the executor
+        self._stale_timer.cancel()
         self._diagnostics = NodeDiagnostics(self, 'drawing', self.get_namespace().strip('/') or 'none', self._examine)
         guard_services(self)
 
@@ -63,6 +64,8 @@ class DrawingNode(Node):
         begin = time.perf_counter()
         output.publish(draw())
         if output is self.marker_output:
+            if self._drawn_s is None:
+                self._stale_timer.reset()
             self._drawn_s = time.monotonic()
         self.log.add(time.perf_counter() - begin, 1e-9 * self.get_clock().now().nanoseconds - stamp_seconds(header))
 
@@ -70,6 +73,7 @@ class DrawingNode(Node):
         """Clear markers that are out of date."""
         if self._drawn_s is not None and time.monotonic() - self._drawn_s > STALE_S:
             self._drawn_s = None
+            self._stale_timer.cancel()
             self.marker_output.publish(self.markers.nothing(Header(frame_id=self.settings['frame_id'])))
 
     def _examine(self) -> Health:

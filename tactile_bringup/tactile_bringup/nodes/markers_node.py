@@ -51,7 +51,7 @@ class MarkersNode(DrawingNode):
         self._picture_sync = StampSync(self._publish_picture, lambda: self._expected)
         self._picture_output = self.demanded(Image, 'image_annotated')
         self._publish_camera_place()
-        self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)
+        self._look_timer = steady_timer(self, _LOOK_S, self.follow_demand)  # while there is demand: each call wakes the executor
 
     def _publish_camera_place(self) -> None:
         """Publish the pose of the camera in the sensor frame, the inverse of the transform that the parameters hold."""
@@ -80,6 +80,9 @@ class MarkersNode(DrawingNode):
             self._inputs.pop(topic).close()
         if not wanted:
             self._asked_s = 0.0
+            self._look_timer.cancel()
+        elif self._look_timer.is_canceled():
+            self._look_timer.reset()
 
     def _subscribe(self, topic: str, kind: type, qos: QoSProfile) -> None:
         self._inputs[topic] = AdaptiveSubscription(self, kind, topic, lambda message, _ns: self._on_message(topic, message), qos)
