@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/wide.hpp"
+
 namespace tactile {
 namespace {
 
@@ -23,7 +25,7 @@ std::vector<float> gaussian(double sigma) {
 }
 
 // One axis after the other: out = first + weights on both sides, along rows of a copy with margins.
-void add_shifted(const float* before, const float* after, float weight, float* out, std::ptrdiff_t count) {
+TACTILE_INLINE void add_shifted(const float* before, const float* after, float weight, float* out, std::ptrdiff_t count) {
     for (std::ptrdiff_t k = 0; k < count; ++k) out[k] += weight * (before[k] + after[k]);
 }
 
@@ -53,7 +55,7 @@ Box box_around(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t col
     return box.bottom ? box : Box{0, 0, 0, 0};
 }
 
-void blur(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, double sigma, Outside outside) {
+TACTILE_WIDE void blur(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, double sigma, Outside outside) {
     const std::vector<float> weights = gaussian(sigma);
     const auto half = static_cast<std::ptrdiff_t>(weights.size()) - 1;
     std::vector<float> wide(columns + 2 * half), down(rows * columns);
@@ -79,7 +81,7 @@ void blur(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t column
     }
 }
 
-void spread_largest(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach) {
+TACTILE_WIDE void spread_largest(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach) {
     const std::vector<float> given = values;
     for (std::ptrdiff_t r = 0; r < rows; ++r) {
         float* out = values.data() + r * columns;

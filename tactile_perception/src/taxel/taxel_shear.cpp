@@ -126,7 +126,7 @@ class Contact {
     }
 
     // Whether any element still moves.
-    bool relax_row(std::ptrdiff_t r, std::ptrdiff_t odd) {
+    TACTILE_WIDE bool relax_row(std::ptrdiff_t r, std::ptrdiff_t odd) {
         const std::ptrdiff_t count = (columns_ + 1 - odd) / 2;
         const Line x = line(0, r, odd), y = line(1, r, odd);
         const float* limit = limit_.half(r, odd);
