@@ -9,6 +9,7 @@
 #include "touchpad/contact/contact_score.hpp"
 #include "touchpad/contact/dot_loads.hpp"
 #include "touchpad/contact/edge_places.hpp"
+#include "touchpad/contact/smooth_edges.hpp"
 #include "touchpad/contact/stick_slip.hpp"
 #include "touchpad/membrane/holes.hpp"
 #include "touchpad/membrane/membrane_forces.hpp"
@@ -191,6 +192,17 @@ py::array_t<double> with_edges(const py::object& score, const py::object& load, 
     return output(found, {grid.size()});
 }
 
+py::array_t<double> with_smooth_edges(const py::object& score, int rows, int columns) {
+    const Input<double> given(score, "score", {ANY});
+    const Grid grid = grid_of(given, "score", rows, columns);
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = smooth_edges(grid, given.data());
+    }
+    return output(found, {grid.size()});
+}
+
 // Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively.
 constexpr py::ssize_t OBJECT = 16;
 
@@ -321,6 +333,9 @@ void bind_contact(py::module_& module) {
         "place_edges", &with_edges, py::arg("score"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         "Scores (K,) float64 above 0.5 where score (K,) is; beside an edge of a contact the mean of score and of what the dot's distance\n"
         "from the edge says, by the loads (K,) over the fluid's pressure on the two dots at its sides.");
+    module.def("smooth_edges", &with_smooth_edges, py::arg("score"), py::kw_only(), py::arg("rows"), py::arg("columns"),
+               "Scores (K,) float64, above 0.5 in contact, of which a dot that sticks out of its region gets less, and one that dents it\n"
+               "more, where the score hardly decides.");
     module.def(
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
