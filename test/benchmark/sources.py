@@ -91,7 +91,7 @@ def _scene(name: str, rate: float, seed: int, size: tuple[int, int]) -> Source:
     seen = [scene.observe(k).truth for k in numbers]
     state = np.array([t.dot_state for t in seen])
     truth = {'dot_contact': state > 0, 'dot_state': state, 'dot_xyz': np.array([t.dot_xyz for t in seen]),
-             'dot_gap': np.full(state.shape, np.inf), 'dot_slip': np.where(state == 2, 1.0, 0.0)[..., None] * np.ones(3),
+             'dot_gap': np.array([t.dot_gap for t in seen]), 'dot_slip': np.where(state == 2, 1.0, 0.0)[..., None] * np.ones(3),
              'force': np.array([t.wrench[:3] for t in seen]), 'residual': np.zeros(len(seen)),
              'touches': [t.contacts for t in seen], **_loops(seen)}
     camera = scene.camera

@@ -44,7 +44,8 @@ class Observer:
     def _observe_untouched(self) -> Observation:
         """Observation of the resting skin, used for all frames without contact."""
         places, uv, spread = self.pattern.seen(self.skin.rest, self.camera)
-        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure)
+        truth = TruthFrame(self._ids, uv, places, np.full(len(uv), NON_CONTACT, np.uint8), pressure=self.skin.pressure,
+                           dot_gap=np.full(len(uv), np.inf))
         return Observation(self.skin.coarse(self.skin.rest), spread, truth)
 
     def observe(self, state: SkinState, tool: Tool, before: Pose, now: Pose) -> Observation:
@@ -55,10 +56,12 @@ class Observer:
             return self.untouched
         places, uv, spread = self.pattern.seen(state.shape, self.camera, lambda p: off_tool(p, tool, now))
         nodes = state.shape.reshape(-1, 3)[self.skin.inner][state.touching]
-        touching = self._touching_dots(places, region, tool, now)
+        gap = tool.distance(now.to_tool(places))
+        touching = self._touching_dots(gap, region)
         way_of_dots, way_of_nodes = self._ways_over_tool(places, touching, nodes, state, tool, now)
         states = self._states(touching, way_of_dots)
-        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal)
+        truth = TruthFrame(self._ids, uv, places, states, region.outlines, region.holes, region.area, region.centroid, region.normal,
+                           dot_gap=gap)
         truth.contacts = self._touches(state, nodes, region, tool, now)
         self._tell_slip(truth, nodes, way_of_nodes @ now.turn.T)
         truth.motion = _motion(before, now)
@@ -66,10 +69,10 @@ class Observer:
         truth.pressure = state.pressure
         return Observation(self.skin.coarse(state.shape), spread.astype(np.float32), truth)
 
-    def _touching_dots(self, places: np.ndarray, region: Region, tool: Tool, pose: Pose) -> np.ndarray:
-        """(K,) bool: whether each dot lies in the region and on the tool."""
+    def _touching_dots(self, gap: np.ndarray, region: Region) -> np.ndarray:
+        """(K,) bool: whether each dot lies in the region and on the tool, which is gap (K,), m, away."""
         full = self.pattern.sampler.linear @ region.fullness.ravel()
-        return (full > 0.5) & (np.abs(tool.distance(pose.to_tool(places))) < _DOT_ON_TOOL * self.skin.spacing)
+        return (full > 0.5) & (np.abs(gap) < _DOT_ON_TOOL * self.skin.spacing)
 
     def _ways_over_tool(self, places, touching, nodes, state: SkinState, tool: Tool, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
         """Displacements (K, 3) of the dots and (m, 3) of the touching nodes along the tool since the last frame, m, in the tool frame; NaN
