@@ -6,6 +6,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
 #include "common/contact_point.hpp"
+#include "common/grid_normals.hpp"
 #include "common/outlines.hpp"
 #include "common/point_shapes.hpp"
 #include "common/region_moments.hpp"
@@ -32,6 +33,16 @@ py::array_t<double> surface_points(const py::object& wide, const py::object& pla
         store(found.data(), i, surface_point(nodes, given.data()[2 * i], given.data()[2 * i + 1]));
     }
     return output(found, {given.length(), 3});
+}
+
+py::array_t<double> normals_of(const py::object& xyz) {
+    const Input<double> given(xyz, "xyz", {ANY, ANY, 3});
+    std::vector<double> found;
+    {
+        py::gil_scoped_release others_run;
+        found = grid_normals(given.data(), given.length(), given.length(1));
+    }
+    return output(found, {given.length(), given.length(1), 3});
 }
 
 py::tuple loops_output(const Loops& loops) {
@@ -168,6 +179,9 @@ double notch(const py::object& corners) {
 }  // namespace
 
 void bind_region(py::module_& module) {
+    module.def(
+        "grid_normals", &normals_of, py::arg("xyz"),
+        "Unit normals (rows, columns, 3), out of the sensor, of the surface through xyz (rows, columns, 3), m; NaN without neighbours.");
     module.def(
         "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
         "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"

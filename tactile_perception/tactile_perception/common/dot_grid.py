@@ -1,11 +1,11 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays of dot values on the printed grid: layout, slopes, surface normals, interpolation of unseen dots."""
+"""Arrays of dot values on the printed grid: layout, surface normals, interpolation of unseen dots."""
 from __future__ import annotations
 
 import numpy as np
 
-from .vectors import cross
+from .. import _core
 from ..errors import BadArgument
 
 
@@ -38,27 +38,10 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
     return grid.reshape(rows, columns, *values.shape[1:])
 
 
-def grid_slopes(grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Differences per column and per row of grid (rows, columns, ...): central, one-sided next to a gap, NaN without neighbours."""
-    return _slope(grid, 1), _slope(grid, 0)
-
-
-def _slope(grid: np.ndarray, axis: int) -> np.ndarray:
-    pad = [(1, 1) if k == axis else (0, 0) for k in range(grid.ndim)]
-    wide = np.pad(grid, pad, constant_values=np.nan)
-    step = np.diff(wide, axis=axis)
-    count = step.shape[axis]
-    before, after = np.take(step, range(count - 1), axis), np.take(step, range(1, count), axis)
-    both = 0.5 * (before + after)
-    return np.where(np.isnan(both), np.where(np.isnan(before), after, before), both)
-
-
 def grid_normals(xyz: np.ndarray) -> np.ndarray:
-    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), out of the sensor; NaN without neighbours."""
-    along_column, along_row = grid_slopes(xyz)
-    normal = cross(along_column.T, along_row.T).T
-    length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    return np.divide(normal, length, out=np.full_like(normal, np.nan), where=length > 0)
+    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), m, out of the sensor: by the differences of neighbours,
+    one-sided next to a gap; NaN without neighbours."""
+    return _core.grid_normals(np.asarray(xyz, float))
 
 
 def fill_unseen(grid: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.common.dot_grid import fill_unseen, grid_normals, grid_slopes, scatter, to_grid
+from tactile_perception.common.dot_grid import fill_unseen, grid_normals, scatter, to_grid
 from tactile_perception.errors import BadArgument
 
 
@@ -24,11 +24,25 @@ def test_refuses_ids_off_the_grid(ids):
         to_grid(np.array(ids), np.zeros(2), 2, 3)
 
 
-def test_slopes_are_central_and_one_sided_at_gaps():
-    grid = np.array([[0.0, 1, 4, np.nan, 16]])
-    by_column, by_row = grid_slopes(grid)
-    np.testing.assert_array_equal(by_column, [[1, 2, 3, np.nan, np.nan]])
-    assert np.isnan(by_row).all()
+def slopes(grid, axis):
+    """Differences along an axis of grid (rows, columns, 3): central, one-sided next to a gap, NaN without neighbours."""
+    before, after = np.full((2, *grid.shape), np.nan)
+    step = np.diff(grid, axis=axis)
+    inner = [slice(None)] * 3
+    inner[axis] = slice(1, None)
+    before[tuple(inner)] = step
+    inner[axis] = slice(None, -1)
+    after[tuple(inner)] = step
+    return np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_normals_are_those_of_central_and_one_sided_differences(seed):
+    rng = np.random.default_rng(seed)
+    xyz = rng.normal(size=(*rng.integers(1, 9, 2), 3))
+    xyz[rng.random(xyz.shape[:2]) < 0.3] = np.nan
+    normal = np.cross(slopes(xyz, 1), slopes(xyz, 0))
+    np.testing.assert_allclose(grid_normals(xyz), normal / np.linalg.norm(normal, axis=2, keepdims=True), rtol=1e-12)
 
 
 def test_normals_of_a_sphere(pad):

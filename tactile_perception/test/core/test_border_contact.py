@@ -73,6 +73,7 @@ CALLS = {
                     {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42)}),
     'settle_holes': (lambda **arrays: [_core.settle_holes(**HOLES | arrays, pressure=2000.0, **GRID)], HOLES),
     'stick_slip': (call_stick_slip, STICKING),
+    'grid_normals': (lambda xyz=WIDE: [_core.grid_normals(xyz)], {'xyz': WIDE}),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
     'find_contours': (lambda field=SCORE: _core.find_contours(field, level=0.5), {'field': SCORE}),
     'find_outlines': (lambda score=SCORE, wide=WIDE: _core.find_outlines(score, wide, level=0.5, ceiling=1.0, refine=2),

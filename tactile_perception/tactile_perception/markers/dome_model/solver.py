@@ -63,11 +63,11 @@ class DomeInverse:
         self._eyes = np.array(np.nan_to_num(eyes), float)
         self._rest = seen_at(self.points, self._eyes, plane_z)
         self.starts = _starts(library)
-        self._shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
-        self._sizes = np.sum(self._shown**2, axis=1)
-        self._fast = self._shown.astype(np.float32)  # far finer than the noise of markers, and half as much to read
+        shown = np.array([self.appear(start[None]) for start in self.starts]).reshape(len(self.starts), -1)
+        self._shown = shown.astype(np.float32)  # far finer than the noise of markers, and half as much to read
+        self._sizes = np.sum(shown**2, axis=1)
         apart = np.hypot(*(self.starts[:, None, :2] - self.starts[:, :2]).transpose(2, 0, 1))
-        gram = self._shown @ self._shown.T
+        gram = shown @ shown.T
         self._both = np.where(apart >= APART * pitch, 2 * gram + self._sizes[:, None] + self._sizes, np.inf)
 
     def appear(self, presses: np.ndarray) -> np.ndarray:
@@ -80,7 +80,7 @@ class DomeInverse:
 
     def match(self, field: MarkerField) -> np.ndarray:
         """(S,) m^2, products of the field with the starts' fields."""
-        return self._fast @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
+        return self._shown @ np.where(field.seen[:, None], field.shift, 0.0).ravel().astype(np.float32)
 
     def score(self, field: MarkerField, match: np.ndarray) -> float:
         """Match of the best start, in standard deviations of noise."""
