@@ -203,8 +203,10 @@ py::array_t<double> with_smooth_edges(const py::object& score, int rows, int col
     return output(found, {grid.size()});
 }
 
-// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively.
-constexpr py::ssize_t OBJECT = 16;
+// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively, slid, drift.
+constexpr py::ssize_t OBJECT = 26;
+
+int frames_of(double number) { return number >= 0 ? static_cast<int>(std::min(number, 1e6)) : 0; }
 
 std::vector<TouchingObject> objects_of(const Input<double>& rows) {
     std::vector<TouchingObject> objects(rows.length());
@@ -212,9 +214,10 @@ std::vector<TouchingObject> objects_of(const Input<double>& rows) {
         const double* row = rows.data() + k * OBJECT;
         TouchingObject& thing = objects[k];
         thing.friction = row[0], thing.moves = row[1] > 0, thing.gross = row[2] > 0, thing.slipping = row[4];
-        thing.still = row[3] >= 0 ? static_cast<int>(std::min(row[3], 1e6)) : 0;
+        thing.still = frames_of(row[3]), thing.slid = frames_of(row[16]);
         std::copy(row + 5, row + 11, thing.twist.begin());
         thing.centre = vec3_at(row + 11, 0), thing.rests = row[14] > 0, thing.lively = row[15];
+        std::copy(row + 17, row + OBJECT, thing.drift.begin());
     }
     return objects;
 }
@@ -226,7 +229,8 @@ py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
         const TouchingObject& thing = objects[k];
         row[0] = thing.friction, row[1] = thing.moves, row[2] = thing.gross, row[3] = thing.still, row[4] = thing.slipping;
         std::copy(thing.twist.begin(), thing.twist.end(), row + 5);
-        store(row + 11, 0, thing.centre), row[14] = thing.rests, row[15] = thing.lively;
+        store(row + 11, 0, thing.centre), row[14] = thing.rests, row[15] = thing.lively, row[16] = thing.slid;
+        std::copy(thing.drift.begin(), thing.drift.end(), row + 17);
     }
     return output(rows, {static_cast<py::ssize_t>(objects.size()), OBJECT});
 }

@@ -39,7 +39,7 @@ def to_grid(ids: np.ndarray, values: np.ndarray, rows: int, columns: int) -> np.
 
 
 def grid_normals(xyz: np.ndarray) -> np.ndarray:
-    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), m, out of the sensor: by the differences of neighbours,
+    """Unit normals (rows, columns, 3) of the surface through xyz (rows, columns, 3), m, out of the sensor: by differences of neighbours,
     one-sided next to a gap; NaN without neighbours."""
     return _core.grid_normals(np.asarray(xyz, float))
 

@@ -23,7 +23,7 @@ HOLES = {'places': DOTS, 'load': np.linspace(0, 2, 42), 'seen': np.arange(42) % 
          'origin': -0.04 * UP[0]}
 LAST = {'last_places': DOTS, 'last_seen': HELD > -1}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
-STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 16)), 'origin': -0.04 * UP[0]}
+STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 26)), 'origin': -0.04 * UP[0]}
 
 
 def call_stick_slip(**arrays):

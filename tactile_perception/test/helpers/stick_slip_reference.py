@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """States of dots in NumPy: what the compiled ones measure themselves against."""
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -14,14 +14,16 @@ from twist_reference import DotMotions, across_rays, lengths, twist_about
 
 _FEWEST = 4  # dots that determine a motion; chosen: one more than three
 _SMOOTHING = 0.2  # weight of a new value in the running means of noise and friction; chosen
-# Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
-# gradually; chosen.
+# Frames for which dots must be at rest before an object rests that slid, and one that turned in place, where the dots' motions do not tell
+# that it stopped; chosen.
 _REST_AFTER_GROSS, _REST_AFTER_TURN = 3, 15
 _QUIET = 1 / 3  # of the tolerance: dots that move less in a frame are at rest; chosen
 _STARTS = 0.75  # of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
 _SWIFT = 50  # tolerances: an object that slides over its dots by more in a frame moves some in each; chosen
 _FADING = 0.5  # share of the liveliness that is left a frame later; chosen
-_LIVELY = 1.5  # of the tolerance: dots that moved less before they came to rest did so gradually; chosen
+_LIVELY = 3  # tolerances: dots that moved by more just before they came to rest were stopped; chosen
+_SUDDEN = 0.5  # share of what an even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
+_CLEAR = 5  # standard deviations of noise above which the dots' mean motion is clear; chosen
 _ONE_WAY = 0.5  # of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
 _ALONG = 0.5  # mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 _LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip grossly; chosen
@@ -37,7 +39,8 @@ class _Object:
 
     twist (6,), a frame, about centre (3,), m, None: unknown; friction: coefficient; slipping: share of its dots that slip; gross: whether
     it slips grossly; rests: whether it has stopped after gross slip, of which twist then is the last; still: frames for which its dots have
-    been at rest; lively: m, motion of its dots a frame, in the last few in which they moved.
+    been at rest; slid: frames for which it has slipped grossly; lively: m, motion of its
+    dots, in the last few in which they moved; drift: (9,) m, sizes of the dots' mean motion in the last frames, the newest first.
     """
 
     friction: float
@@ -47,7 +50,9 @@ class _Object:
     gross: bool = False
     rests: bool = False
     still: int = 0
+    slid: int = 0
     lively: float = 0.0
+    drift: np.ndarray = field(default_factory=lambda: np.zeros(9))
 
 
 class StickSlipTracker(compiled.StickSlipTracker):
@@ -139,10 +144,13 @@ class StickSlipTracker(compiled.StickSlipTracker):
         """The object's twist (6,), whether it slips grossly, and whether it rests after that."""
         fine = self.tolerance
         grip = np.clip((thing.friction - ratio) / (.4 * thing.friction), .05, 1)**2 if thing.friction > 0 else np.ones(len(ratio))
+        creeps = thing.rests and self._creeps(thing, motions, drag)
+        if creeps:
+            thing.still = 0
         if thing.still >= self._rest_frames(thing, motions, predicted, drag):
             return np.zeros(6), False, thing.gross or thing.rests
         moved = lengths(motions.residuals(np.zeros(6))).mean()
-        if thing.rests and moved < _STARTS * self.tolerance and self._in_touch(motions, np.zeros(6)):
+        if thing.rests and not creeps and moved < _STARTS * self.tolerance and self._in_touch(motions, np.zeros(6)):
             return np.zeros(6), False, True
         if thing.rests and self._slides_again(thing, motions, predicted, ratio, drag):
             return predicted, True, False
@@ -177,8 +185,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
                 and self._in_touch(motions, predicted))
 
     def _watch_rest(self, thing, motions):
-        """Count the frames in which the dots are at rest: within three standard deviations of noise, or far below the tolerance; and note
-        how far they move in the others."""
+        """Count the frames in which the dots are at rest: within three standard deviations of noise, or far below the tolerance; and those
+        of gross slip, and note how far the dots move."""
         across = motions.moved_across
         size = np.sqrt(np.vdot(across, across) / len(across))
         quiet = size**2 / (2 * self.noise**2) - 1 < 3 / np.sqrt(len(across)) or size < _QUIET * self.tolerance
@@ -186,13 +194,33 @@ class StickSlipTracker(compiled.StickSlipTracker):
             thing.still += 1
         else:
             thing.still, thing.lively = 0, max(size, _FADING * thing.lively)
+        thing.drift = np.append(np.linalg.norm(across.mean(axis=0)), thing.drift[:-1])
+        thing.slid = thing.slid + 1 if thing.gross else 0
 
     def _rest_frames(self, thing, motions, predicted, drag):
         """Frames for which dots must be at rest before the object counts as at rest."""
         if not thing.gross or lengths(motions.residuals(predicted)).mean() > _SWIFT * self.tolerance:
             return 1
-        turns = np.linalg.norm(drag.sum(axis=0)) < _ONE_WAY * lengths(drag).sum()
-        return _REST_AFTER_TURN if turns and thing.lively < _LIVELY * self.tolerance else _REST_AFTER_GROSS
+        return _REST_AFTER_TURN if self._turns(drag) and not self._stopped(thing, len(drag)) else _REST_AFTER_GROSS
+
+    def _turns(self, drag):
+        """Whether the dots are dragged as below an object that turns in place."""
+        return np.linalg.norm(drag.sum(axis=0)) < _ONE_WAY * lengths(drag).sum()
+
+    def _clear(self, count):
+        """Mean motion, m a frame, of count dots, that is more than noise."""
+        return _CLEAR * self.noise * np.sqrt(2 / count)
+
+    def _stopped(self, thing, count):
+        """Whether the dots' motions in the last frames tell that an object that turned has stopped."""
+        new, middle, old = np.median(thing.drift.reshape(3, 3), axis=1)
+        return thing.lively > _LIVELY * self.tolerance or (
+            thing.slid >= 9 and thing.drift[0] < self._clear(count) < middle and new * old < _SUDDEN * middle**2)
+
+    def _creeps(self, thing, motions, drag):
+        """Whether dots that hardly move drift, not back against their drags, below an object that turns in place."""
+        back = np.einsum('ij,ij->i', motions.moved_across, drag / np.maximum(lengths(drag), 1e-12)[:, None]).mean()
+        return self._turns(drag) and thing.drift[0] > max(self._clear(len(drag)), -back)
 
     def _in_touch(self, motions, twist):
         """Whether the dots follow the object along the normal, as all dots in contact must."""

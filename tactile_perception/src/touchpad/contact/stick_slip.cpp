@@ -4,16 +4,17 @@
 // with the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to
 // frame, and kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls.
 // Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
-// below one that turns in place they may not. Dots of a resting object that move on under the largest friction slip again.
-// A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
+// below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under
+// the largest friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the
+// sensor's axis slip.
 #include "touchpad/contact/stick_slip.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "common/grid.hpp"
 #include "common/median.hpp"
+#include "touchpad/contact/separate_objects.hpp"
 
 namespace tactile {
 namespace {
@@ -26,44 +27,25 @@ constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estima
 constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
 constexpr double ALL = 0.9;              // share of dots that move as one body, from which an object that starts or stops holds them; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
-// Frames for which dots must be at rest before an object rests that slid, and one that turned in place and whose dots came to rest
-// gradually; chosen.
+// Frames for which dots must be at rest before an object rests that slid, and one that turned in place, where the dots' motions do not
+// tell that it stopped; chosen.
 constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
 constexpr double QUIET =
     1.0 / 3;                     // of the tolerance: dots that move less in a frame are at rest; chosen: a sixth of what sliding dots move
 constexpr double STARTS = 0.75;  // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
 constexpr double SWIFT = 50;     // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
+constexpr double SUDDEN = 0.5;   // share of what even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
+constexpr double CLEAR = 5;      // standard deviations of noise above which the dots' mean motion is clear; chosen
 constexpr double FADING = 0.5;   // share of the liveliness that is left a frame later; chosen
-constexpr double LIVELY = 1.5;   // of the tolerance: dots that moved less before they came to rest did so gradually; chosen
+constexpr double LIVELY = 3;     // tolerances: dots that moved by more just before they came to rest were stopped; chosen
 constexpr double ONE_WAY = 0.5;  // of the sum of the drags' lengths: drags with a smaller sum are those of a turn; chosen
 constexpr double ALONG = 0.5;    // mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 constexpr double LOADED = 0.65;  // of the friction coefficient: ratio from which dots may slip grossly; chosen
-
-using Dots = std::vector<std::ptrdiff_t>;
 
 // NaN counts as infinite.
 double median_of(std::vector<double> values) {
     for (double& value : values) value = std::isnan(value) ? INFINITY : value;
     return median(std::move(values));
-}
-
-// Dots of each separate object, the largest first: dots with up to one free dot between them belong together.
-std::vector<Dots> separate(Grid grid, const std::vector<std::uint8_t>& touched) {
-    std::vector<std::uint8_t> wide(grid.size());
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (!touched[k]) continue;
-        for (std::ptrdiff_t row = k / grid.columns; row <= std::min(k / grid.columns + 1, grid.rows - 1); ++row) {
-            for (std::ptrdiff_t c = k % grid.columns; c <= std::min(k % grid.columns + 1, grid.columns - 1); ++c)
-                wide[row * grid.columns + c] = 1;
-        }
-    }
-    std::vector<std::int32_t> label;
-    std::vector<Dots> objects(components(wide.data(), grid.rows, grid.columns, true, label).size());
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (touched[k]) objects[label[k] - 1].push_back(k);
-    }
-    std::stable_sort(objects.begin(), objects.end(), [](const Dots& a, const Dots& b) { return a.size() > b.size(); });
-    return objects;
 }
 
 std::vector<double> gathered(const double* array, const Dots& dots) {
@@ -182,7 +164,7 @@ class ObjectFrame {
         }
     }
 
-    // Counts the frames in which the dots are at rest, and notes how far they move in the others.
+    // Counts the frames in which the dots are at rest and those of gross slip, and notes how far the dots move.
     void watch_rest(TouchingObject& thing) const {
         const auto count = static_cast<double>(count_);
         double squares = 0;
@@ -198,14 +180,44 @@ class ObjectFrame {
             thing.still = 0;
             thing.lively = std::max(size, FADING * thing.lively);
         }
+        std::copy_backward(thing.drift.begin(), thing.drift.end() - 1, thing.drift.end());
+        thing.drift[0] = length(mean_residual({}));
+        thing.slid = thing.gross ? std::min(thing.slid + 1, 1 << 20) : 0;
     }
 
     // Frames for which dots must be at rest before the object counts as at rest.
     int rest_frames(const TouchingObject& thing) const {
         if (!thing.gross || mean_size(expected_) > SWIFT * memory_.tolerance) return 1;
+        return turns() && !stopped(thing) ? REST_AFTER_TURN : REST_AFTER_GROSS;
+    }
+
+    // Whether the dots are dragged as below an object that turns in place.
+    bool turns() const {
         double sum = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) sum += length(vec3_at(drag_.data(), i));
-        return length(whole_drag()) < ONE_WAY * sum && thing.lively < LIVELY * memory_.tolerance ? REST_AFTER_TURN : REST_AFTER_GROSS;
+        return length(whole_drag()) < ONE_WAY * sum;
+    }
+
+    // Mean motion of the dots, m a frame, that is more than noise.
+    double clear() const { return CLEAR * memory_.noise * std::sqrt(2 / static_cast<double>(count_)); }
+
+    // Whether the dots' motions in the last frames tell that an object that turned has stopped: if it turns on they fade at an even rate.
+    bool stopped(const TouchingObject& thing) const {
+        double middle[3];  // medians of three frames each, the newest first
+        for (int k = 0; k < 3; ++k) middle[k] = median_of({thing.drift[3 * k], thing.drift[3 * k + 1], thing.drift[3 * k + 2]});
+        const bool steady = thing.slid >= static_cast<int>(thing.drift.size()) && middle[1] > clear();
+        return thing.lively > LIVELY * memory_.tolerance ||
+               (steady && thing.drift[0] < clear() && middle[0] * middle[2] < SUDDEN * middle[1] * middle[1]);
+    }
+
+    // Whether dots that hardly move drift, not back against their drags, below an object that turns in place.
+    bool creeps(const TouchingObject& thing) const {
+        double along = 0;
+        for (std::ptrdiff_t i = 0; i < count_; ++i) {
+            const Vec3 drag = vec3_at(drag_.data(), i);
+            along += dot(motions_.residual(i, {}), drag) / std::max(length(drag), 1e-12);
+        }
+        return turns() && thing.drift[0] > std::max(clear(), -along / static_cast<double>(count_));
     }
 
     // Sum of the dots' tangential loads.
@@ -217,13 +229,15 @@ class ObjectFrame {
 
     // The object's twist; sets whether it slips grossly or rests after that.
     Twist find_motion(TouchingObject& thing) const {
-        const bool gross = thing.gross, rested = thing.rests, still = thing.still >= rest_frames(thing);
+        const bool gross = thing.gross, rested = thing.rests, creep = rested && creeps(thing);
+        if (creep) thing.still = 0;
+        const bool still = thing.still >= rest_frames(thing);
         thing.gross = thing.rests = false;
         if (still) {
             thing.rests = gross || rested;
             return {};
         }
-        if (rested && mean_size({}) < STARTS * memory_.tolerance && in_touch({})) {
+        if (rested && !creep && mean_size({}) < STARTS * memory_.tolerance && in_touch({})) {
             thing.rests = true;
             return {};
         }
@@ -357,7 +371,7 @@ std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const T
     for (std::ptrdiff_t k = 0; k < grid.size(); ++k) touched[k] = now.score[k] > HALF, states[k] = touched[k] ? STICKING : FREE;
     std::vector<TouchingObject> objects;
     std::vector<std::int64_t> held(grid.size());
-    for (const Dots& dots : separate(grid, touched)) {
+    for (const Dots& dots : separate_objects(grid, touched)) {
         TouchingObject thing = continued(dots, memory);
         Dots both;
         for (const std::ptrdiff_t k : dots) {

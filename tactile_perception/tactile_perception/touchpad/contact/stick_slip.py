@@ -6,8 +6,8 @@ Each separate object has a motion of its own. Sticking dots move with it; a dot 
 the object: all lag behind it along their drag, under the largest friction. So the object's motion is propagated from frame to frame, and
 kept while all dots lag behind it in that way; it is estimated again once they move otherwise or the friction ratio falls. Dots at rest
 under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only below one that
-turns in place they may not. Dots of a resting object that move on under the largest friction slip again. A new object has no motion
-yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
+turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest
+friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .loads import DotLoads
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _SMOOTHING = 0.2  # weight of a new value in the running mean of noise; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
-_NUMBERS = 16  # of an object, see the kernel
+_NUMBERS = 26  # of an object, see the kernel
 
 
 class StickSlipTracker:

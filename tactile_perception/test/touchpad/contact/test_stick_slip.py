@@ -125,35 +125,55 @@ def test_dots_of_an_object_that_rested_after_gross_slip_slip_again_where_they_mo
         assert np.mean(found[face.inside] == state) > 0.95
 
 
-def _turned(face, speed, ratio):
-    """The next frame of a face whose dots turn about its middle by speed, rad, and carry ratio times the normal load around it."""
+def _turned(face, speed, ratio, drift=0.0):
+    """The next frame of a face whose dots turn about its middle by speed, rad, drift aside, m, and carry ratio times the normal load around
+    it."""
     around = np.cross([0, 0, 1], face.xyz - [0, 0, 0.0105])
-    state = face.state(speed * around, 0.0)
+    state = face.state(speed * around + [drift, 0, 0], 0.0)
     length = np.linalg.norm(around, axis=1, keepdims=True)
     pull = 6e-3 * ratio * around / np.maximum(length, 1e-9) * face.inside[:, None]
     return replace(state, force=state.force + pull)
 
 
+def _turn_until_it_slips(face, states):
+    """Stick, carried around, then slip from the rim inwards, then all together; returns the last states."""
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    for frame in range(12):
+        slips = np.hypot(row - 6, column - 6) > 5 - frame / 2
+        found = states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
+    return found
+
+
 @pytest.mark.parametrize('last_turns, told', [((0.002, 0.001), SLIPPING), ((0.016, 0.016), STICKING)])
 def test_an_object_that_turns_in_place_may_slip_on_over_dots_that_came_to_rest_gradually(last_turns, told):
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
-    row, column = np.divmod(np.arange(SIDE**2), SIDE)
-    radius = np.hypot(row - 6, column - 6)
-    for frame in range(12):
-        slips = radius > 5 - frame / 2
-        found = states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
+    found = _turn_until_it_slips(face, states)
     assert np.mean(found[face.inside] == SLIPPING) > 0.9
     for turn in (*last_turns, 0, 0, 0):
         found = states.update(_turned(face, turn, 0.6), face.score)
     assert np.mean(found[face.inside] == told) > 0.9
 
 
+@pytest.mark.parametrize('drifts, told', [([20e-6 * 0.75**k for k in range(12)], SLIPPING), ([8e-6] * 9 + [0] * 3, STICKING)])
+def test_an_object_that_turned_in_place_rests_if_the_drift_of_its_dots_ends_suddenly(drifts, told):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _turn_until_it_slips(face, states)
+    for drift in drifts:
+        found = states.update(_turned(face, 0, 0.6, drift), face.score)
+    assert np.mean(found[face.inside] == told) > 0.9
+
+
+def test_dots_that_creep_below_an_object_that_rested_after_it_turned_in_place_slip():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _turn_until_it_slips(face, states)
+    for drift in [8e-6] * 9 + [0] * 6 + [3e-6] * 2:
+        found = states.update(_turned(face, 0, 0.6, drift), face.score)
+    assert np.mean(found[face.inside] == SLIPPING) > 0.9
+
+
 def test_an_object_that_rested_after_gross_slip_in_place_and_turns_back_sticks():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
-    row, column = np.divmod(np.arange(SIDE**2), SIDE)
-    for frame in range(12):
-        slips = np.hypot(row - 6, column - 6) > 5 - frame / 2
-        states.update(_turned(face, np.where(slips, 0.002, 0.02)[:, None], np.where(slips, 0.6, 0.05 * frame)[:, None]), face.score)
+    _turn_until_it_slips(face, states)
     for turn in (0.016, 0.016, 0, 0, 0, -0.002, -0.005, -0.01, -0.02):
         found = states.update(_turned(face, turn, 0.6), face.score)
         assert turn >= 0 or np.mean(found[face.inside] == STICKING) > 0.95
