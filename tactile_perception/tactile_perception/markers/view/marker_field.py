@@ -119,19 +119,20 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
-    return _field(tracks, _arrays(tracks, len(rest_area)), rest_area, view)
+    return _field(_arrays(tracks, len(rest_area)), np.asarray(rest_area, float), view)
 
 
 def _arrays(tracks: DotTracks, count: int) -> tuple[np.ndarray, ...]:
     """ids, positions, displacements, areas and sigma. Raises BadArgument for ids that are not of a pattern of count markers."""
     if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
         raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
-    return tracks.id, tracks.uv, tracks.duv, tracks.area, tracks.sigma
+    return tracks.id, *(np.asarray(values, float) for values in (tracks.uv, tracks.duv, tracks.area, tracks.sigma))
 
 
-def _field(tracks: DotTracks, arrays: tuple[np.ndarray, ...], rest_area: np.ndarray, view: MarkerView) -> MarkerField:
-    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
-    count = len(tracks)
+def _field(arrays: tuple[np.ndarray, ...], rest_area: np.ndarray, view: MarkerView) -> MarkerField:
+    _, uv, duv, *_ = arrays
+    places, eyes = view.back_project(np.concatenate([uv, uv - duv]))
+    count = len(uv)
     return MarkerField(*_core.marker_field(*arrays, places[:count], places[count:], eyes[:count], rest_area,
                                            metres_per_px=view.metres_per_px))
 
@@ -161,7 +162,7 @@ class RestMarkers:
                                                                 most_frames=_FRAMES)
         if self._view is None or self._has_moved():
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return _field(tracks, arrays, self.area, self._view)
+        return _field(arrays, self.area, self._view)
 
     def _has_moved(self) -> bool:
         moved = np.abs(self.uv - self._view_uv)
