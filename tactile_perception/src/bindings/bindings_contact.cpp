@@ -206,7 +206,9 @@ py::array_t<double> with_smooth_edges(const py::object& score, int rows, int col
 // Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively, slid, drift.
 constexpr py::ssize_t OBJECT = 26;
 
-int frames_of(double number) { return number >= 0 ? static_cast<int>(std::min(number, 1e6)) : 0; }
+int frames_of(double number) {
+    return number >= 0 ? static_cast<int>(std::min(number, 1e6)) : 0;
+}
 
 std::vector<TouchingObject> objects_of(const Input<double>& rows) {
     std::vector<TouchingObject> objects(rows.length());

@@ -44,34 +44,26 @@ py::tuple followed(const py::object& id, const py::object& places, const py::obj
     return py::make_tuple(output(moved, {known.length(), 2}), output(frames_seen, {known.length()}));
 }
 
-// Markers of one frame, whose ids are those of a pattern.
+// Markers of one frame.
 struct Tracks {
     const Input<std::int64_t> id;
-    const Input<double> uv, duv, area, sigma;
+    const Input<double> uv, duv, area;
 
-    Tracks(const py::object& id_, const py::object& uv_, const py::object& duv_, const py::object& area_, const py::object& sigma_,
-           py::ssize_t markers)
-        : id(id_, "id", {ANY}),
-          uv(uv_, "uv", {id.length(), 2}),
-          duv(duv_, "duv", {id.length(), 2}),
-          area(area_, "area", {id.length()}),
-          sigma(sigma_, "sigma", {id.length()}) {
-        for (py::ssize_t i = 0; i < id.length(); ++i) within(id.data()[i], "id", 0, static_cast<double>(markers) - 1);
-    }
-    SeenTracks operator*() const { return {id.length(), id.data(), uv.data(), duv.data(), area.data(), sigma.data()}; }
+    Tracks(const py::object& id_, const py::object& uv_, const py::object& duv_, const py::object& area_)
+        : id(id_, "id", {ANY}), uv(uv_, "uv", {id.length(), 2}), duv(duv_, "duv", {id.length(), 2}), area(area_, "area", {id.length()}) {}
+    SeenTracks operator*() const { return {id.length(), id.data(), uv.data(), duv.data(), area.data()}; }
 };
 
 py::tuple followed_markers(const py::object& id, const py::object& uv, const py::object& duv, const py::object& area,
-                           const py::object& sigma, const py::object& known_uv, const py::object& known_area, const py::object& frames,
-                           double moved, double still, double most_frames) {
+                           const py::object& known_uv, const py::object& known_area, const py::object& frames, double moved, double still,
+                           double most_frames) {
     const Input<double> areas(known_area, "known_area", {ANY}), places(known_uv, "known_uv", {areas.length(), 2});
     const Input<double> counted(frames, "frames", {areas.length()});
     const py::ssize_t markers = areas.length();
-    const Tracks tracks(id, uv, duv, area, sigma, markers);
+    const Tracks tracks(id, uv, duv, area);
     const FollowedBy by{within(moved, "moved", 0, 1e6), within(still, "still", 0, 1e6), within(most_frames, "most_frames", 1, 1e9)};
-    UntouchedMarkers rest{{places.data(), places.data() + 2 * markers},
-                          {areas.data(), areas.data() + markers},
-                          {counted.data(), counted.data() + markers}};
+    UntouchedMarkers rest{
+        {places.data(), places.data() + 2 * markers}, {areas.data(), areas.data() + markers}, {counted.data(), counted.data() + markers}};
     {
         py::gil_scoped_release others_run;
         follow_markers(*tracks, by, rest);
@@ -84,13 +76,15 @@ py::tuple field_of_markers(const py::object& id, const py::object& uv, const py:
                            const py::object& known_area, double metres_per_px) {
     const Input<double> areas(known_area, "known_area", {ANY});
     const py::ssize_t markers = areas.length();
-    const Tracks tracks(id, uv, duv, area, sigma, markers);
+    const Tracks tracks(id, uv, duv, area);
     const py::ssize_t count = tracks.id.length();
+    for (py::ssize_t i = 0; i < count; ++i) within(tracks.id.data()[i], "id", 0, static_cast<double>(markers) - 1);
     const Input<double> places(now, "now", {count, 3}), untouched(rest, "rest", {count, 3}), eyes(eye, "eye", {count, 3});
+    const Input<double> noise(sigma, "sigma", {count});
     FieldArrays field;
     {
         py::gil_scoped_release others_run;
-        field = make_field(*tracks, {places.data(), untouched.data(), eyes.data(), metres_per_px}, areas.data(), markers);
+        field = make_field(*tracks, {places.data(), untouched.data(), eyes.data(), noise.data(), metres_per_px}, areas.data(), markers);
     }
     return py::make_tuple(output(field.rest, {markers, 2}), output(field.shift, {markers, 2}), output(field.growth, {markers}),
                           output(field.eye, {markers, 3}), output(field.sigma, {markers}), output(field.uv, {markers, 2}),
@@ -171,15 +165,15 @@ void bind_links(py::module_& module) {
         "Known places (K, 2) float64, moved towards places (N, 2) float64, px, of the dots id (N,) int64: to their mean over the first\n"
         "frames, afterwards by the share `slow`; and counts (K,) int64, the number of frames of each, increased. known_id: (K,) int64, "
         "rises.");
-    module.def("follow_markers", &followed_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"),
-               py::arg("known_uv"), py::arg("known_area"), py::arg("frames"), py::kw_only(), py::arg("moved"), py::arg("still"),
-               py::arg("most_frames"),
+    module.def("follow_markers", &followed_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("known_uv"),
+               py::arg("known_area"), py::arg("frames"), py::kw_only(), py::arg("moved"), py::arg("still"), py::arg("most_frames"),
                "Untouched positions (K, 2), px, mean areas (K,), px^2, and numbers of frames in the means (K,), updated with a frame's\n"
                "markers (N): see RestMarkers in markers/view/marker_field.py.");
-    module.def("marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"),
-               py::arg("now"), py::arg("rest"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
-               "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): now, rest: (N, 3) apparent\n"
-               "x, y, m, and area of a pixel, m^2; eye: (N, 3) m; known_area: (K,) px^2, untouched.");
+    module.def(
+        "marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"), py::arg("now"),
+        py::arg("rest"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
+        "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): now, rest: (N, 3) apparent\n"
+        "x, y, m, and area of a pixel, m^2; eye: (N, 3) m; known_area: (K,) px^2, untouched.");
     module.def("deviation_from_drift", &deviation, py::arg("places"), py::arg("motions"), py::arg("sigma"),
                "Whether more dots than outliers deviate from the common affine motion, or all moved farther than drift; and the largest\n"
                "deviation without outliers, px. places, motions: (N, 2) float64, px, motions NaN where unknown; sigma: (N,) float64, px "

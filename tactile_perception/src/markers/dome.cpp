@@ -69,27 +69,24 @@ Basis<MOST_TERMS> powers(double x, int count) {
     return basis;
 }
 
+// WIDTH of the sums of sum_rows, from `first` on.
+template <typename Numbers, std::size_t WIDTH>
+TACTILE_INLINE void sum_columns(const float* rows, int count, std::size_t size, const float* weights, float* sums, std::size_t first) {
+    constexpr std::size_t STRIDE = sizeof(Numbers) / sizeof(float);
+    Numbers sum[WIDTH] = {}, weight;
+    for (int m = 0; m < count; ++m) {
+        std::memcpy(&weight, weights + m * STRIDE, sizeof weight);
+        for (std::size_t k = 0; k < WIDTH; ++k) sum[k] += rows[m * size + first + k] * weight;
+    }
+    std::memcpy(sums + first * STRIDE, sum, sizeof sum);
+}
+
 // sums (size) of Numbers, one or SPAN floats side by side, = rows (count, size), transposed, times weights (count) of Numbers.
 template <typename Numbers>
 TACTILE_INLINE void sum_rows(const float* rows, int count, std::size_t size, const float* weights, float* sums) {
-    constexpr std::size_t STRIDE = sizeof(Numbers) / sizeof(float);
-    Numbers weight;
-    for (std::size_t first = 0; first < size;) {
-        const bool whole = first + SPAN <= size;
-        Numbers sum[SPAN] = {};
-        for (int m = 0; m < count; ++m) {
-            const float* row = rows + m * size + first;
-            std::memcpy(&weight, weights + m * STRIDE, sizeof weight);
-            if (whole) {
-                for (std::size_t k = 0; k < SPAN; ++k) sum[k] += row[k] * weight;
-            } else {
-                sum[0] += row[0] * weight;
-            }
-        }
-        const std::size_t done = whole ? SPAN : 1;
-        std::memcpy(sums + first * STRIDE, sum, done * sizeof weight);
-        first += done;
-    }
+    std::size_t first = 0;
+    for (; first + SPAN <= size; first += SPAN) sum_columns<Numbers, SPAN>(rows, count, size, weights, sums, first);
+    for (; first < size; ++first) sum_columns<Numbers, 1>(rows, count, size, weights, sums, first);
 }
 
 // The touch of a press on the mesh: direction of the meridian, distance from the axis, shift of the mesh (see shift_of in mesh.py) and its

@@ -9,10 +9,11 @@
 namespace tactile {
 
 void follow_markers(const SeenTracks& tracks, const FollowedBy& by, UntouchedMarkers& rest) {
+    const auto markers = static_cast<std::int64_t>(rest.area.size());
     for (std::int64_t i = 0; i < tracks.count; ++i) {
         const double *uv = tracks.uv + 2 * i, *duv = tracks.duv + 2 * i;
-        if (!std::isfinite(duv[0]) || !std::isfinite(duv[1])) continue;
         const std::int64_t k = tracks.id[i];
+        if (k < 0 || k >= markers || !std::isfinite(duv[0]) || !std::isfinite(duv[1])) continue;
         double* known = &rest.uv[2 * k];
         double &area = rest.area[k], &frames = rest.frames[k];
         bool same = true;
@@ -41,7 +42,7 @@ FieldArrays make_field(const SeenTracks& tracks, const ApparentMarkers& apparent
             field.uv[2 * k + axis] = tracks.uv[2 * i + axis], field.duv[2 * k + axis] = tracks.duv[2 * i + axis];
         }
         std::copy_n(apparent.eye + 3 * i, 3, &field.eye[3 * k]);
-        field.sigma[k] = tracks.sigma[i] * apparent.metres_per_px;
+        field.sigma[k] = apparent.sigma[i] * apparent.metres_per_px;
         field.area[k] = tracks.area[i];
         const double growth = std::log(tracks.area[i] / untouched_area[k] * (now[2] / rest[2]));
         field.growth[k] = std::isfinite(growth) ? growth : std::numeric_limits<double>::quiet_NaN();

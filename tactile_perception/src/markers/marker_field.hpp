@@ -7,12 +7,11 @@
 
 namespace tactile {
 
-// Markers seen in one frame (count): ids from 0 to those of the pattern; positions and displacements (count, 2), px; areas, px^2;
-// standard deviations, px.
+// Markers seen in one frame (count): ids; positions and displacements (count, 2), px; areas, px^2.
 struct SeenTracks {
     std::int64_t count;
     const std::int64_t* id;
-    const double *uv, *duv, *area, *sigma;
+    const double *uv, *duv, *area;
 };
 
 // Untouched markers of a pattern: positions (K, 2), px, and mean areas (K), px^2, NaN unknown; number of frames in the means (K).
@@ -26,12 +25,13 @@ struct FollowedBy {
     double frames;  // time constant of the mean area
 };
 
-// Updates the untouched markers with those of a frame whose displacement is known.
+// Updates the untouched markers with those of a frame whose displacement is known; other ids than those of the pattern are left out.
 void follow_markers(const SeenTracks& tracks, const FollowedBy& by, UntouchedMarkers& rest);
 
-// Apparent markers: now and untouched (count, 3): x, y, m, in the viewing plane and area of a pixel there, m^2; eyes (count, 3), m.
+// Apparent markers: now and untouched (count, 3): x, y, m, in the viewing plane and area of a pixel there, m^2; eyes (count, 3), m;
+// sigma (count), px, standard deviations of positions.
 struct ApparentMarkers {
-    const double *now, *rest, *eye;
+    const double *now, *rest, *eye, *sigma;
     double metres_per_px;
 };
 
@@ -40,7 +40,7 @@ struct FieldArrays {
     std::vector<double> rest, shift, growth, eye, sigma, uv, duv, area;
 };
 
-// The field of a pattern of markers; untouched_area: (markers), px^2.
+// The field of a pattern of markers, to which all ids belong; untouched_area: (markers), px^2.
 FieldArrays make_field(const SeenTracks& tracks, const ApparentMarkers& apparent, const double* untouched_area, std::int64_t markers);
 
 }  // namespace tactile

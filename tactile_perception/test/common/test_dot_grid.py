@@ -45,6 +45,13 @@ def test_normals_are_those_of_central_and_one_sided_differences(seed):
     np.testing.assert_allclose(grid_normals(xyz), normal / np.linalg.norm(normal, axis=2, keepdims=True), rtol=1e-12)
 
 
+def test_slopes_are_central_and_one_sided_at_gaps():
+    column, row = np.meshgrid(np.arange(5.0), np.arange(2.0))
+    normal = grid_normals(np.stack([column, row, np.tile([0.0, 1, 4, np.nan, 16], (2, 1))], axis=-1))
+    np.testing.assert_allclose(-normal[..., 0] / normal[..., 2], np.tile([1, 2, 3, np.nan, np.nan], (2, 1)), rtol=1e-12)
+    assert np.isnan(grid_normals(np.stack([column, row, column], axis=-1)[:1])).all()  # nothing tells the slope by row
+
+
 def test_normals_of_a_sphere(pad):
     normals = grid_normals(pad.rest.reshape(23, 23, 3)).reshape(-1, 3)
     true = (pad.rest - [0, 0, pad.cap.centre_z]) / pad.cap.curvature_radius

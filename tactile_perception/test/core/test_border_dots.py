@@ -13,9 +13,10 @@ PRINTED = {'places': UV, 'rc': RC + 3, 'member': ID % 3 > 0, 'before': UV + 1, '
 KNOWN = {'known_id': ID, 'known_places': UV - 1}
 SEEN = {'id': ID, 'places': UV, 'sigma': SIGMA, 'before_id': ID, 'before': UV}
 
-TRACKS = {'id': ID, 'uv': UV, 'duv': UV / 99, 'area': 50 + UV[:, 0], 'sigma': SIGMA}
+SEEN_MARKERS = {'id': ID, 'uv': UV, 'duv': UV / 99, 'area': 50 + UV[:, 0]}
 UNTOUCHED = {'known_uv': UV, 'known_area': 50 + UV[:, 1], 'frames': np.full(42, 3.0)}
-APPARENT = {'now': np.column_stack([UV, SIGMA]), 'rest': np.column_stack([UV, SIGMA]), 'eye': np.ones((42, 3)), 'known_area': 50 + UV[:, 1]}
+APPARENT = {'now': np.column_stack([UV, SIGMA]), 'rest': np.column_stack([UV, SIGMA]), 'eye': np.ones((42, 3)), 'sigma': SIGMA,
+            'known_area': 50 + UV[:, 1]}
 
 SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)
 REGIONS = {'image': np.repeat(np.repeat(SMALL, 2, 0), 2, 1), 'small': SMALL, 'labels': np.ones((20, 30), np.uint16),
@@ -34,7 +35,7 @@ def call_follow_drift(**arrays):
 
 def call_follow_markers(**arrays):
     """Untouched markers that follow."""
-    return _core.follow_markers(**TRACKS | UNTOUCHED | arrays, moved=0.3, still=0.3, most_frames=9)
+    return _core.follow_markers(**SEEN_MARKERS | UNTOUCHED | arrays, moved=0.3, still=0.3, most_frames=9)
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -49,8 +50,9 @@ CALLS = {
     'link_places': (lambda places=UV, dots=UV + 3: [_core.link_places(places, dots, gate=9.0)], {'places': UV, 'dots': UV + 3}),
     'nearest_others': (lambda places=UV: _core.nearest_others(places, count=4), {'places': UV}),
     'fit_blobs': (lambda **arrays: [_core.fit_blobs(**REGIONS | arrays, step=2)[0]], REGIONS),
-    'follow_markers': (call_follow_markers, TRACKS | UNTOUCHED),
-    'marker_field': (lambda **arrays: _core.marker_field(**TRACKS | APPARENT | arrays, metres_per_px=1e-4), TRACKS | APPARENT),
+    'follow_markers': (call_follow_markers, SEEN_MARKERS | UNTOUCHED),
+    'marker_field': (lambda **arrays: _core.marker_field(**SEEN_MARKERS | APPARENT | arrays, metres_per_px=1e-4),
+                     SEEN_MARKERS | APPARENT),
     'have_stayed': (lambda **arrays: [_core.have_stayed(**SEEN | arrays)], SEEN),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]

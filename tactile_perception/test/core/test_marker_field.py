@@ -36,12 +36,12 @@ def followed(id, uv, duv, area, known_uv, known_area, frames):
 @settings(max_examples=100, deadline=None)
 def test_untouched_markers_follow_those_that_are_still(seed, markers, unknown):
     rng = np.random.default_rng(seed + 1)
-    id, uv, duv, area, sigma = some_tracks(seed, markers, unknown)
+    id, uv, duv, area, _ = some_tracks(seed, markers, unknown)
     known_uv = np.full((markers, 2), np.nan)
     known_uv[id] = uv - duv + rng.normal(0, 0.2, duv.shape)
     frames = rng.integers(0, MOST + 1, markers).astype(float)
     known_area = np.where(frames > 0, rng.uniform(50, 60, markers), np.nan)
-    found = follow_markers(id, uv, duv, area, sigma, known_uv, known_area, frames, moved=MOVED, still=STILL, most_frames=MOST)
+    found = follow_markers(id, uv, duv, area, known_uv, known_area, frames, moved=MOVED, still=STILL, most_frames=MOST)
     for mine, expected in zip(found, followed(id, uv, duv, area, known_uv, known_area, frames)):
         np.testing.assert_array_equal(mine, expected)
 
@@ -62,3 +62,11 @@ def test_a_field_has_each_marker_at_its_id(seed, markers, unknown):
         whole = np.full((markers, *values.shape[1:]), np.nan)
         whole[id] = values
         np.testing.assert_allclose(mine, whole, rtol=1e-12)
+
+
+def test_markers_of_another_pattern_are_left_out():
+    known = np.zeros((2, 2)), np.full(2, 50.0), np.ones(2)
+    found = follow_markers(np.array([-1, 2]), np.ones((2, 2)), np.zeros((2, 2)), np.full(2, 60.0), *known, moved=MOVED, still=STILL,
+                           most_frames=MOST)
+    for mine, before in zip(found, known):
+        np.testing.assert_array_equal(mine, before)

@@ -11,7 +11,7 @@ namespace tactile {
 namespace {
 
 constexpr double HALF = 0.5;               // score of the border of a contact
-constexpr double CHANGE = 0.1;             // of the score. Chosen on simulated faces, rings and balls: 0.05 to 0.2 are alike
+constexpr double CHANGE = 0.1;             // of the score. Chosen on simulated and recorded faces and balls: 0.1 to 0.2 are alike
 constexpr std::ptrdiff_t SMALL_PATCH = 8;  // dots of a patch that is left as it is: a ball's first dots all stick out. Chosen
 
 }  // namespace

@@ -119,22 +119,17 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
-    return _field(_arrays(tracks, len(rest_area)), np.asarray(rest_area, float), view)
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
+        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {len(rest_area)} markers')
+    places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
+    now, rest = np.split(places, 2)
+    return MarkerField(*_core.marker_field(*_places(tracks), np.asarray(tracks.sigma, float), now, rest, eyes[:len(tracks)],
+                                           np.asarray(rest_area, float), metres_per_px=view.metres_per_px))
 
 
-def _arrays(tracks: DotTracks, count: int) -> tuple[np.ndarray, ...]:
-    """ids, positions, displacements, areas and sigma. Raises BadArgument for ids that are not of a pattern of count markers."""
-    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
-        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
-    return tracks.id, *(np.asarray(values, float) for values in (tracks.uv, tracks.duv, tracks.area, tracks.sigma))
-
-
-def _field(arrays: tuple[np.ndarray, ...], rest_area: np.ndarray, view: MarkerView) -> MarkerField:
-    _, uv, duv, *_ = arrays
-    places, eyes = view.back_project(np.concatenate([uv, uv - duv]))
-    count = len(uv)
-    return MarkerField(*_core.marker_field(*arrays, places[:count], places[count:], eyes[:count], rest_area,
-                                           metres_per_px=view.metres_per_px))
+def _places(tracks: DotTracks) -> tuple[np.ndarray, ...]:
+    """ids, positions, displacements and areas, as the kernels take them."""
+    return tracks.id, *(np.asarray(values, float) for values in (tracks.uv, tracks.duv, tracks.area))
 
 
 _MOVED = 0.3  # px: a reference that changed by more is a new one. Chosen
@@ -157,12 +152,11 @@ class RestMarkers:
 
     def field(self, tracks: DotTracks) -> MarkerField:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
-        arrays = _arrays(tracks, len(self.uv))
-        self.uv, self.area, self._frames = _core.follow_markers(*arrays, self.uv, self.area, self._frames, moved=_MOVED, still=_STILL,
-                                                                most_frames=_FRAMES)
+        self.uv, self.area, self._frames = _core.follow_markers(*_places(tracks), self.uv, self.area, self._frames, moved=_MOVED,
+                                                                still=_STILL, most_frames=_FRAMES)
         if self._view is None or self._has_moved():
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return _field(arrays, self.area, self._view)
+        return marker_field(tracks, self.area, self._view)
 
     def _has_moved(self) -> bool:
         moved = np.abs(self.uv - self._view_uv)
