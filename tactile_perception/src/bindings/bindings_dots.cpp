@@ -269,9 +269,9 @@ void bind_dots(py::module_& module) {
         py::kw_only(), py::arg("step"),
         "Large bright markers (N, 6) float64 of an image (H, W) uint8: u, v, px, area, px^2, standard deviation of u and v, px, grey\n"
         "levels over the ground, area over that of the ellipse with the same moments; and the edges' blur, px.\n\n"
-        "small: (h, w) uint8, the image reduced by step (1 or 2); labels: (h, w) uint16, its regions, grown by a pixel; box: (N, 4) "
-        "int32,\n"
-        "left, top, width, height, inside it by a pixel or more; centre: (N, 2) float64; label: (N,) uint16, of each region.");
+        "small: (h, w) uint8, the image reduced by step (1 or 2); labels: (h, w) uint16, its regions, which are grown by a pixel,\n"
+        "except where two would meet; box: (N, 4) int32, left, top, width, height, inside it by a pixel or more;\n"
+        "centre: (N, 2) float64; label: (N,) uint16, of each region.");
     module.def(
         "find_disc_peaks", &disc_peaks, py::arg("image"), py::arg("inside"), py::arg("support"), py::kw_only(), py::arg("least"),
         py::arg("apart"), py::arg("margin"), py::arg("radius"), py::arg("line"),

@@ -101,12 +101,20 @@ class _Moments:
         return 2 * np.sqrt(half + off), 2 * np.sqrt(np.maximum(half - off, 0))
 
 
+def _grown(labels):
+    """Labels (H, W) with each region grown by a pixel, except where two would meet."""
+    square, one = np.ones((3, 3), np.uint8), labels.dtype.type(1)
+    highest = cv2.dilate(labels, square)
+    lowest = cv2.erode(labels - one, square)  # the ground's 0 wraps round to the highest value
+    return highest * (highest - one == lowest)
+
+
 def _patches(grey, small, regions, step):
     """Patches (N, side, side) uint8 of the regions in the image and in the small one, 0 in other regions, and their corners (N, 2) px."""
     side = int(regions.box[:, 2:].max()) + 2  # px of the small image
     half = regions.box[:, :2] + regions.box[:, 2:] // 2 - side // 2  # corners
     padded = cv2.copyMakeBorder(grey, step * side, step * side + step, step * side, step * side + step, cv2.BORDER_REPLICATE)
-    labels = cv2.copyMakeBorder(regions.labels, side, side + 1, side, side + 1, cv2.BORDER_CONSTANT, value=0)
+    labels = cv2.copyMakeBorder(_grown(regions.labels), side, side + 1, side, side + 1, cv2.BORDER_CONSTANT, value=0)
     column, row = (half + side).T
     own = _squares(labels, row, column, side) == regions.label.astype(labels.dtype)[:, None, None]
     pixels = _squares(padded, step * row, step * column, step * side)

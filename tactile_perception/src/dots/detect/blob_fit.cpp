@@ -12,6 +12,7 @@
 #include "common/median.hpp"
 #include "common/pi.hpp"
 #include "common/wide.hpp"
+#include "dots/detect/grown_labels.hpp"
 
 namespace tactile {
 namespace {
@@ -112,7 +113,7 @@ TACTILE_WIDE void add_columns(const RegionRows& region, float* weight, float* by
 class Fitter {
  public:
     Fitter(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions)
-        : image_(image), small_(small), step_(step), labels_(labels), regions_(regions) {
+        : image_(image), small_(small), step_(step), labels_(grown_labels(labels, small.rows, small.columns)), regions_(regions) {
         for (const BlobRegion& region : regions) side_ = std::max({side_, region.width + 2, region.height + 2});
         for (int k = 0; k < RING; ++k) way_[k][0] = std::cos(k * PI / 6) / 2, way_[k][1] = std::sin(k * PI / 6) / 2;
     }
@@ -202,7 +203,7 @@ class Fitter {
         levels_.assign(rows * stride, 0);
         own_.assign(rows * stride, 0);
         for (std::ptrdiff_t row = 0; row < rows; ++row) {
-            const std::uint16_t* label = labels_ + (region.top - 1 + row / step_) * small_.columns + region.left - 1;
+            const std::uint16_t* label = labels_.data() + (region.top - 1 + row / step_) * small_.columns + region.left - 1;
             std::copy_n(image_.pixels + (top_row + row) * image_.columns + first, count, levels_.data() + row * stride);
             std::uint8_t* own = own_.data() + row * stride;
             if (row % step_ > 0) {
@@ -303,7 +304,7 @@ class Fitter {
 
     const Image &image_, &small_;
     const int step_;
-    const std::uint16_t* labels_;
+    const std::vector<std::uint16_t> labels_;  // grown by a pixel
     const std::vector<BlobRegion>& regions_;
     std::ptrdiff_t side_ = 0;                 // of the regions' patches, px of the small image
     double way_[RING][2];                     // samples of the ground from a region's centre, of its size

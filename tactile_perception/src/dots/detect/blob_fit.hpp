@@ -29,8 +29,8 @@ struct Blobs {
     double blur;  // px, standard deviation of the edges' blur; NaN without a marker
 };
 
-// Markers of an image that was reduced by step (1 or 2) to a small one, whose pixels have labels. Regions, grown by a pixel, must lie in
-// it.
+// Markers of an image that was reduced by step (1 or 2) to a small one, whose pixels have labels. Regions are grown by a pixel, and must
+// lie in it then.
 Blobs fit_blobs(const Image& image, const Image& small, int step, const std::uint16_t* labels, const std::vector<BlobRegion>& regions);
 
 }  // namespace tactile

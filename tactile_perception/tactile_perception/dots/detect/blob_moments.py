@@ -21,7 +21,7 @@ _SQUARE = np.ones((3, 3), np.uint8)
 @dataclass
 class Regions:
     """Regions inside a small image, px of it. box: (N, 4) left, top, width, height; centre: (N, 2); area: (N,); label: (N,); labels: (H, W)
-    uint16, regions dilated by a pixel, 0 ground."""
+    uint16, 0 ground."""
 
     box: np.ndarray
     centre: np.ndarray
@@ -42,15 +42,7 @@ def find_regions(mask: np.ndarray) -> Regions:
     left, top, right, bottom = *stats[:, :2].T, *(stats[:, :2] + stats[:, 2:4]).T
     whole = (left > 0) & (top > 0) & (right < width) & (bottom < height)
     kept = np.flatnonzero(whole & (stats[:, 4] > _LEAST * typical) & (stats[:, 4] < _MOST * typical))
-    return Regions(stats[kept, :4], centre[kept], stats[kept, 4], (kept + 1).astype(np.uint16), _dilated(labels))
-
-
-def _dilated(labels):
-    """Labels with each region dilated by a pixel, except where two would meet."""
-    one = labels.dtype.type(1)
-    highest = cv2.dilate(labels, _SQUARE)
-    lowest = cv2.erode(labels - one, _SQUARE)  # the ground's 0 wraps round to the highest value
-    return highest * (highest - one == lowest)
+    return Regions(stats[kept, :4], centre[kept], stats[kept, 4], (kept + 1).astype(np.uint16), labels)
 
 
 def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
@@ -92,6 +84,6 @@ class Blobs:
 
 def fit_blobs(grey: np.ndarray, small: np.ndarray, step: int, regions: Regions) -> Blobs:
     """Bright markers of an image (H, W) uint8 in regions of the small image, reduced by step (1 or 2), by moments of weights that rise
-    from ground to plateau on a marker's edge."""
+    from ground to plateau on a marker's edge. Regions are grown by a pixel, except where two would meet."""
     found, blur = fit_regions(grey, small, regions.labels, regions.box, regions.centre, regions.label, step=step)
     return Blobs(found[:, :2], found[:, 2], found[:, 3], found[:, 4], found[:, 5], blur)

@@ -43,7 +43,7 @@ class EyeShifts:
 
     def number(self, field: MarkerField) -> np.ndarray:
         """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""
-        return np.argmin(np.nan_to_num(np.linalg.norm(field.eye[:, None] - self.eyes, axis=2)), axis=1)
+        return np.argmin(np.square(field.eye[:, None] - self.eyes).sum(axis=2), axis=1)
 
 
 MOST_PLACES = 3        # used for the fit. Chosen: its time is in proportion

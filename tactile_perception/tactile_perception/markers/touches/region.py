@@ -8,12 +8,13 @@ from math import log
 import numpy as np
 
 from ...common.estimates import ContactRegionEstimate
+from ...common.vectors import cross
 from .touch import TouchEstimate
 from ..view.marker_field import MarkerField
 from ..view.sensor import MarkerSensor, dome_cap
 
 STICKING = 1
-_CORNERS = 36  # of an outline: the polygon has 0.5 % less area than the disc
+_TURNS = np.linspace(0, 2 * np.pi, 36, endpoint=False)[:, None]  # corners of an outline: the polygon has 0.5 % less area than the disc
 _STEEPEST = 0.95  # largest contact radius over tip radius; chosen, below a hemisphere's 1 where the slope is infinite
 _HALVINGS = 30  # of the bracket: to 1e-9 of it
 
@@ -51,11 +52,11 @@ def region_of(touches: list[TouchEstimate], field: MarkerField, sensor: MarkerSe
     tip is sticking; slip is not estimated.
     """
     known = np.flatnonzero(field.seen)
-    now = field.rest[known] + field.shift[known]
     state = np.zeros(len(known), np.uint8)
     estimate = ContactRegionEstimate(known, state)
     if not touches:
         return estimate
+    now = field.rest[known] + field.shift[known]
     discs = [_disc(touch, sensor, tip_radius) for touch in touches]
     for centre, radius, _ in discs:
         seen_at = _appears(centre, field.eye[known], sensor.plane_z)
@@ -86,6 +87,5 @@ def _appears(place: np.ndarray, eye: np.ndarray, plane_z: float) -> np.ndarray:
 
 
 def _circle(centre: np.ndarray, radius: float, normal: np.ndarray) -> np.ndarray:
-    angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
     along = np.array([normal[2], 0.0, -normal[0]]) / np.hypot(normal[0], normal[2])
-    return centre + radius * (np.cos(angle)[:, None] * along + np.sin(angle)[:, None] * np.cross(normal, along))
+    return centre + radius * (np.cos(_TURNS) * along + np.sin(_TURNS) * cross(normal, along))

@@ -20,7 +20,7 @@ def test_regions_of_markers_size_that_the_border_does_not_cut():
     regions = find_regions(mask)
     assert regions.centre[np.argsort(regions.centre @ [1, 1])].tolist() == [[20, 20], [60, 20], [60, 60]]
     assert regions.box[0].tolist() == [12, 12, 17, 17]
-    assert np.all(regions.labels[20, [11, 20]] == regions.label[0])  # grown by a pixel
+    assert np.all(regions.labels[20, [12, 20]] == regions.label[0]) and regions.labels[20, 11] == 0
     assert not len(find_regions(np.zeros((80, 120), np.uint8)))
 
 
