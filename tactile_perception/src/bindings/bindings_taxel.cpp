@@ -8,6 +8,7 @@
 #include "taxel/taxel_quiet.hpp"
 #include "taxel/taxel_regions.hpp"
 #include "taxel/taxel_registration.hpp"
+#include "taxel/taxel_response.hpp"
 #include "taxel/taxel_score.hpp"
 #include "taxel/taxel_shear.hpp"
 
@@ -116,7 +117,8 @@ py::tuple move_taxels(const py::object& drag, const py::object& touched, const p
                       reinterpret_cast<const std::uint8_t*>(contact.data()), pressed.data(), {m[0], m[1], m[2]});
     }
     return py::make_tuple(kept(std::move(found.drag), {2, rows, columns}), kept(std::move(found.pull), {2, rows, columns}),
-                          kept(std::move(found.slip), {2, rows, columns}), output(std::vector<double>{found.pulled[0], found.pulled[1]}, {2}));
+                          kept(std::move(found.slip), {2, rows, columns}),
+                          output(std::vector<double>{found.pulled[0], found.pulled[1]}, {2}));
 }
 
 py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py::object& spreads) {
@@ -133,7 +135,9 @@ py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py:
     return kept(std::move(found), {pulled.length(1), pulled.length(2)});
 }
 
-const std::uint8_t* marks(const Input<bool>& mask) { return reinterpret_cast<const std::uint8_t*>(mask.data()); }
+const std::uint8_t* marks(const Input<bool>& mask) {
+    return reinterpret_cast<const std::uint8_t*>(mask.data());
+}
 
 py::array_t<bool> mask_of(const std::vector<std::uint8_t>& marked, py::ssize_t rows, py::ssize_t columns) {
     py::array_t<bool> mask({rows, columns});
@@ -174,13 +178,49 @@ py::tuple responding_taxels(const py::object& change, const py::object& responde
     return py::make_tuple(mask_of(found.responded, rows, columns), mask_of(found.silent, rows, columns));
 }
 
-py::tuple load_of_taxels(const py::object& pressure, const py::object& labels) {
+py::array_t<float> pressure_of_taxels(const py::object& change, const py::object& by_gain, const std::array<double, 3>& scale,
+                                      double knee) {
+    const Input<float> changed(change, "change", {ANY, ANY});
+    const py::ssize_t rows = changed.length(0), columns = changed.length(1);
+    const Input<float> gain(by_gain, "by_gain", {rows, columns});
+    for (const double number : scale) within(number, "scale", 0, 1e30);
+    within(knee, "knee", 1e-30, 1e30);
+    const Curve curve{static_cast<float>(scale[0]), static_cast<float>(scale[1]), static_cast<float>(scale[2]), static_cast<float>(knee)};
+    std::vector<float> found;
+    {
+        py::gil_scoped_release others_run;
+        found = pressure_of(changed.data(), gain.data(), rows * columns, curve);
+    }
+    return kept(std::move(found), {rows, columns});
+}
+
+py::tuple undo_hysteresis(const py::object& pressure, const py::object& last, const py::object& hidden, double width, double crept,
+                          double smooth) {
+    const Input<float> shown(pressure, "pressure", {ANY, ANY});
+    const py::ssize_t rows = shown.length(0), columns = shown.length(1);
+    const Input<float> before(last, "last", {rows, columns}), behind(hidden, "hidden", {rows, columns});
+    within(rows, "pressure", 1, MOST_TAXELS);
+    within(columns, "pressure", 1, MOST_TAXELS);
+    within(width, "width", 0, 1e30);
+    within(crept, "crept", 0, 1);
+    within(smooth, "smooth", 1e-3, MOST_TAXELS);
+    Undone found;
+    {
+        py::gil_scoped_release others_run;
+        found =
+            undone(shown.data(), before.data(), behind.data(), rows, columns, static_cast<float>(width), static_cast<float>(crept), smooth);
+    }
+    return py::make_tuple(kept(std::move(found.load), {rows, columns}), kept(std::move(found.hidden), {rows, columns}));
+}
+
+py::tuple load_of_taxels(const py::object& pressure, const py::object& touched, int around) {
     const Input<float> pressed(pressure, "pressure", {ANY, ANY});
-    const Input<std::int32_t> inside(labels, "labels", {pressed.length(0), pressed.length(1)});
+    const Input<bool> contact(touched, "touched", {pressed.length(0), pressed.length(1)});
+    within(around, "around", 0, MOST_TAXELS);
     std::array<double, 3> found;
     {
         py::gil_scoped_release others_run;
-        found = load_of(pressed.data(), inside.data(), pressed.length(0), pressed.length(1));
+        found = load_of(pressed.data(), marks(contact), pressed.length(0), pressed.length(1), around);
     }
     return py::make_tuple(found[0], found[1], found[2]);
 }
@@ -258,7 +298,8 @@ void bind_taxels(py::module_& module) {
         py::arg("most"), py::arg("around"),
         "Regions where score (rows, columns) float32 exceeds level, at most so many, with the load of pressure (rows, columns) float32 in\n"
         "them and in the taxels around: labels (rows, columns) int32, 0 outside; the same, extended to the taxels around; whether there\n"
-        "are more regions; a table (R, 14): label, taxels, top, left, bottom, right, force, peak, integrals of 1, x, y, xx, xy, yy; and the\n"
+        "are more regions; a table (R, 14): label, taxels, top, left, bottom, right, force, peak, integrals of 1, x, y, xx, xy, yy; and "
+        "the\n"
         "outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
     module.def(
         "taxel_edges", &edges_of_taxels, py::arg("image"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
@@ -275,8 +316,10 @@ void bind_taxels(py::module_& module) {
     module.def(
         "taxel_move", &move_taxels, py::arg("drag"), py::arg("touched"), py::arg("pressure"), py::arg("shift"), py::kw_only(),
         py::arg("pitch"), py::arg("thickness"), py::arg("coupling"), py::arg("limit"), py::arg("on_top"), py::arg("sharp"),
-        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, and sums (2,) of the\n"
-        "traction, after an object moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; pressure: (rows, "
+        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, and sums (2,) of "
+        "the\n"
+        "traction, after an object moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; "
+        "pressure: (rows, "
         "columns)\n"
         "float32 Pa; pitch: m; thickness: taxels; coupling: of neighbours; limit: m/Pa, friction over shear stiffness; on_top, sharp: "
         "share\n"
@@ -289,29 +332,38 @@ void bind_taxels(py::module_& module) {
         "taxel_follow", &follow_taxels, py::arg("values"), py::arg("count"), py::arg("change"), py::arg("touched"), py::kw_only(),
         py::arg("around"), py::arg("frames"), py::arg("gain"),
         "Untouched values (rows, columns) float32 that follow the quiet part of change (rows, columns) float32 from them: the number of\n"
-        "quiet frames of each taxel, count, float32, and which are quiet, bool: finite, and none touched (rows, columns) bool within around\n"
+        "quiet frames of each taxel, count, float32, and which are quiet, bool: finite, and none touched (rows, columns) bool within "
+        "around\n"
         "taxels. They are the mean of the first frames quiet frames, and then follow by the part gain.");
     module.def(
         "taxel_responding", &responding_taxels, py::arg("change"), py::arg("responded"), py::kw_only(), py::arg("pressed"), py::arg("part"),
         "Which taxels have responded, (rows, columns) bool, by a change (rows, columns) float32 over pressed or in earlier frames,\n"
         "responded, bool; and which of the others are silent, bool: below part of both neighbours that respond, along a row or a column.");
     module.def(
-        "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("labels"),
-        "Sum, and its mean row and column, of pressure (rows, columns) float32 where labels (rows, columns) int32 are positive; the means "
-        "are\n"
-        "NaN unless the sum is positive.");
+        "taxel_pressure", &pressure_of_taxels, py::arg("change"), py::arg("by_gain"), py::kw_only(), py::arg("scale"), py::arg("knee"),
+        "Pressure (rows, columns) float32 of values c, change times by_gain, (rows, columns) float32: scale[0] c + scale[1] c |c| +\n"
+        "scale[2] c knee / (|c| + knee).");
     module.def(
-        "taxel_spread", &spread_of_taxels, py::arg("pressure"), py::arg("touched"), py::arg("direction"),
-        "Variance of the places of pressure (rows, columns) float32 along a direction (2,) float64 over that of the touched (rows, columns)\n"
-        "bool; NaN without load or width.");
+        "taxel_undone", &undo_hysteresis, py::arg("pressure"), py::arg("last"), py::arg("hidden"), py::kw_only(), py::arg("width"),
+        py::arg("crept"), py::arg("smooth"),
+        "The load (rows, columns) float32 behind pressure (rows, columns) float32 that is shown, and what of it is hidden, after last and\n"
+        "hidden (rows, columns) float32 of the last frame. width: half of the loop's, in the pressure's unit; crept: part of the hidden\n"
+        "load that is gone since; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
     module.def(
-        "taxel_without_traction", &taxels_without_traction, py::arg("pressure"), py::arg("traction"), py::kw_only(), py::arg("unit"),
-        "pressure (rows, columns) float32 without traction, float32, over unit, which at most doubles or cancels it.");
-    module.def(
-        "taxel_lagging", &lagging_taxels, py::arg("slips"), py::arg("touched"), py::arg("motion"), py::kw_only(), py::arg("pitch"),
-        py::arg("part"),
-        "Touched (rows, columns) bool taxels where slips, a list of (2, rows, columns) float32 m, sum up to more than part of the object's\n"
-        "motion (3,), m at the origin and rad; pitch: m.");
+        "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("touched"), py::kw_only(), py::arg("around"),
+        "Sum, and its mean row and column, of pressure (rows, columns) float32 over the touched (rows, columns) bool taxels and those\n"
+        "within around taxels of them along both axes; the means are NaN unless the sum is positive.");
+    module.def("taxel_spread", &spread_of_taxels, py::arg("pressure"), py::arg("touched"), py::arg("direction"),
+               "Variance of the places of pressure (rows, columns) float32 along a direction (2,) float64 over that of the touched (rows, "
+               "columns)\n"
+               "bool; NaN without load or width.");
+    module.def("taxel_without_traction", &taxels_without_traction, py::arg("pressure"), py::arg("traction"), py::kw_only(), py::arg("unit"),
+               "pressure (rows, columns) float32 without traction, float32, over unit, which at most doubles or cancels it.");
+    module.def("taxel_lagging", &lagging_taxels, py::arg("slips"), py::arg("touched"), py::arg("motion"), py::kw_only(), py::arg("pitch"),
+               py::arg("part"),
+               "Touched (rows, columns) bool taxels where slips, a list of (2, rows, columns) float32 m, sum up to more than part of the "
+               "object's\n"
+               "motion (3,), m at the origin and rad; pitch: m.");
     module.def(
         "steady_motion", &motion_of_places, py::arg("times"), py::arg("places"), py::kw_only(), py::arg("sigma"), py::arg("bound"),
         "Place (3,) and velocity (3,) at the last of rising times (N,) float64, s, by a line through the latest of places (N, 3) float64:\n"

@@ -102,6 +102,29 @@ TACTILE_WIDE void spread_largest(std::vector<float>& values, std::ptrdiff_t rows
     }
 }
 
+std::vector<std::uint8_t> spread_mask(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach) {
+    std::vector<std::uint8_t> along(rows * columns), near(rows * columns);
+    const Box box = box_around(mask, rows, columns);
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
+        std::ptrdiff_t marked = 0;  // columns before this one are done
+        for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
+            if (!mask[r * columns + c]) continue;
+            const std::ptrdiff_t last = std::min(c + reach + 1, columns);
+            const std::ptrdiff_t first = std::max<std::ptrdiff_t>({c - reach, marked, 0});
+            std::fill(along.begin() + r * columns + first, along.begin() + r * columns + last, 1);
+            marked = last;
+        }
+    }
+    const Box wide = box.grown(reach, rows, columns);
+    for (std::ptrdiff_t r = wide.top; r < wide.bottom; ++r) {
+        std::uint8_t* out = &near[r * columns];
+        for (std::ptrdiff_t at = std::max(r - reach, box.top); at < std::min(r + reach + 1, box.bottom); ++at) {
+            for (std::ptrdiff_t c = wide.left; c < wide.right; ++c) out[c] |= along[at * columns + c];
+        }
+    }
+    return near;
+}
+
 std::vector<Component> components(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns, bool by_corners,
                                   std::vector<std::int32_t>& labels) {
     labels.assign(rows * columns, 0);

@@ -28,6 +28,9 @@ void blur(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t column
 // values (rows, columns), each replaced in place by the largest within reach taxels along both axes.
 void spread_largest(std::vector<float>& values, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach);
 
+// Marks what is within reach taxels, along both axes, of what is not zero in mask (rows, columns).
+std::vector<std::uint8_t> spread_mask(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t reach);
+
 // One connected component.
 struct Component {
     Box box;

@@ -25,16 +25,15 @@ struct Sums {
 
 }  // namespace
 
-std::array<double, 3> load_of(const float* pressure, const std::int32_t* labels, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+std::array<double, 3> load_of(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
+                              std::ptrdiff_t around) {
+    const std::vector<std::uint8_t> near = spread_mask(touched, rows, columns, around);
+    const Box box = box_around(touched, rows, columns).grown(around, rows, columns);
     double sum = 0, down = 0, across = 0;
-    for (std::ptrdiff_t r = 0; r < rows; ++r) {
+    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
         double line = 0;
-        // Rows without a label are left quickly.
-        std::int32_t any = 0;
-        for (std::ptrdiff_t c = 0; c < columns; ++c) any |= labels[r * columns + c];
-        if (any == 0) continue;
-        for (std::ptrdiff_t c = 0; c < columns; ++c) {
-            if (labels[r * columns + c] <= 0) continue;
+        for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
+            if (!near[r * columns + c]) continue;
             const double load = pressure[r * columns + c];
             line += load;
             across += load * static_cast<double>(c);

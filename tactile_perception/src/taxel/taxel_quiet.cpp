@@ -12,30 +12,6 @@
 namespace tactile {
 namespace {
 
-// Marks the taxels within around taxels of a touched one along both axes.
-std::vector<std::uint8_t> grown(const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t around) {
-    std::vector<std::uint8_t> along(rows * columns), near(rows * columns);
-    const Box box = box_around(touched, rows, columns);
-    for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
-        std::ptrdiff_t marked = 0;  // columns before this one are done
-        for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
-            if (!touched[r * columns + c]) continue;
-            const std::ptrdiff_t last = std::min(c + around + 1, columns);
-            const std::ptrdiff_t first = std::max<std::ptrdiff_t>({c - around, marked, 0});
-            std::fill(along.begin() + r * columns + first, along.begin() + r * columns + last, 1);
-            marked = last;
-        }
-    }
-    const Box wide = box.grown(around, rows, columns);
-    for (std::ptrdiff_t r = wide.top; r < wide.bottom; ++r) {
-        std::uint8_t* out = &near[r * columns];
-        for (std::ptrdiff_t at = std::max(r - around, box.top); at < std::min(r + around + 1, box.bottom); ++at) {
-            for (std::ptrdiff_t c = wide.left; c < wide.right; ++c) out[c] |= along[at * columns + c];
-        }
-    }
-    return near;
-}
-
 // The frame's values, counts and quiet taxels, from those before; found.quiet: marks what is near a touched taxel.
 TACTILE_WIDE void follow(const float* change, std::ptrdiff_t taxels, float frames, float gain, Followed& found) {
     float *values = found.values.data(), *count = found.count.data();
@@ -65,7 +41,7 @@ TACTILE_WIDE void respond(const float* change, std::ptrdiff_t taxels, float pres
 Followed follow_quiet(const float* values, const float* count, const float* change, const std::uint8_t* touched, std::ptrdiff_t rows,
                       std::ptrdiff_t columns, std::ptrdiff_t around, double frames, float gain) {
     const std::ptrdiff_t taxels = rows * columns;
-    Followed found{{values, values + taxels}, {count, count + taxels}, grown(touched, rows, columns, around)};
+    Followed found{{values, values + taxels}, {count, count + taxels}, spread_mask(touched, rows, columns, around)};
     follow(change, taxels, static_cast<float>(frames), gain, found);
     return found;
 }
@@ -78,9 +54,7 @@ Responding responding(const float* change, const std::uint8_t* responded, std::p
     respond(change, taxels, pressed, found.responded.data(), loud.data());
     const Box box = box_around(loud.data(), rows, columns);
     // The lesser of two neighbours; 0 unless both respond.
-    const auto lesser = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
-        return loud[a] && loud[b] ? std::min(change[a], change[b]) : 0.0f;
-    };
+    const auto lesser = [&](std::ptrdiff_t a, std::ptrdiff_t b) { return loud[a] && loud[b] ? std::min(change[a], change[b]) : 0.0f; };
     for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
         for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
             const std::ptrdiff_t k = r * columns + c;

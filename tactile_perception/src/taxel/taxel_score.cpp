@@ -109,25 +109,45 @@ template <class Weight>
 std::optional<Level> fitted(const float* pressure, std::ptrdiff_t columns, const Box& box, Weight weight) {
     Level level{{}, 0.5 * static_cast<double>(box.top + box.bottom - 1), 0.5 * static_cast<double>(box.left + box.right - 1), 0};
     const double scale = 2.0 / static_cast<double>(std::max(box.rows(), box.columns()));
-    std::array<Six, 6> normal{};
-    Six sums{};
+    // Sums of w x^i y^j and of w value x^i y^j, row by row: those of x first.
+    std::array<std::array<double, 5>, 5> moments{};
+    std::array<std::array<double, 3>, 3> loads{};
     double square = 0;
     std::ptrdiff_t count = 0;
     for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
+        std::array<double, 5> along{};
+        std::array<double, 3> load{};
         for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
             const double w = weight(r, c), value = pressure[r * columns + c];
             if (!(w > 0)) continue;
-            const double y = scale * (static_cast<double>(r) - level.row), x = scale * (static_cast<double>(c) - level.column);
-            const Six terms{1, y, x, y * y, x * y, x * x};
-            for (int i = 0; i < 6; ++i) {
-                for (int j = 0; j <= i; ++j) normal[i][j] += w * terms[i] * terms[j];
-                sums[i] += w * terms[i] * value;
-            }
-            square += w * value * value;
+            const double x = scale * (static_cast<double>(c) - level.column), wx = w * x, wxx = wx * x, wxxx = wxx * x, wv = w * value;
+            along[0] += w;
+            along[1] += wx;
+            along[2] += wxx;
+            along[3] += wxxx;
+            along[4] += wxxx * x;
+            load[0] += wv;
+            load[1] += wv * x;
+            load[2] += wv * x * x;
+            square += wv * value;
             ++count;
+        }
+        const double y = scale * (static_cast<double>(r) - level.row);
+        double power = 1;
+        for (int j = 0; j < 5; ++j) {
+            for (int i = 0; i < 5 - j; ++i) moments[j][i] += power * along[i];
+            for (int i = 0; j < 3 && i < 3 - j; ++i) loads[j][i] += power * load[i];
+            power *= y;
         }
     }
     if (count < ENOUGH) return {};
+    constexpr int DOWN[] = {0, 1, 0, 2, 1, 0}, ACROSS[] = {0, 0, 1, 0, 1, 2};  // powers of y and x of each term
+    std::array<Six, 6> normal{};
+    Six sums{};
+    for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j <= i; ++j) normal[i][j] = moments[DOWN[i] + DOWN[j]][ACROSS[i] + ACROSS[j]];
+        sums[i] = loads[DOWN[i]][ACROSS[i]];
+    }
     level.mean = sums[0] / normal[0][0];
     for (int i = 0; i < 6; ++i) normal[i][i] += 1e-6 * static_cast<double>(count);
     const Six plane = solved(normal, sums, 3), bent = solved(normal, sums, 6);

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -58,13 +59,12 @@ def region_moments(surface: DotSurface, outlines: list[Outline], refine: int = R
 
 def joined(loops: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (M, C) of polygons, and the first one of each, and M, (L + 1,)."""
-    start = np.zeros(len(loops) + 1, np.int64)
-    np.cumsum([len(loop) for loop in loops], out=start[1:])
+    start = np.array([0, *accumulate(len(loop) for loop in loops)], np.int64)
     return (loops[0] if len(loops) == 1 else np.concatenate(loops)), start
 
 
 def axes(moments: Moments, loops: list[np.ndarray], pitch: float) -> tuple[float, float, float]:
     """Full lengths (m) of the ellipse of the same moments, and its direction (rad), NaN where it is not significant against the errors of
     the outline and holes loops, (M, 3) each."""
-    sums = np.concatenate([[moments.area], moments.first[:2], moments.second])
+    sums = np.array([moments.area, *moments.first[:2].tolist(), *moments.second.tolist()])
     return tuple(_core.region_axes(sums, *joined(loops), pitch=pitch).tolist())

@@ -171,7 +171,7 @@ class TaxelEstimator:
         frame = self.array.frame(values)
         if not np.isfinite(frame).any():
             raise BadFrame('taxel image holds no finite value; frame skipped')
-        if not np.isfinite(stamp_s) or (self._stamp_s is not None and stamp_s <= self._stamp_s):
+        if not math.isfinite(stamp_s) or (self._stamp_s is not None and stamp_s <= self._stamp_s):
             raise BadFrame(f'taxels: stamp {stamp_s} s is not later than the last; frame skipped')
         interval = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
@@ -183,9 +183,9 @@ class TaxelEstimator:
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         full = frame >= _FULL * self.array.full_scale
-        slip, motion = self._method.slip(regions, surface, stamp_s, bool((full & regions.touched).any()) if regions.all else False)
+        saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
+        slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))
         tracked = self._tracker.assign(regions, _AT_ONCE * noise)
-        saturated = [_any_in(full, region, regions) for region in regions.all]
         normal = self._normal_forces(regions, saturated)
         contacts = [self._contact(*one, regions) for one in zip(regions.all, tracked, normal, saturated) if one[1].told]
         region = self._region(regions, motion, interval)
@@ -209,16 +209,16 @@ class TaxelEstimator:
         if saturated:
             return float(np.fmax(by_pressure, by_depth))
         first, second = (by_depth, by_pressure) if self.settings.method == 'paper' else (by_pressure, by_depth)
-        return first if np.isfinite(first) else second
+        return first if math.isfinite(first) else second
 
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
-            return np.zeros(6) if self.settings.response.known or np.isfinite(self.grasped.depth) else np.full(6, np.nan)
+            return np.zeros(6) if self.settings.response.known or math.isfinite(self.grasped.depth) else np.full(6, np.nan)
         mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         if self.settings.response.known:
             mean = under_friction(mean, sum(normal), self._friction(), self.pad)
         contact = regions.total.centroid.copy()
-        contact[2] = -self.grasped.depth if np.isfinite(self.grasped.depth) else 0.0
+        contact[2] = -self.grasped.depth if math.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)
 
     def _friction(self) -> np.ndarray:
@@ -229,12 +229,12 @@ class TaxelEstimator:
     def _points(self, regions: Regions, surface: np.ndarray, normal: list[float], slip: SlipEstimate, motion: ImprintMotion | None):
         """The SurfacePoints of one frame."""
         in_pascal = self.settings.response.known
-        forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or np.isfinite(self.grasped.depth)))
+        forces = taxel_forces(regions, surface, normal, not regions.broken and (in_pascal or math.isfinite(self.grasped.depth)))
         return taxel_points(self.array, self.pad, surface, in_pascal, forces, taxel_states(regions, slip, motion))
 
     def _contact(self, region: TaxelRegion, tracked: TrackedContact, normal: float, saturated: bool, regions: Regions):
         depth = self.grasped.depth
-        if not np.isfinite(depth) and self.settings.response.known:
+        if not math.isfinite(depth) and self.settings.response.known:
             depth = region.peak * self.pad.thickness / self.pad.stiffness
         position = region.moments.centroid.copy()
         position[2] = -depth

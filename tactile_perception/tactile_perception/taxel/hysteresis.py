@@ -7,8 +7,11 @@ load that rests.
 """
 from __future__ import annotations
 
-import cv2
+import math
+
 import numpy as np
+
+from .._core import taxel_undone
 
 _WIDTHS, _RELAXATIONS = np.linspace(0, 0.1, 41), np.geomspace(0.05, 10, 17)  # of the largest load; s: tried in the fit. Chosen
 _BETTER = 0.7  # of the residuals without a loop, below which those with one must be. Chosen: noise alone gains a few percent
@@ -50,7 +53,7 @@ class Hysteresis:
     """Undoes play frame by frame. width: Pa, half of the loop's; relaxation: s."""
 
     def __init__(self, width: float, relaxation: float):
-        self._width, self._relaxation = np.float32(width), relaxation
+        self._width, self._relaxation = width, relaxation
         self.reset()
 
     def reset(self) -> None:
@@ -67,7 +70,7 @@ class Hysteresis:
         if self._last is None:
             self._last, self._hidden = pressure, np.zeros_like(pressure)
             return pressure
-        crept = self._hidden * np.float32(-np.expm1(-interval_s / self._relaxation))
-        self._hidden = np.clip(self._hidden + (pressure - self._last) - crept - crept, -self._width, self._width)
+        load, self._hidden = taxel_undone(pressure, self._last, self._hidden, width=self._width,
+                                          crept=-math.expm1(-interval_s / self._relaxation), smooth=_SMOOTH)
         self._last = pressure
-        return pressure + cv2.GaussianBlur(self._hidden, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+        return load

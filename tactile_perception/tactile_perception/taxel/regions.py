@@ -76,10 +76,14 @@ def joined(regions: Regions, reach: float, light: float) -> Regions:
     if len(regions.all) < 2 or regions.broken:
         return regions
     weak = [region.label for region in regions.all if region.peak < light]
-    meet = _grown(regions.touched, 0.5 * reach)
+    box = tuple(slice(max(min(side.start for side in sides) - round(reach), 0), max(side.stop for side in sides) + round(reach))
+                for sides in zip(*(region.box for region in regions.all)))
+    labels = regions.labels[box]
+    meet = _grown(labels > 0, 0.5 * reach)
     if len(weak) > 1:
-        meet |= _grown(np.isin(regions.labels, weak), reach)
-    _, numbers = cv2.connectedComponents(meet)
+        meet |= _grown(np.isin(labels, weak), reach)
+    numbers = np.zeros(regions.labels.shape, np.int32)
+    _, numbers[box] = cv2.connectedComponents(meet)
     groups: dict[int, list[TaxelRegion]] = {}
     for region in regions.all:
         group = numbers[region.box][regions.labels[region.box] == region.label][0]

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .._core import taxel_pressure
 from ..errors import BadArgument, BadCalibration
 
 _KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone). Chosen
@@ -45,17 +46,13 @@ class Response:
                               f'{self.relaxation}')
 
     @cached_property
-    def _by_gain(self) -> np.ndarray | np.float32:
-        return np.float32(1) if self.gain is None else (1 / self.gain).astype(np.float32)
+    def _by_gain(self) -> np.ndarray | None:
+        return None if self.gain is None else (1 / self.gain).astype(np.float32)
 
     def pressure(self, change: np.ndarray) -> np.ndarray:
-        """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) float32 of the values."""
-        value = change * self._by_gain
-        first, second, third = np.float32(self.scale)
-        if not (second or third):
-            return value * first
-        size, knee = np.abs(value), np.float32(self.knee)
-        return value * (first + second * size + third * knee / (size + knee))
+        """Pressure (rows, columns) float32, Pa if known, for change (rows, columns) of the values."""
+        by_gain = np.ones(change.shape, np.float32) if self._by_gain is None else self._by_gain
+        return taxel_pressure(np.asarray(change, np.float32), by_gain, scale=self.scale, knee=self.knee)
 
     def slope(self, value: float) -> float:
         """Derivative of pressure, Pa per unit, at a change of value."""

@@ -8,7 +8,7 @@ from tactile_perception import _core
 
 SCORE = np.add.outer(np.linspace(0, 1, 8), np.linspace(-0.4, 0.4, 9)).astype(np.float32)
 PRESSURE = np.float32(3e4) * SCORE
-TOUCHED, LABELS, SLIP = SCORE > 0.5, (SCORE > 0.5).astype(np.int32), np.stack([SCORE, -SCORE])
+TOUCHED, SLIP = SCORE > 0.5, np.stack([SCORE, -SCORE])
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
@@ -19,8 +19,12 @@ CALLS = {
                      {'values': SCORE, 'count': PRESSURE, 'change': SCORE, 'touched': TOUCHED}),
     'taxel_responding': (lambda change=SCORE, responded=TOUCHED: _core.taxel_responding(change, responded, pressed=0.1, part=0.5),
                          {'change': SCORE, 'responded': TOUCHED}),
-    'taxel_load': (lambda pressure=PRESSURE, labels=LABELS: np.array(_core.taxel_load(pressure, labels))[None],
-                   {'pressure': PRESSURE, 'labels': LABELS}),
+    'taxel_load': (lambda pressure=PRESSURE, touched=TOUCHED: np.array(_core.taxel_load(pressure, touched, around=2))[None],
+                   {'pressure': PRESSURE, 'touched': TOUCHED}),
+    'taxel_pressure': (lambda change=SCORE, by_gain=PRESSURE: [_core.taxel_pressure(change, by_gain, scale=(1.0, 2.0, 3.0), knee=0.1)],
+                       {'change': SCORE, 'by_gain': PRESSURE}),
+    'taxel_undone': (lambda pressure=PRESSURE, last=SCORE, hidden=SCORE: _core.taxel_undone(
+        pressure, last, hidden, width=5.0, crept=0.1, smooth=1.0), {'pressure': PRESSURE, 'last': SCORE, 'hidden': SCORE}),
     'taxel_spread': (lambda pressure=PRESSURE, touched=TOUCHED, direction=np.ones(2): [
         np.float64(_core.taxel_spread(pressure, touched, direction))], {'pressure': PRESSURE, 'touched': TOUCHED, 'direction': np.ones(2)}),
     'taxel_without_traction': (lambda pressure=PRESSURE, traction=SCORE: [_core.taxel_without_traction(pressure, traction, unit=2.0)],

@@ -30,8 +30,8 @@ def test_unseen_weights_on_a_stamp():
 
 def test_slope_is_the_pressures():
     response = Response((500.0, 0.8, 2000.0), 5.0)
-    step = response.pressure(np.array([[10.001]])) - response.pressure(np.array([[9.999]]))
-    assert response.slope(10.0) == pytest.approx(step[0, 0] / 0.002, rel=1e-3)
+    step = response.pressure(np.array([[10.25]])) - response.pressure(np.array([[9.75]]))
+    assert response.slope(10.0) == pytest.approx(step[0, 0] / 0.5, rel=1e-3)
 
 
 def test_one_weight_is_not_enough():
