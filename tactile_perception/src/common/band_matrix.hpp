@@ -8,10 +8,10 @@
 
 namespace tactile {
 
-// Entries (i, j) with |i - j| <= half, in single precision; a margin of zeros lets four pivots be taken at a time.
+// Entries (i, j) with |i - j| <= half, in single precision; a margin of zeros lets a block of pivots be taken at a time.
 class BandMatrix {
  public:
-    static constexpr std::ptrdiff_t PIVOTS = 4;
+    static constexpr std::ptrdiff_t PIVOTS = 8;
 
     BandMatrix(std::ptrdiff_t size, std::ptrdiff_t half)
         : size_(size), half_(half), width_(2 * (half + PIVOTS) + 1), value_(static_cast<std::size_t>(size * width_)) {}

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/band_matrix.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -29,6 +30,7 @@ constexpr int EARLY = 6;           // ... among the first so many ones (later on
 constexpr double SHRINKS = 0.2;    // ... as long as each is at most this part of the one before ...
 constexpr double FINAL = 2e-8;     // m: ... down to this, which tells the force as exactly as a Newton step of SETTLED. Chosen
 constexpr double STRIDE = 1.5e-3;  // m: limit of a Newton step. Chosen
+constexpr double LOST = 4e-3;      // m: after a larger Newton step of a tip that slides, the sheet has wrinkled. Chosen
 
 constexpr int POINTS = 4, SPLINES = 9;
 
@@ -138,14 +140,43 @@ using Products = float[PAIRS];
 // Stiffness of an element by the displacement of its splines, by components k and l of force and displacement.
 using ElementMatrix = Products[3][3];
 
-void multiply(const double* a, const double* b, Products& product) {
+TACTILE_INLINE void multiply(const double* a, const double* b, Products& product) {
     for (int i = 0; i < SPLINES; ++i)
         for (int j = 0; j < SPLINES; ++j) product[SPLINES * i + j] = static_cast<float>(a[i] * b[j]);
 }
 
-void add_multiple(double factor, const Products& product, Products& sum) {
-    const auto share = static_cast<float>(factor);
+TACTILE_INLINE void add_multiple(float share, const Products& product, Products& sum) {
     for (int m = 0; m < PAIRS; ++m) sum[m] += share * product[m];
+}
+
+// Splines at a point: derivatives by x and y, and Laplacian, (SPLINES,) each.
+struct PointSplines {
+    const double *by_x, *by_y, *laplacian;
+};
+
+// Adds the stiffness of the membrane (tangent (2, 3, 2, 3)) and of its bending at a point with this weight.
+TACTILE_WIDE void add_stiffness(const PointSplines& at, double weight, const double tangent[2][3][2][3], double bending,
+                                Products (*stiffness)[3]) {
+    Products xx = {}, xy = {}, yx = {}, yy = {}, curve = {};
+    multiply(at.by_x, at.by_x, xx), multiply(at.by_x, at.by_y, xy), multiply(at.by_y, at.by_x, yx), multiply(at.by_y, at.by_y, yy);
+    multiply(at.laplacian, at.laplacian, curve);
+    for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l) {
+            float share[4];
+            for (int e = 0; e < 4; ++e) share[e] = static_cast<float>(weight * tangent[e / 2][k][e % 2][l]);
+            float* sum = stiffness[k][l];
+            for (int m = 0; m < PAIRS; ++m) sum[m] += (share[0] * xx[m] + share[1] * xy[m]) + (share[2] * yx[m] + share[3] * yy[m]);
+        }
+        add_multiple(static_cast<float>(bending), curve, stiffness[k][k]);
+    }
+}
+
+// Adds the stiffness of contact (tangent (3, 3)) at a point with this weight and values (SPLINES,) of the splines.
+TACTILE_WIDE void add_contact_stiffness(const double* value, double weight, const double tangent[3][3], Products (*stiffness)[3]) {
+    Products both = {};
+    multiply(value, value, both);
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) add_multiple(static_cast<float>(weight * tangent[k][l]), both, stiffness[k][l]);
 }
 
 class Press {
@@ -192,7 +223,7 @@ class Press {
             matrix_.solve(residual_.data());
             double largest = 0;
             for (const double step : residual_) largest = std::isfinite(step) ? std::max(largest, std::abs(step)) : INFINITY;
-            if (!std::isfinite(largest)) return false;
+            if (!std::isfinite(largest) || (load_.slides && largest > LOST)) return false;
             const double length = std::min(turn < WHOLE ? 1.0 : 0.5, STRIDE / std::max(largest, 1e-12));
             for (std::ptrdiff_t i = 0; i < inner_; ++i)
                 for (std::ptrdiff_t j = 0; j < 3 * inner_; ++j) u_[3 * ((i + 1) * side_ + 1) + j] -= length * residual_[3 * i * inner_ + j];
@@ -243,19 +274,7 @@ class Press {
         membrane(edges, load_.squeeze, stress, tangent);
         for (int i = 0; i < SPLINES; ++i)
             for (int k = 0; k < 3; ++k) force[i][k] += weight * (by_x[i] * stress[0][k] + by_y[i] * stress[1][k]) + bend[k] * laplacian[i];
-        if (!stiffness) return;
-        Products xx = {}, xy = {}, yx = {}, yy = {}, curve = {};
-        multiply(by_x, by_x, xx), multiply(by_x, by_y, xy), multiply(by_y, by_x, yx), multiply(by_y, by_y, yy);
-        multiply(laplacian, laplacian, curve);
-        for (int k = 0; k < 3; ++k) {
-            for (int l = 0; l < 3; ++l) {
-                float share[4];
-                for (int e = 0; e < 4; ++e) share[e] = static_cast<float>(weight * tangent[e / 2][k][e % 2][l]);
-                float* sum = stiffness[k][l];
-                for (int m = 0; m < PAIRS; ++m) sum[m] += (share[0] * xx[m] + share[1] * xy[m]) + (share[2] * yx[m] + share[3] * yy[m]);
-            }
-            add_multiple(bending, curve, stiffness[k][k]);
-        }
+        if (stiffness) add_stiffness({by_x, by_y, laplacian}, weight, tangent, bending, stiffness);
     }
 
     void add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], Products (*stiffness)[3]) {
@@ -275,11 +294,7 @@ class Press {
         for (int k = 0; k < 3; ++k) wrench_[k] -= weight * push[k], wrench_[3 + k] -= weight * moment[k];
         for (int i = 0; i < SPLINES; ++i)
             for (int k = 0; k < 3; ++k) force[i][k] += weight * value[i] * push[k];
-        if (!stiffness) return;
-        Products both = {};
-        multiply(value, value, both);
-        for (int k = 0; k < 3; ++k)
-            for (int l = 0; l < 3; ++l) add_multiple(weight * touch.tangent[k][l], both, stiffness[k][l]);
+        if (stiffness) add_contact_stiffness(value, weight, touch.tangent, stiffness);
     }
 
     // Adds an element's forces and stiffness to those of the sheet's free splines.

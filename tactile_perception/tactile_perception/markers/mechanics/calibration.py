@@ -28,7 +28,6 @@ QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
 FEWEST_TOUCHING = 6   # presses needed. Chosen
 MOST_SQUARES = 9.0    # limit of normalised squared errors: outliers beyond three sigmas count no more
 FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
-QUICK = {'n': 8, 'order': 3, 'levels': 6, 'substeps': 2}  # for cross-validation, in a third of the time
 
 
 @dataclass(frozen=True)
@@ -78,24 +77,23 @@ class SheetCalibration:
             raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
 
-def calibrate_sheet(presses: Presses, sensor: MarkerSensor, fineness: Mapping = FINE,
-                    start: SheetNumbers | None = None) -> SheetCalibration:
-    """Calibrate a sheet from presses by one round tip; start: initial parameters. Raises BadCalibration where the presses do not determine
-    them.
+def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibration | None = None) -> SheetCalibration:
+    """Calibrate a sheet from presses by one round tip; known: a calibration whose library and identified parameters are taken. Raises
+    BadCalibration where the presses do not determine them.
     """
     if not sensor.is_sheet or presses.touching.sum() < FEWEST_TOUCHING:
         raise BadCalibration(f'the sheet model needs a flat sheet and {FEWEST_TOUCHING} presses at known places, got '
                              f'{presses.touching.sum()} on {sensor.type}')
     half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
-    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **fineness)
+    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **FINE)
     usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
     if usable.sum() < FEWEST_TOUCHING:
         raise BadCalibration(f'{usable.sum()} presses are farther than {least_length(plan.scale) * 1e3:.1f} mm from the clamp; '
                              f'{FEWEST_TOUCHING} are needed')
     straight = usable & presses.straight()
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
-    numbers = fit_numbers(touching, plan, start)
-    library = build_library(replace(plan, radius=numbers.radius), numbers.material)
+    numbers = fit_numbers(touching, plan) if known is None else known.found
+    library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
     fields = [numbers.eyes.shifted(field) for field in touching.fields]
     truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]

@@ -82,21 +82,21 @@ class SheetNumbers:
                 f'bending {self.material.bending:.1e} m^2')
 
 
-def fit_numbers(presses: Presses, plan: LibraryPlan, start: SheetNumbers | None = None) -> SheetNumbers:
+def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
     """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
 
-    start: initial parameters, as from other presses of the same sheet and tip. Gauss-Newton with a Jacobian by finite differences at the
-    start and at convergence and Broyden updates in between; on a coarse mesh but for the last step.
+    Gauss-Newton with a Jacobian by finite differences at the start and at convergence and Broyden updates in between; on a coarse mesh but
+    for the last step.
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
     groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
     coarse = {name: min(value, getattr(plan, name)) for name, value in COARSE.items()}
     fit = _NumbersFit(groups, marker, replace(plan, **coarse), eyes)
-    descent = _GaussNewton(fit, start)
+    descent = _GaussNewton(fit)
     for turn in range(ROUNDS):
         _log.info('sheet identification, iteration %d of at most %d: %s, misfit %.3g', turn + 1, ROUNDS,
                   fit.numbers(descent.values).summary(), descent.misfit)
-        if descent.step() < SETTLED and (start is not None or not descent.renew()):
+        if descent.step() < SETTLED and not descent.renew():
             break
     fine = _NumbersFit(groups, marker, plan, eyes)
     return fine.numbers(descent.last(fine))
@@ -215,11 +215,11 @@ def _solve(plan: LibraryPlan, what: tuple[SheetNumbers, Presses]) -> np.ndarray:
 class _GaussNewton:
     """Gauss-Newton iteration."""
 
-    def __init__(self, fit: _NumbersFit, start: SheetNumbers | None):
+    def __init__(self, fit: _NumbersFit):
         middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
         self.middle = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
         self.prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
-        self._fit, self.values = fit, self.middle if start is None else start.values()
+        self._fit, self.values = fit, self.middle
         self._residual = fit.residual(self.values)
         self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .calibration import QUICK, SheetCalibration, calibrate_sheet
+from .calibration import SheetCalibration, calibrate_sheet
 from .matched_filter import SheetStart
 from .projection import Press
 from .reduced_model import SheetLibrary
@@ -141,8 +141,9 @@ class SheetModelMethod:
 
     @classmethod
     def fit_quickly(cls, presses: Presses, sensor: MarkerSensor, fitted: Mapping) -> dict:
-        """As fit, on a coarser mesh and from the parameters fitted to more presses of the same sheet: faster, slightly less accurate."""
-        return calibrate_sheet(presses, sensor, QUICK, SheetCalibration.from_numbers(fitted).found).numbers()
+        """As fit, with the simulated library of more presses of the same sheet, which a few numbers determine; its noise and its remaining
+        errors are those of these presses."""
+        return calibrate_sheet(presses, sensor, SheetCalibration.from_numbers(fitted)).numbers()
 
     @classmethod
     def from_fitted(cls, fitted: Mapping, sensor: MarkerSensor) -> SheetModelMethod:

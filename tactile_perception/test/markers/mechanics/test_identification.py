@@ -73,7 +73,7 @@ class Slippery:
 
 
 def test_presses_that_ask_for_endless_friction_end_at_a_possible_one():
-    descent = _GaussNewton(Slippery(), None)
+    descent = _GaussNewton(Slippery())
     for _ in range(12):
         descent.step()
     _, stretch, friction, bending = np.exp(descent.values[:4])

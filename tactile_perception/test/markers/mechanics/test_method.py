@@ -15,6 +15,7 @@ from tactile_perception.markers.mechanics.matched_filter import SheetStart
 from tactile_perception.markers.mechanics.method import STANDS_OUT, SheetModelMethod, SheetPresses, Tip, tips_of
 from tactile_perception.markers.mechanics.projection import Press
 from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, show
+from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
 
 NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
@@ -182,6 +183,17 @@ def test_the_calibration_file_keeps_it():
     field = field_of(pressed(0.012, -0.007, 4e-3, 8e-3), 5e-6, 5e-3)
     again, = SheetModelMethod.from_fitted(fitted, SENSOR).estimate(field)
     assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
+
+
+@pytest.mark.full
+def test_a_fold_keeps_the_simulated_presses_and_has_errors_of_its_own():
+    at = np.array([(x, y, depth) for x, y in ((0.0, 0.0), (0.012, 0.007), (-0.010, 0.006)) for depth in (3e-3, 5e-3)])
+    fields = tuple(field_of(pressed(*where), 2e-5, 5e-3, seed) for seed, where in enumerate(at))
+    unknown = np.full((len(at), 6), np.nan)
+    presses = Presses(fields, at * [1, 1, -1], at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
+    again = SheetCalibration.from_numbers(SheetModelMethod.fit_quickly(presses, SENSOR, CALIBRATION.numbers()))
+    assert again.found.material == MATERIAL and again.library.plan == library().plan
+    assert again.noise != CALIBRATION.noise and again.deepest == pytest.approx(5e-3)
 
 
 def test_a_broken_calibration_is_refused():
