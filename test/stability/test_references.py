@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from hard_geometry import CAMERA, CAP, MATRIX, SIGMA, _moved, _side, cloud  # noqa: E402
 from tactile_perception.common.contour import region_outlines  # noqa: E402
 from tactile_perception.common.dot_surface import DotSurface  # noqa: E402
-from tactile_perception.common.region_moments import axes, region_moments  # noqa: E402
+from tactile_perception.common.region_moments import axes  # noqa: E402
 from tactile_perception.common.rigid_motion import fit_rigid  # noqa: E402
 from tactile_perception.common.rotations import quaternion, rotation_matrix, rotation_vector  # noqa: E402
 from tactile_perception.common.slip import planar_twist  # noqa: E402
@@ -137,9 +137,8 @@ def ellipse_of_dots():
     radius = np.hypot(along / 6e-3, across / 3.5e-3)
     score = np.clip(0.5 + (1 - radius) * 4.2, 0, 1)
     surface = DotSurface(np.stack([x, y, 0 * x], axis=-1))
-    outlines = region_outlines(score, surface)
-    (found, *_), _ = region_moments(surface, outlines)
-    major, minor, angle = axes(found, outlines[0].loops, 1e-3)
+    (outline, *_), (found, *_), _ = region_outlines(score, surface)
+    major, minor, angle = axes(found, outline.loops, 1e-3)
     return np.array([found.area / (np.pi * 21e-6), major / 12e-3, minor / 7e-3, angle / 0.5]), np.ones(4), 1
 
 

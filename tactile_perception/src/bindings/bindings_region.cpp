@@ -25,6 +25,12 @@ Nodes wide_surface(const Input<double>& given) {
     return {given.data(), given.length(), given.length(1), 3};
 }
 
+py::array_t<double> wide_of(const py::object& xyz) {
+    const Input<double> given(xyz, "xyz", {ANY, ANY, 3});
+    for (const py::ssize_t axis : {0, 1}) within(given.length(axis), "xyz", 2, MOST);
+    return output(extended(given.data(), given.length(), given.length(1)), {given.length() + 2 * BEYOND, given.length(1) + 2 * BEYOND, 3});
+}
+
 py::array_t<double> surface_points(const py::object& wide, const py::object& places) {
     const Input<double> surface(wide, "wide", {ANY, ANY, 3}), given(places, "places", {ANY, 2});
     const Nodes nodes = wide_surface(surface);
@@ -59,25 +65,6 @@ void check_starts(const Input<std::int64_t>& start, py::ssize_t count) {
     }
 }
 
-// Polygons from Python, whose places are brought to within a node of a grid.
-struct GivenLoops {
-    Input<double> places;
-    Input<std::int64_t> start, region;
-    Loops loops;
-    GivenLoops(const py::object& places_, const py::object& start_, const py::object& region_, std::ptrdiff_t rows, std::ptrdiff_t columns)
-        : places(places_, "places", {ANY, 2}), start(start_, "start", {ANY}), region(region_, "region", {ANY}) {
-        if (start.length() != region.length() + 1) throw py::value_error("start: one number more than of region is needed");
-        check_starts(start, places.length());
-        for (py::ssize_t k = 0; k < region.length(); ++k) within(region.data()[k], "region", 0, static_cast<double>(region.length() - 1));
-        for (py::ssize_t k = 0; k < 2 * places.length(); ++k) {
-            const double place = places.data()[k], most = static_cast<double>(k % 2 == 0 ? rows : columns);
-            loops.places.push_back(place >= -1 ? std::min(place, most) : -1.0);
-        }
-        loops.start.assign(start.data(), start.data() + start.length());
-        loops.region.assign(region.data(), region.data() + region.length());
-    }
-};
-
 py::tuple contours(const py::object& field, double level) {
     const Input<double> given(field, "field", {ANY, ANY});
     within(given.length() * given.length(1), "field", 1, 100.0 * MOST);
@@ -98,27 +85,17 @@ py::tuple outlines(const py::object& score, const py::object& wide, double level
     within(level, "level", 1e-9, within(ceiling, "ceiling", 0, 1e9));
     Loops found;
     std::vector<double> points;
+    RegionMoments moments;
+    py::ssize_t regions = 0;
     {
         py::gil_scoped_release others_run;
         found = find_outlines(given.data(), given.length(), given.length(1), level, ceiling, refine);
         points = points_of(found, nodes, refine);
+        regions = found.region.empty() ? 0 : found.region.back() + 1;
+        moments = region_moments(found, regions, nodes, refine);
     }
-    return loops_output(found) + py::make_tuple(output(points, {static_cast<py::ssize_t>(points.size()) / 3, 3}));
-}
-
-py::tuple moments(const py::object& places, const py::object& start, const py::object& region, const py::object& wide, int refine) {
-    const Input<double> surface(wide, "wide", {ANY, ANY, 3});
-    const Nodes nodes = wide_surface(surface);
-    const GivenLoops given(places, start, region, nodes.rows - 2 * BEYOND, nodes.columns - 2 * BEYOND);
-    within(refine, "refine", 1, FINEST);
-    const std::int64_t* numbers = given.loops.region.data();
-    const py::ssize_t regions = given.region.length() ? *std::max_element(numbers, numbers + given.region.length()) + 1 : 0;
-    RegionMoments found;
-    {
-        py::gil_scoped_release others_run;
-        found = region_moments(given.loops, regions, nodes, refine);
-    }
-    return py::make_tuple(output(found.of, {regions, MOMENTS}), found.pitch);
+    return loops_output(found) + py::make_tuple(output(points, {static_cast<py::ssize_t>(points.size()) / 3, 3}),
+                                                output(moments.of, {regions, MOMENTS}), moments.pitch);
 }
 
 py::array_t<double> axes(const py::object& sums, const py::object& points, const py::object& start, double pitch) {
@@ -182,6 +159,8 @@ void bind_region(py::module_& module) {
     module.def(
         "grid_normals", &normals_of, py::arg("xyz"),
         "Unit normals (rows, columns, 3), out of the sensor, of the surface through xyz (rows, columns, 3), m; NaN without neighbours.");
+    module.def("extend_surface", &wide_of, py::arg("xyz"),
+               "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
     module.def(
         "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
         "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
@@ -194,12 +173,9 @@ void bind_region(py::module_& module) {
         "find_outlines", &outlines, py::arg("score"), py::arg("wide"), py::kw_only(), py::arg("level"), py::arg("ceiling"),
         py::arg("refine"),
         "The same of score (rows, columns) float64, clipped to 0 and ceiling, with refine steps a node, and the points (M, 3) on the\n"
-        "surface wide (rows + 4, columns + 4, 3) through the dots, which is extended by two nodes on each side.");
-    module.def(
-        "region_moments", &moments, py::arg("places"), py::arg("start"), py::arg("region"), py::arg("wide"), py::kw_only(),
-        py::arg("refine"),
-        "Moments (R, 10) of regions given as find_outlines does: area, vector area, integrals of x, y, z, and of xx, xy, yy; and the\n"
-        "mean distance of neighbouring dots.");
+        "surface wide (rows + 4, columns + 4, 3) through the dots, which is extended by two nodes on each side; moments (R, 10) of the\n"
+        "regions without their holes: area, vector area, integrals of x, y, z, and of xx, xy, yy; and the mean distance of neighbouring\n"
+        "dots.");
     module.def(
         "region_axes", &axes, py::arg("sums"), py::arg("points"), py::arg("start"), py::kw_only(), py::arg("pitch"),
         "Full lengths of the ellipse of the same moments as a region, and its direction, rad, NaN where it is not significant: from\n"

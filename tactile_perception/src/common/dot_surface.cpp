@@ -63,7 +63,27 @@ double snapped(double number) {
     return std::abs(number - whole) < 1e-9 ? whole : number;
 }
 
+// Extrapolates BEYOND vectors on both sides of count ones, which lie a step apart.
+void extrapolate(double* first, std::ptrdiff_t count, std::ptrdiff_t step) {
+    double* last = first + (count - 1) * step;
+    for (std::ptrdiff_t k = 1; k <= BEYOND; ++k) {
+        for (int axis = 0; axis < 3; ++axis) {
+            first[axis - k * step] = 2 * first[axis - (k - 1) * step] - first[axis - (k - 2) * step];
+            last[axis + k * step] = 2 * last[axis + (k - 1) * step] - last[axis + (k - 2) * step];
+        }
+    }
+}
+
 }  // namespace
+
+std::vector<double> extended(const double* places, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+    const std::ptrdiff_t row = 3 * (columns + 2 * BEYOND), inset = 3 * BEYOND;
+    std::vector<double> wide((rows + 2 * BEYOND) * row);
+    for (std::ptrdiff_t r = 0; r < rows; ++r) std::copy_n(places + 3 * r * columns, 3 * columns, &wide[(r + BEYOND) * row + inset]);
+    for (std::ptrdiff_t c = 0; c < columns; ++c) extrapolate(&wide[BEYOND * row + inset + 3 * c], rows, row);
+    for (std::ptrdiff_t r = 0; r < rows + 2 * BEYOND; ++r) extrapolate(&wide[r * row + inset], columns, 3);
+    return wide;
+}
 
 void refined_value(const Nodes& nodes, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t refine, double* found) {
     weighted_sum(nodes, four_refined(row, refine, nodes.rows), four_refined(column, refine, nodes.columns), found);

@@ -18,6 +18,9 @@ struct Nodes {
     std::ptrdiff_t rows, columns, channels;
 };
 
+// places (rows, columns, 3), 2 x 2 or more, with BEYOND nodes more on each side, extrapolated linearly from the last two.
+std::vector<double> extended(const double* places, std::ptrdiff_t rows, std::ptrdiff_t columns);
+
 // Writes the values (channels) where the grid's nodes are refine times as dense, at that row and column; nodes off the grid are those at
 // its border.
 void refined_value(const Nodes& nodes, std::ptrdiff_t row, std::ptrdiff_t column, std::ptrdiff_t refine, double* found);

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Outlines of contact regions: level contour of the dots' contact score on the current surface."""
+"""Contact regions: level contours of the dots' contact score on the current surface, and their moments."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ import numpy as np
 from .. import _core
 from .dot_grid import fill_unseen
 from .dot_surface import DotSurface
+from .region_moments import Moments
 from ..errors import BadArgument
 
 REFINE = 2  # steps per pitch of an outline. Chosen
@@ -44,8 +45,9 @@ def label_score(contact: np.ndarray) -> np.ndarray:
 
 
 def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE,
-                    ceiling: float = 1.0) -> list[Outline]:
-    """Regions where score (rows, columns) is above level, with their outlines on the surface, largest first.
+                    ceiling: float = 1.0) -> tuple[list[Outline], list[Moments], float]:
+    """Regions where score (rows, columns) is above level: their outlines on the surface, largest first, their moments without the holes, and
+    the mean distance of neighbouring dots, m, in the part of the surface that they cover.
 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and ceiling, so that the border is independent of the pressure
     of an edge. Outlines have refine steps per pitch. Regions at the pattern's border are closed half a pitch outside the last dots.
@@ -54,8 +56,9 @@ def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, 
     if score.shape != surface.shape or refine < 1 or not 0 < level < ceiling:
         raise BadArgument(f'region_outlines: need score {surface.shape}, refine >= 1 and 0 < level < ceiling, '
                           f'got {score.shape}, {refine}, {level}, {ceiling}')
-    places, start, region, points = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=ceiling, refine=refine)
-    return grouped(places, points, start, region)
+    places, start, region, points, moments, pitch = _core.find_outlines(fill_unseen(score), surface.wide, level=level, ceiling=ceiling,
+                                                                        refine=refine)
+    return grouped(places, points, start, region), [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in moments], pitch
 
 
 def grouped(places: np.ndarray, points: np.ndarray, start: np.ndarray, region: np.ndarray) -> list[Outline]:

@@ -9,28 +9,11 @@ from .. import _core
 from .dot_grid import fill_unseen
 from ..errors import BadArgument
 
-BEYOND = 2  # nodes extrapolated on each side, as a cubic needs
-
-
-def extended(values: np.ndarray) -> np.ndarray:
-    """values (rows, columns, C) with BEYOND nodes more on every side, extrapolated linearly from the last two."""
-    rows, columns, channels = values.shape
-    wide = np.empty((rows + 2 * BEYOND, columns + 2 * BEYOND, channels))
-    middle = wide[:, BEYOND:-BEYOND]
-    middle[BEYOND:-BEYOND] = values
-    for k in (1, 0):
-        middle[k] = 2 * middle[k + 1] - middle[k + 2]
-        middle[-1 - k] = 2 * middle[-2 - k] - middle[-3 - k]
-    for k in (1, 0):
-        wide[:, k] = 2 * wide[:, k + 1] - wide[:, k + 2]
-        wide[:, -1 - k] = 2 * wide[:, -2 - k] - wide[:, -3 - k]
-    return wide
-
-
 class DotSurface:
     """The surface through dots at xyz (rows, columns, 3), m; unseen dots (NaN) are filled from their neighbours.
 
-    xyz: the same without NaN; wide: see extended. Raises BadArgument for other shapes or where no dot is known.
+    xyz: the same without NaN; wide: (rows + 4, columns + 4, 3), with two nodes more on each side, extrapolated linearly from the last two.
+    Raises BadArgument for other shapes or where no dot is known.
     """
 
     def __init__(self, xyz: np.ndarray):
@@ -39,7 +22,7 @@ class DotSurface:
         self.xyz = fill_unseen(xyz)
         if np.isnan(self.xyz[0, 0, 0]):
             raise BadArgument('dot surface: no dot is known')
-        self.wide = extended(self.xyz)
+        self.wide = _core.extend_surface(self.xyz)
 
     @property
     def shape(self) -> tuple[int, int]:

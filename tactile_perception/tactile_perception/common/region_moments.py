@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Area, first and second moments of a region on the curved surface through the dots, from its polygons (Green's theorem)."""
+"""Area, first and second moments of a region on the curved surface through the dots, and what follows from them."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -10,8 +10,6 @@ from itertools import accumulate
 import numpy as np
 
 from .. import _core
-from .contour import REFINE, Outline
-from .dot_surface import DotSurface
 
 
 @dataclass(frozen=True)
@@ -45,16 +43,6 @@ class Moments:
         xx, xy, yy = self.second / self.area
         x, y = self.centroid[:2]
         return np.array([[xx - x * x, xy - x * y], [xy - x * y, yy - y * y]])
-
-
-def region_moments(surface: DotSurface, outlines: list[Outline], refine: int = REFINE) -> tuple[list[Moments], float]:
-    """Moments of each region without its holes, and the mean distance of neighbouring dots, m, in the part of one frame's surface that the
-    regions cover; refine: as of the outlines."""
-    loops = [loop for outline in outlines for loop in (outline.grid_points, *outline.grid_holes)]
-    region = np.repeat(np.arange(len(outlines)), [1 + len(outline.holes) for outline in outlines])
-    places, start = joined(loops)
-    found, pitch = _core.region_moments(places, start, region, surface.wide, refine=refine)
-    return [Moments(float(sums[0]), sums[1:4], sums[4:7], sums[7:]) for sums in found], pitch
 
 
 def joined(loops: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

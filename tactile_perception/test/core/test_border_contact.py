@@ -35,15 +35,9 @@ def call_stick_slip(**arrays):
 
 WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis=2)
 SCORE = np.pad(np.ones((3, 4)), ((1, 2), (2, 1)))
-PLACES, START, REGION, POINTS = _core.find_outlines(SCORE, WIDE, level=0.5, ceiling=1.0, refine=2)
-LOOPS = {'places': PLACES, 'start': START, 'region': REGION, 'wide': WIDE}
+PLACES, START, _, POINTS, *_ = _core.find_outlines(SCORE, WIDE, level=0.5, ceiling=1.0, refine=2)
 SUMS = np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0])
 PATCH = {'points': DOTS[:20], 'border': POINTS, 'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
-
-
-def call_region_moments(**arrays):
-    """Moments of a region, as a tuple."""
-    return _core.region_moments(**LOOPS | arrays, refine=2)
 
 
 def call_contact_point(**arrays):
@@ -74,11 +68,11 @@ CALLS = {
     'settle_holes': (lambda **arrays: [_core.settle_holes(**HOLES | arrays, pressure=2000.0, **GRID)], HOLES),
     'stick_slip': (call_stick_slip, STICKING),
     'grid_normals': (lambda xyz=WIDE: [_core.grid_normals(xyz)], {'xyz': WIDE}),
+    'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),
     'surface_points': (lambda wide=WIDE, places=PLACES: [_core.surface_points(wide, places)], {'wide': WIDE, 'places': PLACES}),
     'find_contours': (lambda field=SCORE: _core.find_contours(field, level=0.5), {'field': SCORE}),
     'find_outlines': (lambda score=SCORE, wide=WIDE: _core.find_outlines(score, wide, level=0.5, ceiling=1.0, refine=2),
                       {'score': SCORE, 'wide': WIDE}),
-    'region_moments': (call_region_moments, LOOPS),
     'region_axes': (lambda sums=SUMS, points=POINTS, start=START: [_core.region_axes(sums, points, start, pitch=1e-3)],
                     {'sums': SUMS, 'points': POINTS, 'start': START}),
     'contact_point': (call_contact_point, PATCH),

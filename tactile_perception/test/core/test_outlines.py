@@ -5,9 +5,9 @@ import numpy as np
 import outline_reference as reference
 import pytest
 from tactile_perception import _core
-from tactile_perception.common.contour import Outline, region_outlines
+from tactile_perception.common.contour import region_outlines
 from tactile_perception.common.dot_surface import DotSurface
-from tactile_perception.common.region_moments import axes, region_moments
+from tactile_perception.common.region_moments import axes
 
 
 def bumpy(seed, rows=15, columns=19):
@@ -68,11 +68,10 @@ def test_contours_are_the_references_with_holes_in_the_regions_around_them(seed)
 @pytest.mark.parametrize('seed', range(8))
 def test_outlines_and_moments_are_the_references(seed, refine):
     surface, score = bumpy(seed)
-    found, expected = region_outlines(score, surface, refine=refine), reference.outlines_of(score, surface, refine=refine)
+    (found, moments, pitch), expected = region_outlines(score, surface, refine=refine), reference.outlines_of(score, surface, refine=refine)
     assert len(found) == len(expected) > 0
     for one, other in zip(found, expected):
         alike(one.loops, other.loops)
-    moments, pitch = region_moments(surface, found, refine)
     field = reference.MomentField(surface, expected, refine)
     assert pitch == pytest.approx(field.pitch, rel=1e-12)
     for one, outline, same in zip(moments, expected, found):
@@ -82,19 +81,25 @@ def test_outlines_and_moments_are_the_references(seed, refine):
         np.testing.assert_allclose(axes(one, same.loops, pitch), reference.axes(other, outline.loops, pitch), rtol=1e-6)
 
 
+@pytest.mark.parametrize('rows, columns', [(2, 2), (2, 5), (7, 3), (23, 23)])
+def test_a_surface_is_extended_as_the_references(rows, columns):
+    places = np.random.default_rng(rows).uniform(-1, 1, (rows, columns, 3))
+    np.testing.assert_array_equal(_core.extend_surface(places), reference.extended(places))
+
+
 def test_points_of_a_surface_are_the_references():
     surface, _ = bumpy(3)
     places = np.random.default_rng(0).uniform(-1, 18, (300, 2))
     np.testing.assert_allclose(surface.points(places), reference.values_at(surface.wide, places), atol=1e-15)
 
 
-def test_polygons_that_do_not_fit_are_refused():
+def test_arrays_that_do_not_fit_are_refused():
     surface, score = bumpy(0)
-    outline: Outline = region_outlines(score, surface)[0]
-    for start, region in (([0, 3], [0]), ([0, 5, 5, len(outline.grid_points)], [0, 0, 0]), ([0], [0])):
+    outline = region_outlines(score, surface)[0][0]
+    for start in ([0, 3], [0, 5, 5, len(outline.points)]):
         with pytest.raises(ValueError, match='^start: '):
-            _core.region_moments(outline.grid_points, np.array(start), np.array(region), surface.wide, refine=2)
-    with pytest.raises(ValueError, match='^region: '):
-        _core.region_moments(outline.grid_points, np.array([0, len(outline.grid_points)]), np.array([1]), surface.wide, refine=2)
+            _core.region_axes(np.ones(6), outline.points, np.array(start), pitch=1e-3)
     with pytest.raises(ValueError, match='^score: '):
         _core.find_outlines(score[:-1], surface.wide, level=0.5, ceiling=1.0, refine=2)
+    with pytest.raises(ValueError, match='^xyz: '):
+        _core.extend_surface(surface.xyz[:1])

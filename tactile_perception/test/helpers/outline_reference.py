@@ -6,10 +6,10 @@ import math
 import cv2
 import numpy as np
 from tactile_perception.common.contour import Outline
-from tactile_perception.common.dot_surface import BEYOND
 from tactile_perception.common.region_moments import Moments
 from tactile_perception.common.vectors import cross
 
+BEYOND = 2  # nodes extrapolated on each side, as a cubic needs
 _TOP, _RIGHT, _BOTTOM, _LEFT = range(4)
 # Segment of a cell by which corners are inside (1 top left, 2 top right, 4 bottom left, 8 bottom right): edge it comes from, edge it goes
 # to, so that outlines turn from +column to +row. Cells with two diagonal corners (9, 6) have two: those of the pair of codes given,
@@ -29,6 +29,21 @@ _DIRECTION = 3.0
 _SLOPE_STEP = 0.01  # pitches, of the finite differences
 _AROUND = np.array([[0, 0], [1, 0], [0, 1], [-1, 0], [0, -1]])
 _FOUR = np.arange(4)
+
+
+def extended(values: np.ndarray) -> np.ndarray:
+    """values (rows, columns, C) with BEYOND nodes more on every side, extrapolated linearly from the last two."""
+    rows, columns, channels = values.shape
+    wide = np.empty((rows + 2 * BEYOND, columns + 2 * BEYOND, channels))
+    middle = wide[:, BEYOND:-BEYOND]
+    middle[BEYOND:-BEYOND] = values
+    for k in (1, 0):
+        middle[k] = 2 * middle[k + 1] - middle[k + 2]
+        middle[-1 - k] = 2 * middle[-2 - k] - middle[-3 - k]
+    for k in (1, 0):
+        wide[:, k] = 2 * wide[:, k + 1] - wide[:, k + 2]
+        wide[:, -1 - k] = 2 * wide[:, -2 - k] - wide[:, -3 - k]
+    return wide
 
 
 def cubic_weights(t: np.ndarray) -> np.ndarray:

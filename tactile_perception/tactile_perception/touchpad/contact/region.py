@@ -13,7 +13,7 @@ from ...common.contour import Outline, region_outlines
 from ...common.dot_grid import to_grid
 from ...common.dot_surface import DotSurface
 from ...common.estimates import ContactRegionEstimate
-from ...common.region_moments import Moments, axes, region_moments
+from ...common.region_moments import Moments, axes
 from ...common.rigid_motion import RigidFit
 from ...common.rotations import quaternion
 from ...errors import BadArgument
@@ -79,10 +79,7 @@ def find_regions(dots: ContactDots) -> list[Region]:
         return []
     xyz, score = dots.grids()
     surface = DotSurface(xyz)
-    outlines = region_outlines(score, surface)
-    if not outlines:
-        return []
-    moments, pitch = region_moments(surface, outlines)
+    outlines, moments, pitch = region_outlines(score, surface)
     members = [dots.score > 0.5] if len(outlines) == 1 else [_within(outline, dots) for outline in outlines]
     regions = [Region(*shape, pitch, surface) for shape in zip(outlines, moments, members)]
     # Between two dots just below the threshold the interpolated score may exceed it: a region without dots is no contact.
