@@ -265,25 +265,23 @@ py::tuple states(const py::tuple& last, const py::tuple& now, const py::object& 
                           memory.friction);
 }
 
-py::array_t<double> inliers(const py::object& before, const py::object& after, const py::object& weights, int steps) {
-    const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
-    within(steps, "steps", 0, 1000);
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = rigid_inliers(from.data(), to.data(), base.data(), from.length(), steps);
-    }
-    return output(found, {from.length()});
-}
+constexpr double LARGEST_OF_POINTS = 1e60;  // m, m^-2. Chosen: the product of a weight and four such numbers does not overflow
 
-py::tuple motion(const py::object& before, const py::object& after, const py::object& weights) {
+py::tuple motion(const py::object& before, const py::object& after, const py::object& weights, int steps) {
     const Input<double> from(before, "before", {ANY, 3}), to(after, "after", {from.length(), 3}), base(weights, "weights", {from.length()});
+    for (py::ssize_t k = 0; k < 3 * from.length(); ++k) {
+        within(from.data()[k], "before", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
+        within(to.data()[k], "after", -LARGEST_OF_POINTS, LARGEST_OF_POINTS);
+    }
+    for (py::ssize_t k = 0; k < from.length(); ++k) within(base.data()[k], "weights", 0, LARGEST_OF_POINTS);
+    within(steps, "steps", 0, 1000);
     RigidMotion found;
     {
         py::gil_scoped_release others_run;
-        found = rigid_motion(from.data(), to.data(), base.data(), from.length());
+        found = rigid_motion(from.data(), to.data(), base.data(), from.length(), steps);
     }
-    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), found.second, found.third);
+    return py::make_tuple(output(found.rotation, {3, 3}), output(found.translation, {3}), output(found.residuals, {from.length(), 3}),
+                          output(found.weights, {from.length()}), static_cast<int>(found.open));
 }
 
 }  // namespace
@@ -354,14 +352,14 @@ void bind_contact(py::module_& module) {
         "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
         "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
     module.def(
-        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"),
-        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); the second\n"
-        "singular value of the sum of products of their coordinates, m^2, and the third, negative where after is a mirror image of "
-        "before.");
-    module.def(
-        "rigid_inliers", &inliers, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
-        "Weights (N,) of points before and after (N, 3), m, in the rigid motion that most share, by Tukey's biweight in at most steps\n"
-        "rounds; 0 for those that do not share it. weights (N,): 1 / variance of a coordinate of after - before, m^-2.");
+        "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
+        "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); residuals\n"
+        "(N, 3), m; the weights used (N,); and why the points leave the motion open: 0 they do not, 1 less than three have a weight, "
+        "those\n"
+        "before (2) or after (3) are at one place, or on a line (4, 5), 6 after is a mirror image of before.\n\n"
+        "steps: 0, or most rounds of reweighting (Tukey's biweight) for the motion that most points share; weights are then 1 / variance "
+        "of\n"
+        "a coordinate of after - before, m^-2, and those used are 0 for points that do not share the motion.");
 }
 
 }  // namespace tactile::border

@@ -23,6 +23,10 @@ constexpr double SETTLED = 1e-2;                  // relative change of the weig
 constexpr double GOLDEN = 0.6180339887498949;     // golden ratio less 1: spreads the points of triples
 constexpr int SWEEPS = 12;                        // of Jacobi's method: four by four settles in half as many
 
+constexpr double ONE_PLACE = 1e-24;  // m^2, a picometre: points that near coincide in any sensor
+constexpr double NARROW = 1e-6;      // least variance across the long axis over that along it; below, the turn about it is open. Chosen
+constexpr double MIRRORED = 1e-2;    // third singular value over the second of a reflection; noise reaches it at 10 % of the spread
+
 using Points = std::vector<std::ptrdiff_t>;
 
 // after = turn before + shift; turn's rows. The second singular value of the products, and the third, negative for mirrored points.
@@ -32,8 +36,9 @@ struct Motion {
     Vec3 apply(Vec3 place) const { return Vec3{dot(turn[0], place), dot(turn[1], place), dot(turn[2], place)} + shift; }
 };
 
-// Turns the plane of axes i and j so that the symmetric matrix (4, 4) is 0 at (i, j), and the axes (columns) with it (Jacobi's method).
-void annihilate(double (&matrix)[4][4], double (&axes)[4][4], int i, int j) {
+// Turns the plane of axes i and j so that the symmetric matrix is 0 at (i, j), and the axes (columns) with it (Jacobi's method).
+template <int N>
+void annihilate(double (&matrix)[N][N], double (&axes)[N][N], int i, int j) {
     if (matrix[i][j] == 0) return;
     const double theta = (matrix[j][j] - matrix[i][i]) / (2 * matrix[i][j]);
     const double tangent = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
@@ -43,9 +48,19 @@ void annihilate(double (&matrix)[4][4], double (&axes)[4][4], int i, int j) {
         a = cosine * before - sine * b;
         b = sine * before + cosine * b;
     };
-    for (int k = 0; k < 4; ++k) turn(matrix[k][i], matrix[k][j]);
-    for (int k = 0; k < 4; ++k) turn(matrix[i][k], matrix[j][k]);
-    for (int k = 0; k < 4; ++k) turn(axes[k][i], axes[k][j]);
+    for (int k = 0; k < N; ++k) turn(matrix[k][i], matrix[k][j]);
+    for (int k = 0; k < N; ++k) turn(matrix[i][k], matrix[j][k]);
+    for (int k = 0; k < N; ++k) turn(axes[k][i], axes[k][j]);
+}
+
+// Makes the symmetric matrix diagonal.
+template <int N>
+void diagonalise(double (&matrix)[N][N], double (&axes)[N][N]) {
+    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
+        for (int i = 0; i < N - 1; ++i) {
+            for (int j = i + 1; j < N; ++j) annihilate(matrix, axes, i, j);
+        }
+    }
 }
 
 // The rotation that maximises the sum of products c[i][j] = before_i after_j (Horn 1987, Closed-form solution of absolute orientation using
@@ -56,11 +71,7 @@ Motion rotation(const double (&c)[3][3]) {
                            {c[2][0] - c[0][2], c[0][1] + c[1][0], c[1][1] - c[0][0] - c[2][2], c[1][2] + c[2][1]},
                            {c[0][1] - c[1][0], c[2][0] + c[0][2], c[1][2] + c[2][1], c[2][2] - c[0][0] - c[1][1]}};
     double axes[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-        for (int i = 0; i < 3; ++i) {
-            for (int j = i + 1; j < 4; ++j) annihilate(matrix, axes, i, j);
-        }
-    }
+    diagonalise(matrix, axes);
     int order[] = {0, 1, 2, 3};
     std::stable_sort(order, order + 4, [&](int i, int j) { return matrix[i][i] > matrix[j][j]; });
     const auto value = [&](int k) { return matrix[order[k]][order[k]]; };
@@ -73,6 +84,25 @@ Motion rotation(const double (&c)[3][3]) {
             {0, 0, 0},
             (value(0) + value(2)) / 2,
             (value(0) + value(3)) / 2};
+}
+
+// The two largest variances of points (count, 3), as weighted, along their principal axes.
+std::array<double, 2> spreads(const double* points, const std::vector<double>& weights) {
+    double total = 0, matrix[3][3] = {}, axes[3][3] = {};
+    Vec3 middle{0, 0, 0};
+    for (const double weight : weights) total += weight;
+    for (std::size_t i = 0; i < weights.size(); ++i) middle = middle + weights[i] / total * vec3_at(points, static_cast<std::ptrdiff_t>(i));
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        const Vec3 off = vec3_at(points, static_cast<std::ptrdiff_t>(i)) - middle;
+        const double away[3] = {off.x, off.y, off.z};
+        for (int a = 0; a < 3; ++a) {
+            for (int b = 0; b < 3; ++b) matrix[a][b] += weights[i] / total * away[a] * away[b];
+        }
+    }
+    diagonalise(matrix, axes);
+    double values[3] = {matrix[0][0], matrix[1][1], matrix[2][2]};
+    std::sort(values, values + 3);
+    return {values[2], values[1]};
 }
 
 class Fit {
@@ -98,7 +128,17 @@ class Fit {
         return weights;
     }
 
-    Motion least_squares() const { return least_squares(all(), base_); }
+    Motion least_squares(const std::vector<double>& weights) const { return least_squares(all(), weights.data()); }
+
+    Undetermined open(const Motion& motion, const std::vector<double>& weights) const {
+        if (std::count_if(weights.begin(), weights.end(), [](double weight) { return weight > 0; }) < 3) return Undetermined::TOO_FEW;
+        const std::array<double, 2> from = spreads(before_, weights), to = spreads(after_, weights);
+        if (from[0] <= ONE_PLACE) return Undetermined::BEFORE_AT_ONE_PLACE;
+        if (from[1] <= NARROW * from[0]) return Undetermined::BEFORE_ON_A_LINE;
+        if (to[0] <= ONE_PLACE) return Undetermined::AFTER_AT_ONE_PLACE;
+        if (to[1] <= NARROW * to[0]) return Undetermined::AFTER_ON_A_LINE;
+        return -motion.third > MIRRORED * motion.second ? Undetermined::REFLECTION : Undetermined::NO;
+    }
 
  private:
     Points all() const {
@@ -179,13 +219,12 @@ class Fit {
 
 }  // namespace
 
-std::vector<double> rigid_inliers(const double* before, const double* after, const double* base, std::ptrdiff_t count, int steps) {
-    return Fit(before, after, base, count).run(steps);
-}
-
-RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count) {
-    const Motion found = Fit(before, after, weights, count).least_squares();
-    RigidMotion motion{{}, {found.shift.x, found.shift.y, found.shift.z}, found.second, found.third};
+RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count, int steps) {
+    const Fit fit(before, after, weights, count);
+    const std::vector<double> used = steps > 0 ? fit.run(steps) : std::vector<double>(weights, weights + count);
+    const Motion found = fit.least_squares(used);
+    RigidMotion motion{{}, {found.shift.x, found.shift.y, found.shift.z}, std::vector<double>(3 * count), used, fit.open(found, used)};
+    for (std::ptrdiff_t i = 0; i < count; ++i) store(motion.residuals.data(), i, vec3_at(after, i) - found.apply(vec3_at(before, i)));
     for (int row = 0; row < 3; ++row) {
         const Vec3& turn = found.turn[row];
         motion.rotation[3 * row] = turn.x, motion.rotation[3 * row + 1] = turn.y, motion.rotation[3 * row + 2] = turn.z;

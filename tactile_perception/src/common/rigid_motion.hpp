@@ -9,19 +9,20 @@
 
 namespace tactile {
 
-// after = rotation before + translation, row by row, m. The second singular value of the sum of products of coordinates, m^2, and the
-// third, negative where after is a mirror image of before.
+// Why points leave a motion open: less than three have a weight; those before or after the motion are at one place, or on a line; or those
+// after are a mirror image of those before.
+enum class Undetermined { NO, TOO_FEW, BEFORE_AT_ONE_PLACE, AFTER_AT_ONE_PLACE, BEFORE_ON_A_LINE, AFTER_ON_A_LINE, REFLECTION };
+
+// after = rotation before + translation, row by row, m. residuals (count, 3), m: after less its prediction; weights (count): as used.
 struct RigidMotion {
     std::array<double, 9> rotation;
     std::array<double, 3> translation;
-    double second, third;
+    std::vector<double> residuals, weights;
+    Undetermined open;
 };
 
-// Least squares over points before and after (count, 3), m, with weights (count).
-RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count);
-
-// Weights (count) of points before (count, 3) and after (count, 3), m, in the motion that most of them share; 0 for those that do not share
-// it. base (count): 1 / variance of a coordinate of after - before, m^-2; steps: most rounds of reweighting.
-std::vector<double> rigid_inliers(const double* before, const double* after, const double* base, std::ptrdiff_t count, int steps);
+// Least squares over points before and after (count, 3), m, with weights (count). With steps, most rounds of reweighting, it is the motion
+// that most points share; the others get the weight 0, and weights are 1 / variance of a coordinate of after - before, m^-2.
+RigidMotion rigid_motion(const double* before, const double* after, const double* weights, std::ptrdiff_t count, int steps);
 
 }  // namespace tactile

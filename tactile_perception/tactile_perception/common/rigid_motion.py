@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._core import rigid_inliers, rigid_motion
+from .._core import rigid_motion
 from .rotations import rotation_vector
 from ..errors import BadArgument, DegenerateFit
 
-# Least variance across the long axis relative to that along it; below, the rotation about the long axis is unobservable.
-_NARROW = 1e-6
-# Third singular value, relative to the second, of a reflection; noise reaches it at 10 % of the point spread.
-_MIRRORED = 1e-2
-_LARGEST = 1e60  # m, m^-2: the product of a weight and four such numbers does not overflow
+# Why points leave a motion open, in the kernel's order.
+_OPEN = (None, ('too_few', 'a rigid motion needs 3 points of positive weight'), ('coincident', 'all points of p are at one place'),
+         ('coincident', 'all points of q are at one place'), ('collinear', 'the points of p lie on a line; the turn about it is open'),
+         ('collinear', 'the points of q lie on a line; the turn about it is open'),
+         ('reflection', 'q is a mirror image of p, no rigid motion makes it'))
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,7 @@ def fit_rigid(p: np.ndarray, q: np.ndarray, weights: np.ndarray | None = None) -
     weights (N,): 1 / variance of a coordinate, m^-2; without them all are equal and the covariance is scaled by the residuals.
     Raises BadArgument for wrong shapes, NaN or negative weights; DegenerateFit where the points leave the motion open.
     """
-    p, q, w = _checked(p, q, weights)
-    rotation, translation = _solve(p, q, w)
-    return RigidFit(rotation, translation, q, q - p @ rotation.T - translation, w, weights is not None)
+    return _fit(p, q, np.ones(len(p)) if weights is None else weights, weights is not None)
 
 
 def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, steps: int = 10) -> RigidFit:
@@ -69,47 +67,18 @@ def fit_rigid_robust(p: np.ndarray, q: np.ndarray, sigma: np.ndarray | float, st
     sigma = np.broadcast_to(np.asarray(sigma, float), (len(p),))
     if not (np.isfinite(sigma).all() and (sigma > 0).all()):
         raise BadArgument('fit_rigid_robust: sigma must be positive and finite, m')
-    p, q, base = _checked(p, q, 1 / (sigma * sigma))
-    _check_count(base)
-    weights = rigid_inliers(p, q, base, steps=steps)
-    rotation, translation = _solve(p, q, weights)
-    return RigidFit(rotation, translation, q, q - p @ rotation.T - translation, weights, True)
+    return _fit(p, q, 1 / (sigma * sigma), True, steps)
 
 
-def _checked(p, q, weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _fit(p: np.ndarray, q: np.ndarray, weights: np.ndarray, known: bool, steps: int = 0) -> RigidFit:
     p, q = np.asarray(p, float), np.asarray(q, float)
-    w = np.ones(len(p)) if weights is None else np.asarray(weights, float)
-    if p.ndim != 2 or p.shape[1] != 3 or q.shape != p.shape or w.shape != (len(p),):
-        raise BadArgument(f'rigid fit: need p and q (N, 3) and weights (N,), got {p.shape}, {q.shape}, {w.shape}')
-    sizes = [np.abs(values).max(initial=0.0) for values in (p, q, w)]
-    if not (max(sizes) <= _LARGEST and w.min(initial=0.0) >= 0) or np.isnan(sizes).any():
-        raise BadArgument(f'rigid fit: points and weights must be finite (to {_LARGEST:g}), weights not negative; leave unseen dots out')
-    return p, q, w
-
-
-def _check_count(w: np.ndarray) -> None:
-    if np.count_nonzero(w) < 3:
-        raise DegenerateFit('too_few', f'a rigid motion needs 3 points of positive weight, got {np.count_nonzero(w)}')
-
-
-def _solve(p: np.ndarray, q: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    _check_count(w)
-    rotation, translation, *singular = rigid_motion(p, q, w)
-    share = w / w.sum()
-    _check_rank(p - share @ p, q - share @ q, share, *singular)
-    return rotation, translation
-
-
-def _check_rank(p_off: np.ndarray, q_off: np.ndarray, share: np.ndarray, second: float, third: float) -> None:
-    """second, third: singular values, the third negative for mirror images."""
-    spreads = np.linalg.eigvalsh([(share[:, None] * off).T @ off for off in (p_off, q_off)])
-    for name, spread in zip('pq', spreads):
-        if spread[2] <= 1e-24:  # a picometre: the points coincide in any sensor
-            raise DegenerateFit('coincident', f'all points of {name} are at one place')
-        if spread[1] <= _NARROW * spread[2]:
-            raise DegenerateFit('collinear', f'the points of {name} lie on a line; the turn about it is open')
-    if -third > _MIRRORED * second:
-        raise DegenerateFit('reflection', 'q is a mirror image of p, no rigid motion makes it')
+    try:
+        rotation, translation, residuals, used, opened = rigid_motion(p, q, np.asarray(weights, float), steps=steps)
+    except ValueError as error:
+        raise BadArgument(f'rigid fit: p and q (N, 3) and weights (N,), not negative, must be finite; leave unseen dots out: {error}') from error
+    if opened:
+        raise DegenerateFit(*_OPEN[opened])
+    return RigidFit(rotation, translation, q, residuals, used, known)
 
 
 def _covariance(carried: np.ndarray, residuals: np.ndarray, w: np.ndarray, known: bool) -> np.ndarray:

@@ -81,10 +81,8 @@ CALLS = {
         places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
     'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
     'deepest_notch': (lambda corners=PLACES: [_core.deepest_notch(corners)], {'corners': PLACES}),
-    'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights)[:2],
+    'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights, steps=9),
                      {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),
-    'rigid_inliers': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): [
-        _core.rigid_inliers(before, after, weights, steps=10)], {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

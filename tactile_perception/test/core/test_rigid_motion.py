@@ -1,11 +1,12 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernels rigid_motion and rigid_inliers (src/common/rigid_motion.cpp) against references in NumPy."""
+"""The kernel rigid_motion (src/common/rigid_motion.cpp) against references in NumPy."""
 import numpy as np
 import pytest
-from tactile_perception._core import rigid_inliers, rigid_motion
+from tactile_perception._core import rigid_motion
 
 TUKEY, NEAR, PATCH, STARTS = 4.685, 2.0, 9, 24
+TOO_FEW, BEFORE_AT_ONE_PLACE, AFTER_AT_ONE_PLACE, BEFORE_ON_A_LINE, AFTER_ON_A_LINE, REFLECTION = range(1, 7)
 SIGMA = 20e-6
 
 
@@ -55,13 +56,15 @@ def test_least_squares_are_those_of_singular_values(seed, flat, mirror):
     turn[0] *= np.sign(np.linalg.det(turn))
     q = p * [1, 1, mirror] @ turn.T + rng.normal(0, 1e-3, 3) + rng.normal(0, SIGMA, p.shape)
     w = rng.uniform(0.5, 2, len(p)) / SIGMA**2
-    rotation, translation, second, third = rigid_motion(p, q, w)
+    rotation, translation, residuals, weights, opened = rigid_motion(p, q, w, steps=0)
     expected, shift = kabsch(p, q, w)
     share = w / w.sum()
     u, values, vt = np.linalg.svd((share[:, None] * (q - share @ q)).T @ (p - share @ p))
     assert np.abs(rotation - expected).max() < 1e-11
     assert np.abs(translation - shift).max() < 1e-13
-    assert [second, third] == pytest.approx([values[1], values[2] * np.linalg.det(u @ vt)], rel=1e-9, abs=1e-12 * values[0])
+    assert np.abs(residuals - (q - p @ expected.T - shift)).max() < 1e-13
+    np.testing.assert_array_equal(weights, w)
+    assert opened == (REFLECTION if -values[2] * np.linalg.det(u @ vt) > 1e-2 * values[1] else 0)
 
 
 @pytest.mark.parametrize('seed', range(30))
@@ -73,7 +76,7 @@ def test_weights_are_those_of_the_reference(seed):
     q = p @ (turn * np.sign(np.linalg.det(turn))).T + rng.normal(0, 1e-3, 3) + rng.normal(0, SIGMA, (count, 3))
     q[:int(outliers * count)] += rng.normal(0, 1e-3, (int(outliers * count), 3))
     base = rng.uniform(0.5, 2, count) / SIGMA**2
-    np.testing.assert_allclose(rigid_inliers(p, q, base, steps=10), reference(p, q, base, 10), rtol=1e-4, atol=1e-6 * base.max())
+    np.testing.assert_allclose(rigid_motion(p, q, base, steps=10)[3], reference(p, q, base, 10), rtol=1e-4, atol=1e-6 * base.max())
 
 
 def test_those_that_move_otherwise_have_no_weight():
@@ -82,8 +85,19 @@ def test_those_that_move_otherwise_have_no_weight():
     q = p + [1e-3, 0, 0]
     other = p[:, 0] > 1.5e-3
     q[other] -= [0, 1e-3, 0]
-    np.testing.assert_array_equal(rigid_inliers(p, q, np.full(60, SIGMA**-2), steps=10) > 0, ~other)
+    np.testing.assert_array_equal(rigid_motion(p, q, np.full(60, SIGMA**-2), steps=10)[3] > 0, ~other)
 
 
-def test_nothing_is_answered_with_nothing():
-    assert rigid_inliers(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), steps=10).shape == (0,)
+LINE = np.outer(np.arange(5.0), [1e-3, 2e-3, 0])
+CORNERS = np.array([[0, 0, 0], [1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3], [1e-3, 1e-3, 0]])
+
+
+@pytest.mark.parametrize('steps', [0, 10])
+@pytest.mark.parametrize('opened, p, q', [
+    (0, CORNERS, CORNERS + 1e-3), (TOO_FEW, np.zeros((0, 3)), np.zeros((0, 3))), (TOO_FEW, CORNERS[:2], CORNERS[:2]),
+    (BEFORE_AT_ONE_PLACE, 0 * CORNERS, CORNERS), (AFTER_AT_ONE_PLACE, CORNERS, 0 * CORNERS), (BEFORE_ON_A_LINE, LINE, CORNERS),
+    (AFTER_ON_A_LINE, CORNERS, LINE), (REFLECTION, CORNERS, CORNERS * [1, 1, -1])])
+def test_why_points_leave_a_motion_open(opened, p, q, steps):
+    weights = np.full(len(p), 1e-3**-2)
+    found = rigid_motion(p, q, weights, steps=steps)
+    assert found[4] == opened and found[2].shape == p.shape and found[3].shape == weights.shape
