@@ -8,6 +8,7 @@
 #include "common/contact_point.hpp"
 #include "common/grid_normals.hpp"
 #include "common/outlines.hpp"
+#include "common/planar_twist.hpp"
 #include "common/point_shapes.hpp"
 #include "common/region_moments.hpp"
 
@@ -153,14 +154,21 @@ double notch(const py::object& corners) {
     return deepest_notch(given.data(), given.length());
 }
 
+py::tuple twist(const py::object& place, const py::object& velocity, double far) {
+    const Input<double> places(place, "place", {ANY, 2}), velocities(velocity, "velocity", {places.length(), 2});
+    const PlanarTwist found = planar_twist(places.data(), velocities.data(), places.length(), within(far, "far", 0, LARGEST_SIZE));
+    return py::make_tuple(output(found.linear, {2}), found.turn, output(found.centre, {2}));
+}
+
 }  // namespace
 
 void bind_region(py::module_& module) {
     module.def(
         "grid_normals", &normals_of, py::arg("xyz"),
         "Unit normals (rows, columns, 3), out of the sensor, of the surface through xyz (rows, columns, 3), m; NaN without neighbours.");
-    module.def("extend_surface", &wide_of, py::arg("xyz"),
-               "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
+    module.def(
+        "extend_surface", &wide_of, py::arg("xyz"),
+        "xyz (rows, columns, 3) with two nodes more on each side (rows + 4, columns + 4, 3), extrapolated linearly from the last two.");
     module.def(
         "surface_points", &surface_points, py::arg("wide"), py::arg("places"),
         "Points (M, 3) at places (M, 2) of (row, column), up to a node off the grid, of the surface wide (rows + 4, columns + 4, 3)\n"
@@ -191,6 +199,10 @@ void bind_region(py::module_& module) {
                "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
     module.def("deepest_notch", &notch, py::arg("corners"),
                "Largest distance of one of a polygon's corners (M, 2) from the side of the convex hull that spans it.");
+    module.def("planar_twist", &twist, py::arg("place"), py::arg("velocity"), py::kw_only(), py::arg("far"),
+               "Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, of velocity (N, 2) at\n"
+               "place (N, 2), by least squares; all NaN for coincident or NaN places. far: radii of the places from which a centre counts\n"
+               "as that of a translation.");
 }
 
 }  // namespace tactile::border

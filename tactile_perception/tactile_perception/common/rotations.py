@@ -3,6 +3,8 @@
 """Rotations as matrices, rotation vectors and quaternions."""
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 
@@ -31,15 +33,12 @@ def rotation_matrix(vector: np.ndarray) -> np.ndarray:
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
     """(4,) unit quaternion x, y, z, w, w >= 0, of a rotation matrix (3, 3)."""
-    x, y, z = np.diag(rotation)
-    squares = 0.25 * np.maximum([1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z], 0)
-    largest = int(np.argmax(squares))
-    sums = np.array([[0, rotation[0, 1] + rotation[1, 0], rotation[0, 2] + rotation[2, 0], rotation[2, 1] - rotation[1, 2]],
-                     [0, 0, rotation[1, 2] + rotation[2, 1], rotation[0, 2] - rotation[2, 0]],
-                     [0, 0, 0, rotation[1, 0] - rotation[0, 1]], [0, 0, 0, 0]])
-    sums = sums + sums.T
-    answer = sums[largest] / (4 * np.sqrt(squares[largest]))
-    answer[largest] = np.sqrt(squares[largest])
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    squares = [1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz, 1 + xx + yy + zz]  # of each part, times four
+    largest = squares.index(max(squares))
+    products = ((squares[0], xy + yx, xz + zx, zy - yz), (xy + yx, squares[1], yz + zy, xz - zx),
+                (xz + zx, yz + zy, squares[2], yx - xy), (zy - yz, xz - zx, yx - xy, squares[3]))[largest]
+    answer = np.array(products) / (2 * math.sqrt(squares[largest]))
     return answer if answer[3] >= 0 else -answer
 
 

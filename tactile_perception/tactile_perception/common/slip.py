@@ -3,10 +3,9 @@
 """Slip state from the slipping fraction, and planar twist of a motion."""
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from .. import _core
 from .estimates import GROSS, INCIPIENT, NONE
 
 # Slipping fractions at which a state begins, and below which it ends (hysteresis against single dots). Chosen.
@@ -14,7 +13,6 @@ _INCIPIENT = (0.05, 0.03)
 STILL_GROSS = 0.85
 _GROSS = (0.90, STILL_GROSS)
 _FAR = 4.0  # radii of the contact: a centre of rotation farther away counts as a translation. Chosen
-_COINCIDENT = 1e-24  # m^2: a picometre
 
 
 def next_state(state: int, fraction: float) -> int:
@@ -26,17 +24,5 @@ def next_state(state: int, fraction: float) -> int:
 
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
-    (S, 2); all NaN for coincident or NaN places."""
-    if not len(place):
-        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
-    middle, mean = place.sum(axis=0) / len(place), velocity.sum(axis=0) / len(place)
-    arm = place - middle
-    spread = float(np.einsum('ij,ij', arm, arm))
-    if not _COINCIDENT < spread < np.inf:
-        return np.full(2, np.nan), np.nan, np.full(2, np.nan)
-    product = arm.T @ (velocity - mean)
-    turn = float(product[0, 1] - product[1, 0]) / spread
-    linear = mean - turn * np.array([-middle[1], middle[0]])
-    if math.hypot(*mean) >= abs(turn) * _FAR * math.sqrt(spread / len(place)):
-        return linear, turn, np.full(2, np.nan)
-    return linear, turn, middle + np.array([-mean[1], mean[0]]) / turn
+    (S, 2); all NaN for coincident or NaN places. Kernel: src/common/planar_twist.cpp."""
+    return _core.planar_twist(place, velocity, far=_FAR)

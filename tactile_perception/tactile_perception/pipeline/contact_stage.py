@@ -4,6 +4,7 @@
 process_bag."""
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -112,8 +113,8 @@ class ContactStage:
     def _with_range_error(self, contact: ContactEstimate) -> ContactEstimate:
         """The same contact with the common-mode error of the ranges added to its covariance."""
         ray = contact.position - self._origin
-        along = ray * (self._range_sigma / np.linalg.norm(ray))
-        return replace(contact, position_covariance=contact.position_covariance + np.outer(along, along))
+        along = ray * (self._range_sigma / math.sqrt(ray @ ray))
+        return replace(contact, position_covariance=contact.position_covariance + along[:, None] * along)
 
 
 def _points(dots: ContactDots, found: DotClassification, rest: np.ndarray, force: np.ndarray | None) -> SurfacePoints:

@@ -18,6 +18,7 @@ FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5
 LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full(42, 1e-4), 'triangles': AT_REST, 'residual': 0 * UP}
 
 
+NUMBERS = np.arange(42)
 HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
 HOLES = {'places': DOTS, 'load': np.linspace(0, 2, 42), 'seen': np.arange(42) % 5 > 0, 'triangles': AT_REST, 'residual': 0 * UP,
          'origin': -0.04 * UP[0]}
@@ -80,6 +81,10 @@ CALLS = {
     'carried_loads': (lambda places=DOTS, force=UP, load=np.linspace(0, 2, 42): _core.carried_loads(
         places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
     'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
+    'planar_twist': (lambda place=PLACES, velocity=PLACES / 9: _core.planar_twist(place, velocity, far=4.0),
+                     {'place': PLACES, 'velocity': PLACES / 9}),
+    'force_around': (lambda id=NUMBERS, inside=NUMBERS % 7 < 4, force=UP: [_core.force_around(id, inside, force, **GRID)],
+                     {'id': NUMBERS, 'inside': NUMBERS % 7 < 4, 'force': UP}),
     'deepest_notch': (lambda corners=PLACES: [_core.deepest_notch(corners)], {'corners': PLACES}),
     'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights, steps=9),
                      {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),

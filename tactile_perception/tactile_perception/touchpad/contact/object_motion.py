@@ -3,7 +3,6 @@
 """The object's rigid motion over a fixed interval from sticking dots, and the slip of the other dots relative to it."""
 from __future__ import annotations
 
-import itertools
 from collections import deque
 from dataclasses import dataclass
 
@@ -44,6 +43,7 @@ class ObjectMotion:
     def reset(self) -> None:
         """Forget all frames."""
         self._past: deque[tuple[float, np.ndarray, np.ndarray]] = deque()
+        self._stuck = np.zeros(self.rows * self.columns, np.int64)  # frames up to the last in which each dot stuck without a break
 
     def process(self, dots: ContactDots, stamp_s: float, regions: list[np.ndarray] | None = None) -> MotionEstimate:
         """Motion up to this frame. regions: the members (N,) bool of each separate region, largest first; None: all dots are one region's.
@@ -57,6 +57,7 @@ class ObjectMotion:
         places = np.full((self.rows * self.columns, 3), np.nan)
         places[dots.ids] = dots.xyz
         self._past.append((stamp_s, places, states))
+        self._stuck = (self._stuck + 1) * (states == 1)
         while len(self._past) > 2 and self._past[1][0] <= stamp_s - self.interval_s * (1 - 1e-6):
             self._past.popleft()
         return self._estimate(dots, stamp_s, [np.ones(len(dots.ids), bool)] if regions is None else regions)
@@ -66,27 +67,25 @@ class ObjectMotion:
         since, before, first = self._past[0]
         if len(self._past) < 2 or not first.any():
             return unknown
-        stuck = first > 0
-        for _, _, states in itertools.islice(self._past, 1, None):
-            stuck = stuck & (states == 1)
+        known = (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
+        chosen, first_motion, slip = known & (self._stuck[dots.ids] >= len(self._past) - 1), None, unknown.slip
         before = before[dots.ids]
-        known = np.isfinite(before[:, 0]) & (first[dots.ids] > 0) & (np.asarray(dots.state) > 0)
-        chosen, first_motion, slip = known & stuck[dots.ids], None, unknown.slip
         for members in regions:
-            sticking, moving = chosen & members, known & members
-            motion = _shared_motion(before[sticking], dots.xyz[sticking], dots.sigma)
+            motion = _shared_motion(before, dots, chosen & members)
             if motion is not None:
                 first_motion = first_motion or motion
+                moving = known & members
                 slip[moving] = dots.xyz[moving] - motion.apply(before[moving])
         return MotionEstimate(first_motion, stamp_s - since, slip) if first_motion else unknown
 
 
-def _shared_motion(before: np.ndarray, now: np.ndarray, sigma: float) -> RigidFit | None:
-    """The motion that at least half of the dots share; None without such a motion or if they do not determine it."""
-    if len(before) < _FEWEST:
+def _shared_motion(before: np.ndarray, dots: ContactDots, sticking: np.ndarray) -> RigidFit | None:
+    """The motion that at least half of the sticking (N,) dots share; None without such a motion or if they do not determine it."""
+    if np.count_nonzero(sticking) < _FEWEST:
         return None
+    before, now = before[sticking], dots.xyz[sticking]
     try:
-        motion = fit_rigid_robust(before, now, np.sqrt(2) * sigma)
+        motion = fit_rigid_robust(before, now, np.sqrt(2) * dots.sigma)
     except DegenerateFit:
         return None
     return motion if np.count_nonzero(motion.weights) >= max(_FEWEST, len(before) / 2) else None

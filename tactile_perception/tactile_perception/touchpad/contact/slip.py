@@ -49,7 +49,7 @@ class SlipEstimator:
         place = dots.xyz[slipping]
         estimate = SlipEstimate(self._state, fraction, x=place[:, 0], y=place[:, 1])
         whole = [contact for contact in contacts if _slips_grossly(dots, contact)]
-        several = sum(contact.members.sum() >= _FEWEST for contact in whole) > 1
+        several = sum(np.count_nonzero(contact.members) >= _FEWEST for contact in whole) > 1
         centre = None if several or dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
         velocity, drift = _relative_velocity(motion), np.full(2, np.nan)
         for contact in whole:
@@ -87,13 +87,14 @@ class SlipEstimator:
 
 
 def _slips_grossly(dots: ContactDots, contact: ContactEstimate) -> bool:
-    return bool(np.mean(np.asarray(dots.state)[contact.members] == 2) >= STILL_GROSS)
+    state = np.asarray(dots.state)[contact.members]
+    return np.count_nonzero(state == 2) >= STILL_GROSS * len(state)
 
 
 def _drags(dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
     """(M, 2) N: tangential forces on the dots of a contact, across its normal."""
     force = dots.force[contact.members]
-    return (force - np.outer(force @ contact.normal, contact.normal))[:, :2]
+    return force[:, :2] - (force @ contact.normal)[:, None] * contact.normal[:2]
 
 
 def _relative_velocity(motion: MotionEstimate) -> np.ndarray:
@@ -106,6 +107,7 @@ def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
 
     Friction on the surface points along the object's velocity, so both fields have the same centre.
     """
-    if len(place) < _FEWEST or not force.any() or (place == place[0]).all():
+    if len(place) < _FEWEST or not force.any():
         return None
-    return planar_twist(place, force)[2]
+    _, turn, centre = planar_twist(place, force)
+    return None if np.isnan(turn) else centre

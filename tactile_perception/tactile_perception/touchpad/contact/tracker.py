@@ -3,12 +3,12 @@
 """Contact tracking: one Contact for each region, under an id that it keeps while the touch lasts."""
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from ..._core import deepest_notch
+from ..._core import deepest_notch, force_around
 from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ...common.spherical_cap import Cap
 from .contact_point import contact_depth, contact_point
@@ -69,18 +69,20 @@ class ContactTracker:
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
         position, covariance, normal = contact_point(dots, region)
-        depth = np.maximum(contact_depth(dots, region, self._cap), 0.0)
+        depth = contact_depth(dots, region, self._cap)
+        depth = 0.0 if depth < 0 else depth  # NaN stays
         force = np.nan if dots.force is None else max(float(-region.moments.normal @ _force(dots, region)), 0.0)
         flags = self._flags(dots, region, position, depth, merged)
-        return ContactEstimate(number, position, normal, float(depth), force, covariance, flags, region.members)
+        return ContactEstimate(number, position, normal, depth, force, covariance, flags, region.members)
 
     def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
         place = region.outline.grid_points
-        flags = AT_EDGE if place.min() < 0.5 or (place > np.array([dots.rows, dots.columns]) - 1.5).any() else 0
+        row, column = place.max(axis=0).tolist()
+        flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0
         if merged or deepest_notch(place) > _NOTCH:
             flags |= AMBIGUOUS
         beyond = self._depth is not None and depth > self._depth
-        outside = self._radius is not None and np.hypot(*position[:2]) > self._radius
+        outside = self._radius is not None and math.hypot(position[0], position[1]) > self._radius
         return flags | (OUT_OF_RANGE if beyond or outside else 0)
 
 
@@ -98,8 +100,8 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
     pairs = []
     for k, region in enumerate(regions):
         for number, track in last.items():
-            radii = np.sqrt(region.moments.area / np.pi) + np.sqrt(track.area / np.pi)
-            gap = np.linalg.norm(region.moments.centroid - track.centroid) - radii
+            radii = math.sqrt(region.moments.area / math.pi) + math.sqrt(track.area / math.pi)
+            gap = math.dist(region.moments.centroid, track.centroid) - radii
             common = len(held[k] & track.held)
             if common or gap < 1.5 * region.pitch:
                 pairs.append((-common, gap, number, k))
@@ -112,7 +114,4 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
 
 def _force(dots: ContactDots, region: Region) -> np.ndarray:
     """(3,) N: forces of the dots in the region and of their neighbours, which carry a part of the border's load."""
-    inside = np.zeros(dots.rows * dots.columns, np.uint8)
-    inside[dots.ids[region.members]] = 1
-    near = cv2.boxFilter(inside.reshape(dots.rows, -1), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT).ravel()
-    return (near[dots.ids] > 0).astype(float) @ dots.force
+    return force_around(dots.ids, region.members, dots.force, rows=dots.rows, columns=dots.columns)
