@@ -46,7 +46,7 @@ def label_score(contact: np.ndarray) -> np.ndarray:
 
 def region_outlines(score: np.ndarray, surface: DotSurface, level: float = 0.5, refine: int = REFINE,
                     ceiling: float = 1.0) -> tuple[list[Outline], list[Moments], float]:
-    """Regions where score (rows, columns) is above level: their outlines on the surface, largest first, their moments without the holes, and
+    """Regions where score (rows, columns) is above level, largest first: outlines on the surface, moments without the holes, and
     the mean distance of neighbouring dots, m, in the part of the surface that they cover.
 
     Unseen dots (NaN) are filled from their neighbours. score is clipped to 0 and ceiling, so that the border is independent of the pressure

@@ -75,7 +75,7 @@ def _fit(p: np.ndarray, q: np.ndarray, weights: np.ndarray, known: bool, steps: 
     try:
         rotation, translation, residuals, used, opened = rigid_motion(p, q, np.asarray(weights, float), steps=steps)
     except ValueError as error:
-        raise BadArgument(f'rigid fit: p and q (N, 3) and weights (N,), not negative, must be finite; leave unseen dots out: {error}') from error
+        raise BadArgument(f'rigid fit: p, q (N, 3), weights (N,) >= 0 must be finite; leave unseen dots out: {error}') from error
     if opened:
         raise DegenerateFit(*_OPEN[opened])
     return RigidFit(rotation, translation, q, residuals, used, known)

@@ -25,4 +25,4 @@ def next_state(state: int, fraction: float) -> int:
 def planar_twist(place: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     """Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, from velocity (S, 2) at place
     (S, 2); all NaN for coincident or NaN places. Kernel: src/common/planar_twist.cpp."""
-    return _core.planar_twist(place, velocity, far=_FAR)
+    return _core.planar_twist(np.asarray(place, float), np.asarray(velocity, float), far=_FAR)
