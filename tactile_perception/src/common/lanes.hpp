@@ -62,11 +62,33 @@ struct Eight {
         return of_pixels(reinterpret_cast<const std::uint8_t*>(&bytes));
     }
     TACTILE_INLINE void store(std::int16_t* to) const { std::memcpy(to, &values, sizeof values); }
+    // The first four, the first one lowest (little endian).
+    TACTILE_INLINE std::uint64_t first_four() const {
+        typedef std::uint64_t Halves __attribute__((vector_size(EIGHT * sizeof(std::int16_t))));
+        return Halves(values)[0];
+    }
 
     TACTILE_INLINE friend Eight operator+(const Eight& a, const Eight& b) { return Eight(a.values + b.values); }
     TACTILE_INLINE friend Eight operator-(const Eight& a, const Eight& b) { return Eight(a.values - b.values); }
     TACTILE_INLINE friend Eight operator-(const Eight& a, std::int16_t b) { return Eight(a.values - b); }
     TACTILE_INLINE friend Eight operator*(std::int16_t a, const Eight& b) { return Eight(a * b.values); }
+};
+
+// Sixteen pixels from one on: the first, third, ... and the second, fourth, ... of them (little endian).
+struct Sixteen {
+    Eight even, odd;
+    TACTILE_INLINE explicit Sixteen(const std::uint8_t* from) : Sixteen(pairs(from)) {}
+    TACTILE_INLINE friend Sixteen operator+(const Sixteen& a, const Sixteen& b) { return {a.even + b.even, a.odd + b.odd}; }
+
+ private:
+    typedef std::uint16_t Pairs __attribute__((vector_size(EIGHT * sizeof(std::uint16_t))));
+    TACTILE_INLINE static Pairs pairs(const std::uint8_t* from) {
+        Pairs values;
+        std::memcpy(&values, from, sizeof values);
+        return values;
+    }
+    TACTILE_INLINE explicit Sixteen(const Pairs& both) : even(Eight::Values(both & 0xff)), odd(Eight::Values(both >> 8)) {}
+    TACTILE_INLINE Sixteen(const Eight& even_, const Eight& odd_) : even(even_), odd(odd_) {}
 };
 
 }  // namespace tactile
