@@ -6,6 +6,7 @@
 #include "dots/detect/disc_patch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "common/lanes.hpp"
@@ -16,11 +17,40 @@ namespace {
 constexpr std::int16_t UNITS = 4;  // per grey level: their rounding adds 0.07 grey levels of noise. Chosen
 constexpr int MOST = 1023;         // units. Derived: no pixel differs by more from a level; folded four times it still is a 16-bit number
 
-// Sum of the products of two rows. It stays within 32 bits: a row of the basis has a norm of 1, a folded one of 1/2.
-std::int32_t product(const std::int16_t* a, const std::int16_t* b, std::ptrdiff_t count) {
-    std::int32_t sum = 0;
-    for (std::ptrdiff_t k = 0; k < count; ++k) sum += a[k] * b[k];
-    return sum;
+constexpr std::ptrdiff_t ROWS = 4;  // of the basis that a loop handles at once; all sectors have a multiple of them
+
+// Sums of the products of a folded patch with ROWS rows of the basis, one after the other. They stay within 32 bits: a row of the basis has
+// a norm of 1, a folded one of 1/2.
+TACTILE_INLINE std::array<std::int32_t, ROWS> products(const std::int16_t* folded, const std::int16_t* basis, std::ptrdiff_t count) {
+    const std::int16_t *b = basis + count, *c = b + count, *d = c + count;
+    std::int32_t sums[ROWS] = {};
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+        sums[0] += folded[k] * basis[k];
+        sums[1] += folded[k] * b[k];
+        sums[2] += folded[k] * c[k];
+        sums[3] += folded[k] * d[k];
+    }
+    return {sums[0], sums[1], sums[2], sums[3]};
+}
+
+// A row of pixels as they are in an image, from the middle one of a patch on, minus a grey level.
+struct SeenRow {
+    const std::uint8_t* middle;
+    std::int16_t level;
+    TACTILE_INLINE Eight right(std::ptrdiff_t c) const { return UNITS * (Eight::of_pixels(middle + c) - level); }
+    TACTILE_INLINE Eight left(std::ptrdiff_t c) const { return UNITS * (Eight::of_pixels_back(middle - c) - level); }
+};
+
+// A row of a patch that was cut out.
+struct CutRow {
+    const std::int16_t *values, *mirrored;
+    TACTILE_INLINE Eight right(std::ptrdiff_t c) const { return Eight(values + c); }
+    TACTILE_INLINE Eight left(std::ptrdiff_t c) const { return Eight(mirrored + c); }
+};
+
+// Row r of a patch around a row of the image; of rows outside of the image, the outermost one.
+TACTILE_INLINE const std::uint8_t* row_of(const Image& image, std::ptrdiff_t r) {
+    return image.pixels + std::clamp<std::ptrdiff_t>(r, 0, image.rows - 1) * image.columns;
 }
 
 }  // namespace
@@ -35,16 +65,14 @@ DiscPatch::DiscPatch(const DiscModel& model)
       folded_(SECTORS * (sector_ + width_)) {}
 
 TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level) {
-    const bool inside = column >= width_ && column + width_ <= image.columns;
     for (std::ptrdiff_t r = 0; r <= 2 * half_; ++r) {
-        const std::uint8_t* pixels = image.pixels + std::clamp<std::ptrdiff_t>(row - half_ + r, 0, image.rows - 1) * image.columns;
+        const std::uint8_t* pixels = row_of(image, row - half_ + r);
         std::int16_t *right = right_of(r), *left = left_of(r);
-        if (inside) {
-            const std::uint8_t* middle = pixels + column;
-            const auto zero = static_cast<std::int16_t>(level);
+        if (is_inside(image, column)) {
+            const SeenRow seen{pixels + column, static_cast<std::int16_t>(level)};
             for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
-                (UNITS * (Eight::of_pixels(middle + c) - zero)).store(right + c);
-                (UNITS * (Eight::of_pixels_back(middle - c) - zero)).store(left + c);
+                seen.right(c).store(right + c);
+                seen.left(c).store(left + c);
             }
         } else {
             const auto at = [&](std::ptrdiff_t c) { return pixels[std::clamp<std::ptrdiff_t>(c, 0, image.columns - 1)]; };
@@ -89,33 +117,49 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
 
 // Sums and differences of pixels mirrored along v and along u. The middle row and column are added to themselves; the basis halves them.
 // What follows a row in the padding is overwritten by the next row, or multiplied by zeros of the basis.
-TACTILE_WIDE void DiscPatch::fold() {
-    for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
-        const std::int16_t *right_up = right_of(half_ - r), *left_up = left_of(half_ - r);
-        const std::int16_t *right_down = right_of(half_ + r), *left_down = left_of(half_ + r);
-        std::int16_t* out = folded_.data() + r * quarter_;
-        const std::ptrdiff_t next = sector_ + width_;  // sector
-        for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
-            const Eight up(right_up + c), down(right_down + c), up_left(left_up + c), down_left(left_down + c);
-            const Eight even = down + up, odd = down - up, even_left = down_left + up_left, odd_left = down_left - up_left;
-            (even + even_left).store(out + c);
-            (even - even_left).store(out + next + c);
-            (odd + odd_left).store(out + 2 * next + c);
-            (odd - odd_left).store(out + 3 * next + c);
+template <class Row>
+TACTILE_INLINE void DiscPatch::fold(const Row& up, const Row& down, std::ptrdiff_t r) {
+    const std::ptrdiff_t next = sector_ + width_;  // sector
+    std::int16_t* out = folded_.data() + r * quarter_;
+    for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
+        const Eight even = down.right(c) + up.right(c), odd = down.right(c) - up.right(c);
+        const Eight even_left = down.left(c) + up.left(c), odd_left = down.left(c) - up.left(c);
+        (even + even_left).store(out + c);
+        (even - even_left).store(out + next + c);
+        (odd + odd_left).store(out + 2 * next + c);
+        (odd - odd_left).store(out + 3 * next + c);
+    }
+}
+
+TACTILE_INLINE void DiscPatch::project(float* out) const {
+    const float scale = 1.0f / (UNITS * BASIS_UNITS);
+    std::ptrdiff_t at = 0;
+    for (std::ptrdiff_t s = 0; s < SECTORS; ++s) {
+        const std::int16_t* folded = folded_.data() + s * (sector_ + width_);
+        for (const std::ptrdiff_t end = at + SECTOR_SIZES[s]; at < end; at += ROWS) {
+            const auto sums = products(folded, model_.basis + at * sector_, sector_);
+            for (std::ptrdiff_t k = 0; k < ROWS; ++k) out[at + k] = scale * static_cast<float>(sums[k]);
         }
     }
 }
 
 TACTILE_WIDE void DiscPatch::compress(float* out) {
-    fold();
-    const float scale = 1.0f / (UNITS * BASIS_UNITS);
-    std::ptrdiff_t at = 0;
-    for (std::ptrdiff_t s = 0; s < SECTORS; ++s) {
-        const std::int16_t* folded = folded_.data() + s * (sector_ + width_);
-        for (const std::ptrdiff_t end = at + SECTOR_SIZES[s]; at < end; ++at) {
-            out[at] = scale * static_cast<float>(product(folded, model_.basis + at * sector_, sector_));
-        }
+    for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
+        fold(CutRow{right_of(half_ - r), left_of(half_ - r)}, CutRow{right_of(half_ + r), left_of(half_ + r)}, r);
     }
+    project(out);
+}
+
+TACTILE_WIDE void DiscPatch::compress(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level, float* out) {
+    if (!is_inside(image, column)) {
+        cut(image, column, row, level);
+        return compress(out);
+    }
+    const auto zero = static_cast<std::int16_t>(level);
+    for (std::ptrdiff_t r = 0; r < quarter_; ++r) {
+        fold(SeenRow{row_of(image, row - r) + column, zero}, SeenRow{row_of(image, row + r) + column, zero}, r);
+    }
+    project(out);
 }
 
 }  // namespace tactile

@@ -25,8 +25,15 @@ class DiscPatch {
     // Writes the DIMENSIONS coefficients, grey levels.
     void compress(float* out);
 
+    // The same of the pixels around (column, row) as they are in the image; see cut.
+    void compress(const Image& image, std::ptrdiff_t column, std::ptrdiff_t row, int level, float* out);
+
  private:
-    void fold();
+    // Whether the columns of a patch around one are inside the image.
+    bool is_inside(const Image& image, std::ptrdiff_t column) const { return column >= width_ && column + width_ <= image.columns; }
+    template <class Row>
+    void fold(const Row& up, const Row& down, std::ptrdiff_t r);
+    void project(float* out) const;
     // Row r of the patch from the middle pixel to the right, and to the left; the padding follows.
     std::int16_t* right_of(std::ptrdiff_t r) { return values_.data() + 2 * r * width_; }
     std::int16_t* left_of(std::ptrdiff_t r) { return right_of(r) + width_; }

@@ -75,8 +75,7 @@ class Fits {
     void move(DotFit& dot, double u, double v) {
         dot.column = pixel(u, image_.columns);
         dot.row = pixel(v, image_.rows);
-        cut(dot);
-        patch_.compress(dot.patch);
+        patch_.compress(image_, dot.column, dot.row, look_.ground, dot.patch);
     }
 
     // Lists, for each dot, the dots that may appear in its patch: neighbours_ from first_[i] to first_[i + 1].
