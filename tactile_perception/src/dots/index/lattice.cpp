@@ -10,6 +10,7 @@
 #include <complex>
 #include <limits>
 
+#include "common/wide.hpp"
 #include "dots/index/neighbours.hpp"
 
 namespace tactile {
@@ -106,7 +107,7 @@ class CellMeans {
 };
 
 // Least squared distance of places from (u, v). Several minima stand side by side, which an instruction compares at once.
-double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
+TACTILE_INLINE double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
     constexpr std::size_t LANES = 4;
     double least[LANES];
     std::fill(least, least + LANES, std::numeric_limits<double>::infinity());
@@ -125,7 +126,7 @@ double least_square(const std::vector<double>& across, const std::vector<double>
 }
 
 // Median distance to the nearest other dot, px, over a sample of the dots.
-double typical_distance(const double* places, std::ptrdiff_t count) {
+TACTILE_WIDE double typical_distance(const double* places, std::ptrdiff_t count) {
     std::vector<double> across(count), down(count), squares;
     for (std::ptrdiff_t j = 0; j < count; ++j) across[j] = places[2 * j], down[j] = places[2 * j + 1];
     for (std::ptrdiff_t i = 0; i < count; i += std::max<std::ptrdiff_t>(count / SAMPLE, 1)) {

@@ -27,6 +27,8 @@ constexpr double NOISE = 7.0;        // standard deviations, the same for noisy 
 constexpr double NEARLY_ALL = 0.99;  // of the dots
 constexpr double SAME_SHARE = 0.9;   // of the dots, least number seen in both frames. Chosen
 
+constexpr std::ptrdiff_t LONGEST_TABLE = 8;  // entries of find_ids for each id. Chosen: bounds the memory
+
 // A dot: position and motion, px.
 struct Moved {
     double u, v, du, dv, sigma;
@@ -69,11 +71,28 @@ std::vector<double> residuals(const std::vector<Moved>& dots, const std::vector<
 
 }  // namespace
 
+// By a table of all ids from the least to the largest one, as on a grid; by search in sorted ids where it would be long.
 std::vector<std::ptrdiff_t> find_ids(const std::int64_t* id, std::ptrdiff_t count, const std::int64_t* known, std::ptrdiff_t known_count) {
     std::vector<std::ptrdiff_t> found(count, -1);
+    if (known_count == 0) return found;
+    const auto [least, most] = std::minmax_element(known, known + known_count);
+    const std::uint64_t low = static_cast<std::uint64_t>(*least), span = static_cast<std::uint64_t>(*most) - low;
+    if (span < static_cast<std::uint64_t>(LONGEST_TABLE * known_count)) {
+        std::vector<std::ptrdiff_t> table(span + 1, -1);
+        for (std::ptrdiff_t k = known_count - 1; k >= 0; --k) table[static_cast<std::uint64_t>(known[k]) - low] = k;
+        for (std::ptrdiff_t i = 0; i < count; ++i) {
+            const std::uint64_t at = static_cast<std::uint64_t>(id[i]) - low;
+            if (at <= span) found[i] = table[at];
+        }
+        return found;
+    }
+    std::vector<std::ptrdiff_t> order(known_count);
+    std::iota(order.begin(), order.end(), std::ptrdiff_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return known[a] < known[b]; });
     for (std::ptrdiff_t i = 0; i < count; ++i) {
-        const std::int64_t* at = std::lower_bound(known, known + known_count, id[i]);
-        if (at != known + known_count && *at == id[i]) found[i] = at - known;
+        const auto at =
+            std::lower_bound(order.begin(), order.end(), id[i], [&](std::ptrdiff_t k, std::int64_t wanted) { return known[k] < wanted; });
+        if (at != order.end() && known[*at] == id[i]) found[i] = *at;
     }
     return found;
 }
@@ -115,17 +134,12 @@ Deviation deviation_from_drift(const double* places, const double* motions, cons
 }
 
 bool have_stayed(const PlacedDots& now, const double* sigma, const PlacedDots& then) {
-    std::vector<std::ptrdiff_t> order(then.count);
-    std::iota(order.begin(), order.end(), std::ptrdiff_t{0});
-    std::sort(order.begin(), order.end(), [&](std::ptrdiff_t a, std::ptrdiff_t b) { return then.id[a] < then.id[b]; });
-    std::vector<std::int64_t> known(then.count);
-    for (std::ptrdiff_t k = 0; k < then.count; ++k) known[k] = then.id[order[k]];
-    const std::vector<std::ptrdiff_t> at = find_ids(now.id, now.count, known.data(), then.count);
+    const std::vector<std::ptrdiff_t> at = find_ids(now.id, now.count, then.id, then.count);
     std::vector<double> squares, noise;
     for (std::ptrdiff_t i = 0; i < now.count; ++i) {
         if (std::isfinite(sigma[i])) noise.push_back(sigma[i]);
         if (at[i] < 0) continue;
-        const double *from = then.places + 2 * order[at[i]], *to = now.places + 2 * i;
+        const double *from = then.places + 2 * at[i], *to = now.places + 2 * i;
         const double square = (to[0] - from[0]) * (to[0] - from[0]) + (to[1] - from[1]) * (to[1] - from[1]);
         squares.push_back(std::isnan(square) ? HUGE_VAL : square);
     }

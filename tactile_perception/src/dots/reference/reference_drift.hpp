@@ -8,7 +8,7 @@
 
 namespace tactile {
 
-// Index of each id (count) among known ids (known_count), which are sorted; -1 where it is not among them.
+// Index of each id (count) among known ids (known_count), of the first of equal ones; -1 where it is not among them.
 std::vector<std::ptrdiff_t> find_ids(const std::int64_t* id, std::ptrdiff_t count, const std::int64_t* known, std::ptrdiff_t known_count);
 
 // Moves known places, px, towards places (count, 2) of dots at these indices, -1 for none: to their mean over the first frames, afterwards
