@@ -9,13 +9,12 @@
 #include "touchpad/contact/contact_score.hpp"
 #include "touchpad/contact/dot_loads.hpp"
 #include "touchpad/contact/edge_places.hpp"
+#include "touchpad/contact/seen_loads.hpp"
 #include "touchpad/contact/smooth_edges.hpp"
 #include "touchpad/contact/stick_slip.hpp"
-#include "touchpad/membrane/holes.hpp"
 #include "touchpad/membrane/membrane_forces.hpp"
 #include "touchpad/membrane/membrane_frame.hpp"
 #include "touchpad/membrane/membrane_solver.hpp"
-#include "touchpad/membrane/settled_holes.hpp"
 
 namespace tactile::border {
 namespace {
@@ -39,19 +38,6 @@ struct GivenMembrane {
           residual(residual_, "residual", {grid.size(), 3}),
           membrane{grid, triangles.data(), residual.data()} {}
 };
-
-py::array_t<double> filled(const py::object& values, const py::object& known, int rows, int columns) {
-    const Input<double> given(values, "values", {ANY, ANY});
-    const Grid grid = grid_of(given, "values", rows, columns);
-    const Input<bool> seen(known, "known", {grid.size()});
-    within(given.length(1), "values", 0, LARGEST_GRID);
-    std::vector<double> found(given.data(), given.data() + given.length() * given.length(1));
-    {
-        py::gil_scoped_release others_run;
-        fill_holes(found.data(), seen.data(), rows, columns, given.length(1));
-    }
-    return output(found, {given.length(), given.length(1)});
-}
 
 py::array_t<double> at_rest(const py::object& rest, int rows, int columns, double stiffness, double area_share) {
     const Input<double> given(rest, "rest", {ANY, 3});
@@ -81,17 +67,24 @@ py::array_t<double> slopes(const py::object& places, const py::object& rays, con
     return output(find_slopes(of.membrane, given.data(), along.data(), pressure, balance), {grid.size(), 9});
 }
 
-py::tuple loads(const py::object& places, const py::object& triangles, const py::object& residual, int rows, int columns,
-                double rest_pressure) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
+py::tuple loads(const py::object& id, const py::object& places, const py::object& rest, const py::object& triangles,
+                const py::object& residual, const py::object& origin, int rows, int columns, double rest_pressure, double settled) {
+    const Input<double> still(rest, "rest", {ANY, 3});
+    const Grid grid = grid_of(still, "rest", rows, columns);
+    const Input<std::int64_t> numbers(id, "id", {ANY});
+    const Input<double> given(places, "places", {numbers.length(), 3}), centre(origin, "origin", {3});
+    for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(grid.size() - 1));
     const GivenMembrane of(triangles, residual, grid);
-    Loads found;
+    SeenLoads found;
     {
         py::gil_scoped_release others_run;
-        found = find_loads(of.membrane, given.data(), rest_pressure);
+        found =
+            seen_loads(of.membrane, numbers.data(), given.data(), numbers.length(), still.data(), centre.data(), rest_pressure, settled);
     }
-    return py::make_tuple(output(found.normal, {grid.size(), 3}), output(found.force, {grid.size(), 3}), output(found.load, {grid.size()}));
+    py::array_t<bool> seen(grid.size());
+    std::copy_n(found.seen.get(), grid.size(), seen.mutable_data());
+    return py::make_tuple(output(found.places, {grid.size(), 3}), seen, output(found.loads.normal, {grid.size(), 3}),
+                          output(found.loads.force, {grid.size(), 3}), output(found.loads.load, {grid.size()}));
 }
 
 py::tuple carried(const py::object& places, const py::object& force, const py::object& load, int rows, int columns, double loaded) {
@@ -159,21 +152,6 @@ py::tuple leaning(const py::object& places, const py::object& rays, const py::ob
         found = scale_leaning(of.membrane, given.data(), along.data(), held.data(), change.data(), pressure, lifted, step, spread, scale);
     }
     return py::make_tuple(found.curvature, found.gradient);
-}
-
-py::array_t<double> settled(const py::object& places, const py::object& load, const py::object& seen, const py::object& triangles,
-                            const py::object& residual, const py::object& origin, int rows, int columns, double pressure) {
-    const Input<double> given(places, "places", {ANY, 3});
-    const Grid grid = grid_of(given, "places", rows, columns);
-    const Input<double> carried(load, "load", {grid.size()}), centre(origin, "origin", {3});
-    const Input<bool> known(seen, "seen", {grid.size()});
-    const GivenMembrane of(triangles, residual, grid);
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = settle_holes(of.membrane, given.data(), carried.data(), known.data(), centre.data(), pressure);
-    }
-    return output(found, {grid.size(), 3});
 }
 
 // The touchpad's contact.
@@ -298,10 +276,6 @@ py::tuple motion(const py::object& before, const py::object& after, const py::ob
 }  // namespace
 
 void bind_contact(py::module_& module) {
-    module.def(
-        "fill_holes", &filled, py::arg("values"), py::arg("known"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-        "values (K, n) float64 of dots on a grid with those where known (K,) bool is false replaced by the mean of their neighbours\n"
-        "(Laplace's equation), in which unknown neighbours count half; all 0 where nothing is known.");
     module.def("membrane_at_rest", &at_rest, py::arg("rest"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("stiffness"),
                py::arg("area_share"),
                "Triangles float64 of a membrane with rest positions (K, 3) float64, m, and shear stiffness, N/m, four a cell: weights\n"
@@ -314,9 +288,14 @@ void bind_contact(py::module_& module) {
         "Derivatives (K, 9), 1/m, of each dot's normal load over the pressure, Pa, at places (K, 3), m, by movements of the 3 x 3 dots\n"
         "around it, row by row, along their unit rays (K, 3); residual (K, 3), m^2: out of balance at rest. Outermost dots: 0.");
     module.def(
-        "membrane_loads", &loads, py::arg("places"), py::arg("triangles"), py::arg("residual"), py::kw_only(), py::arg("rows"),
-        py::arg("columns"), py::arg("rest_pressure"),
-        "Normals (K, 3), force of the object (K, 3), N, and load (K,), its normal pressure over the fluid's, of dots at places (K, 3), m.");
+        "membrane_loads", &loads, py::arg("id"), py::arg("places"), py::arg("rest"), py::arg("triangles"), py::arg("residual"),
+        py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("rest_pressure"), py::arg("settled"),
+        "Of all dots of the grid: places (K, 3), m, seen (K,) bool, normals (K, 3), force of the object (K, 3), N, and load (K,), its "
+        "normal\n"
+        "pressure over the fluid's; from places (N, 3), m, of the seen dots id (N,) int64, and their rest (K, 3), m. Unseen dots are\n"
+        "interpolated; where they or their neighbours have a load over settled, they are placed by one step towards the balance along "
+        "their\n"
+        "rays from origin (3,), m.");
     module.def(
         "carried_loads", &carried, py::arg("places"), py::arg("force"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         py::arg("loaded"),
@@ -360,11 +339,6 @@ void bind_contact(py::module_& module) {
         "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 16), noise along\n"
         "the normal and friction. last: places (K, 3), m, and seen (K,) bool of the last frame; now: places, scores (K,), seen, normals\n"
         "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
-    module.def(
-        "settle_holes", &settled, py::arg("places"), py::arg("load"), py::arg("seen"), py::arg("triangles"), py::arg("residual"),
-        py::arg("origin"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"),
-        "Places (K, 3), m, with those of unseen dots moved along their rays from origin (3,) by one step towards the balance around\n"
-        "them; load (K,): of the dots over the fluid's pressure, Pa; seen: (K,) bool.");
     module.def(
         "rigid_motion", &motion, py::arg("before"), py::arg("after"), py::arg("weights"), py::kw_only(), py::arg("steps"),
         "Rotation (3, 3) and translation (3,), m, of points before to after (N, 3), m, by least squares with weights (N,); residuals\n"

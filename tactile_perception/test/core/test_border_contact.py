@@ -20,8 +20,8 @@ LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full
 
 NUMBERS = np.arange(42)
 HELD = np.where(np.arange(42) % 7 < 4, 1, 0)
-HOLES = {'places': DOTS, 'load': np.linspace(0, 2, 42), 'seen': np.arange(42) % 5 > 0, 'triangles': AT_REST, 'residual': 0 * UP,
-         'origin': -0.04 * UP[0]}
+LOADED = {'id': NUMBERS[NUMBERS % 5 > 0], 'places': DOTS[NUMBERS % 5 > 0] * 1.01, 'rest': DOTS, 'triangles': AT_REST, 'residual': 0 * UP,
+          'origin': -0.04 * UP[0]}
 LAST = {'last_places': DOTS, 'last_seen': HELD > -1}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
 STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 26)), 'origin': -0.04 * UP[0]}
@@ -48,16 +48,13 @@ def call_contact_point(**arrays):
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
-    'fill_holes': (lambda values=DOTS, known=np.arange(42) % 3 > 0: [_core.fill_holes(values, known, **GRID)],
-                   {'values': DOTS, 'known': np.arange(42) % 3 > 0}),
     'membrane_at_rest': (lambda rest=DOTS: [_core.membrane_at_rest(rest, stiffness=90.0, area_share=0.8, **GRID)], {'rest': DOTS}),
     'membrane_forces': (lambda places=DOTS, triangles=AT_REST: _core.membrane_forces(places, triangles, **GRID),
                         {'places': DOTS, 'triangles': AT_REST}),
     'membrane_slopes': (lambda places=DOTS, rays=UP, triangles=AT_REST, residual=0 * UP: [
         _core.membrane_slopes(places, rays, triangles, residual, pressure=2000.0, **GRID)],
         {'places': DOTS, 'rays': UP, 'triangles': AT_REST, 'residual': 0 * UP}),
-    'membrane_loads': (lambda places=DOTS, triangles=AT_REST, residual=0 * UP: _core.membrane_loads(
-        places, triangles, residual, rest_pressure=2000.0, **GRID), {'places': DOTS, 'triangles': AT_REST, 'residual': 0 * UP}),
+    'membrane_loads': (lambda **arrays: _core.membrane_loads(**LOADED | arrays, rest_pressure=2000.0, settled=0.25, **GRID), LOADED),
     'solve_membrane': (lambda **arrays: _core.solve_membrane(**FRAME | arrays, pressure=2000.0, scale=1.0, fresh=False, **GRID), FRAME),
     'scale_leaning': (lambda **arrays: _core.scale_leaning(
         **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
@@ -66,7 +63,6 @@ CALLS = {
     'smooth_edges': (lambda score=np.linspace(0, 1, 42): [_core.smooth_edges(score, **GRID)], {'score': np.linspace(0, 1, 42)}),
     'place_edges': (lambda score=np.linspace(0, 1, 42), load=np.linspace(0, 2, 42): [_core.place_edges(score, load, **GRID)],
                     {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42)}),
-    'settle_holes': (lambda **arrays: [_core.settle_holes(**HOLES | arrays, pressure=2000.0, **GRID)], HOLES),
     'stick_slip': (call_stick_slip, STICKING),
     'grid_normals': (lambda xyz=WIDE: [_core.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),

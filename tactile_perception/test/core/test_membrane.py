@@ -3,6 +3,7 @@
 """The membrane's kernels against its energy, worked out triangle by triangle, and against the same steps with dense matrices."""
 import numpy as np
 import pytest
+from hole_reference import filled_holes
 from tactile_perception import _core
 
 ROWS, COLUMNS, STIFFNESS, SHARE, PRESSURE = 9, 8, 90.0, 0.8, 2000.0
@@ -109,7 +110,9 @@ def test_slopes_are_those_of_the_loads(pad):
 def test_loads_are_what_the_object_must_carry(pad):
     rest, of, residual = pad
     dented = rest - np.outer(0.4e-3 * np.exp(-((ROW - 4.0)**2 + (COLUMN - 3.5)**2) / 2), [0, 0, 1])
-    normal, force, load = _core.membrane_loads(dented, of, residual, rest_pressure=PRESSURE, **GRID)
+    places, _, normal, force, load = _core.membrane_loads(np.arange(SIZE), dented, rest, of, residual, ORIGIN, rest_pressure=PRESSURE,
+                                                          settled=0.25, **GRID)
+    np.testing.assert_allclose(places, dented, atol=1e-15)
     held = np.hypot(ROW - 4, COLUMN - 3.5) < 1
     assert load[held].min() > 1 and np.abs(load[~INNER]).max() == 0
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1)
@@ -191,7 +194,7 @@ def whole(rays, ranges, sigma, id, rest, places, scale):
     last = rays_to(places)
     turned = np.zeros((SIZE, 3))
     turned[id] = rays - last[id]
-    around = _core.fill_holes(turned, seen, **GRID)
+    around = filled_holes(turned, seen, **GRID)
     every = (last + around) / np.linalg.norm(last + around, axis=1, keepdims=True)
     weight, displaced = np.zeros(SIZE), np.zeros(SIZE)
     for i, k in enumerate(id):

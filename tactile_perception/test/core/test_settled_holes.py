@@ -40,8 +40,9 @@ def test_dots_settle_where_dense_equations_say(rows, columns, share):
     rest = np.column_stack([x, y, np.sqrt(0.02**2 - x**2 - y**2) - 0.007])
     membrane = Membrane(rest, rows, columns, material)
     xyz = rest - [0, 0, 1e-3] * np.exp(-(x**2 + y**2) / 9e-6)[:, None] + rng.normal(size=rest.shape) * 2e-5
-    state = DotLoads(xyz, rng.random(len(rest)) >= share, *membrane.forces.loads(xyz))
-    found = _core.settle_holes(xyz, state.load, state.seen, membrane.forces.triangles, membrane.forces.rest_residual, ORIGIN, rows=rows,
-                               columns=columns, pressure=material.rest_pressure)
-    np.testing.assert_allclose(found, reference(membrane, material, ORIGIN, state), atol=1e-10)
-    np.testing.assert_array_equal(found[state.seen], xyz[state.seen])
+    ids = np.flatnonzero(rng.random(len(rest)) >= share)
+    state, settled = (DotLoads(*_core.membrane_loads(
+        ids, xyz[ids], rest, membrane.forces.triangles, membrane.forces.rest_residual, ORIGIN, rows=rows, columns=columns,
+        rest_pressure=material.rest_pressure, settled=most)) for most in (np.inf, -1.0))
+    np.testing.assert_allclose(settled.xyz, reference(membrane, material, ORIGIN, state), atol=1e-10)
+    np.testing.assert_allclose(settled.xyz[ids], xyz[ids], atol=1e-15)

@@ -58,30 +58,14 @@ class LoadEstimator:
         """Set the dots' rest positions (K, 3), m; NaN: unknown. Raises BadArgument if less than half are known."""
         self.membrane = self.membrane.with_rest(rest_xyz) if self.membrane else Membrane(rest_xyz, *self.shape, self._material)
 
-    def displacements(self, ids: np.ndarray, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements (K, 3), m, of all dots from rest, and which are seen (K,) bool; from positions xyz (N, 3), m, of the seen dots ids
-        (N,). Unseen dots are interpolated. Raises BadArgument for ids outside the grid.
+    def loads(self, ids: np.ndarray, xyz: np.ndarray) -> DotLoads:
+        """Loads from positions xyz (N, 3), m, of the seen dots ids (N,). Unseen dots are interpolated; near a load they are placed by one
+        step towards the balance. Raises BadArgument for ids outside the grid. Kernel: src/touchpad/contact/seen_loads.cpp.
         """
-        mesh, rest = self.membrane.mesh, self.membrane.rest
-        if len(ids) and (ids.min() < 0 or ids.max() >= mesh.size):
-            raise BadArgument(f'loads: dot numbers {ids.min()} to {ids.max()} are outside the grid of {mesh.size} dots; '
+        membrane, (rows, columns) = self.membrane, self.shape
+        if len(ids) and not 0 <= ids.min() <= ids.max() < rows * columns:
+            raise BadArgument(f'loads: dot numbers {ids.min()} to {ids.max()} are outside the grid of {rows * columns} dots; '
                               'check parameters rows and columns')
-        seen, moved = np.zeros(mesh.size, bool), np.zeros_like(rest)
-        seen[ids] = True
-        moved[ids] = xyz - rest[ids]
-        return (moved if seen.all() else mesh.fill(moved, seen)), seen
-
-    def loads(self, moved: np.ndarray, seen: np.ndarray) -> DotLoads:
-        """Loads for displacements moved (K, 3), m; seen: (K,) bool. Unseen dots near a load are placed by one step towards the balance."""
-        xyz = self.membrane.rest + moved
-        found = DotLoads(xyz, seen, *self.membrane.forces.loads(xyz))
-        if seen.all() or not (np.abs(found.load[self.membrane.mesh.stencil[~seen]]) > _FILL_LOAD).any():
-            return found
-        xyz = self._settled(found)
-        return DotLoads(xyz, seen, *self.membrane.forces.loads(xyz))
-
-    def _settled(self, found: DotLoads) -> np.ndarray:
-        """(K, 3) m: places with unseen dots moved along their rays by one Gauss-Newton step towards the balance around them."""
-        forces, (rows, columns) = self.membrane.forces, self.shape
-        return _core.settle_holes(found.xyz, found.load, found.seen, forces.triangles, forces.rest_residual, self._origin, rows=rows,
-                                  columns=columns, pressure=self._material.rest_pressure)
+        return DotLoads(*_core.membrane_loads(
+            ids, np.asarray(xyz, float), membrane.rest, membrane.forces.triangles, membrane.forces.rest_residual, self._origin, rows=rows,
+            columns=columns, rest_pressure=self._material.rest_pressure, settled=_FILL_LOAD))

@@ -64,7 +64,7 @@ class MembraneMethod:
         """Classify dots ids (N,) at xyz (N, 3), m. Raises BadFrame for dots on a line, which span no membrane."""
         if len(ids) > 2 and lie_on_a_line(np.asarray(xyz, float), thinnest=_THINNEST):
             raise BadFrame('the 3D positions of all dots lie on a line; check the camera, or take a new reference')
-        loads = self._estimator.loads(*self._estimator.displacements(ids, xyz))
+        loads = self._estimator.loads(ids, xyz)
         if loads.none:
             return self._untouched(loads.xyz, loads.seen, ids)
         score = contact_score(self._estimator.membrane, loads)

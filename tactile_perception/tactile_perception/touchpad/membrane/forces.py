@@ -75,10 +75,3 @@ class MembraneForces:
         """
         return _core.scale_leaning(state.xyz, rays, state.touched, moved, self.triangles, self.rest_residual, lifted=lifted,
                                    pressure=state.fluid_pressure, **numbers, **self._grid)
-
-    def loads(self, xyz: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of dots at xyz (K, 3), m: normals (K, 3), force of the object on each (K, 3), N, and its normal pressure over the fluid's (K,).
-
-        The fluid's pressure is that at which most inner dots are free. The outermost dots have no balance: 0.
-        """
-        return _core.membrane_loads(xyz, self.triangles, self.rest_residual, rest_pressure=self.material.rest_pressure, **self._grid)

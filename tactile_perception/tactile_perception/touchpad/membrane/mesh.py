@@ -1,11 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The grid of dots as a mesh: neighbours, and values between known dots."""
+"""The grid of dots as a mesh: neighbours."""
 from __future__ import annotations
 
 import numpy as np
 
-from ... import _core
 from ...errors import BadArgument
 
 _OFFSETS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
@@ -32,8 +31,3 @@ class GridMesh:
         near_column = np.stack([column + j for _, j in _OFFSETS], axis=1)
         valid = (near_row >= 0) & (near_row < self.rows) & (near_column >= 0) & (near_column < self.columns)
         return np.where(valid, near_row * self.columns + near_column, np.arange(self.size)[:, None]), valid
-
-    def fill(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """values (K, n) with the rows where known (K,) is False replaced by the mean of their neighbours (Laplace's equation), in which
-        unknown neighbours count half."""
-        return _core.fill_holes(values, known, rows=self.rows, columns=self.columns)

@@ -26,7 +26,7 @@ def _of(rest, side):
 
 
 def _score(balance, xyz):
-    loads = balance.loads(*balance.displacements(np.arange(len(xyz)), xyz))
+    loads = balance.loads(np.arange(len(xyz)), xyz)
     return contact_score(balance.membrane, loads)
 
 
@@ -60,6 +60,6 @@ def test_dots_of_a_recording_seen_without_error(recording, name, least):
 
 def test_one_dot_alone_is_no_contact():
     balance = _balance()
-    free = balance.loads(*balance.displacements(np.arange(361), balance.membrane.rest))
+    free = balance.loads(np.arange(361), balance.membrane.rest)
     loads = replace(free, load=np.where(np.arange(361) == 180, 1.5, 0.0))
     assert not (contact_score(balance.membrane, loads) > 0.5).any()

@@ -248,7 +248,7 @@ def _scores(truth):
     balance.set_rest(truth['dot_rest_xyz'])
     counts = np.zeros((3, 3))
     for frame in range(len(truth['pressure'])):
-        loads = balance.loads(*balance.displacements(np.arange(529), truth['dot_xyz'][frame]))
+        loads = balance.loads(np.arange(529), truth['dot_xyz'][frame])
         found = states.update(loads, contact_score(balance.membrane, loads))
         slip = np.linalg.norm(truth['dot_slip'][frame], axis=1)
         real = truth['dot_state'][frame]
