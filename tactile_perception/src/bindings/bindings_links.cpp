@@ -91,6 +91,14 @@ py::tuple field_of_markers(const py::object& id, const py::object& uv, const py:
                           output(field.duv, {markers, 2}), output(field.area, {markers}));
 }
 
+bool any_rest_moved(const py::object& id, const py::object& places, const py::object& motions, const py::object& known, double limit) {
+    const Input<std::int64_t> numbers(id, "id", {ANY});
+    const Input<double> given(places, "places", {numbers.length(), 2}), moves(motions, "motions", {numbers.length(), 2});
+    const Input<double> still(known, "known", {ANY, 2});
+    for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(still.length()) - 1);
+    return rest_moved(numbers.data(), given.data(), moves.data(), numbers.length(), still.data(), within(limit, "limit", 0, LARGEST_PLACE));
+}
+
 py::tuple deviation(const py::object& places, const py::object& motions, const py::object& sigma) {
     const Input<double> given(places, "places", {ANY, 2}), moves(motions, "motions", {given.length(), 2});
     const Input<double> noise(sigma, "sigma", {given.length()});
@@ -174,6 +182,10 @@ void bind_links(py::module_& module) {
         py::arg("rest"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
         "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): now, rest: (N, 3) apparent\n"
         "x, y, m, and area of a pixel, m^2; eye: (N, 3) m; known_area: (K,) px^2, untouched.");
+    module.def("rest_moved", &any_rest_moved, py::arg("id"), py::arg("places"), py::arg("motions"), py::arg("known"), py::kw_only(),
+               py::arg("limit"),
+               "Whether any dot id (N,) int64 at places less motions (N, 2), px, is farther than limit, px, along an axis from its known\n"
+               "place (K, 2), px, or that is NaN; dots that are not finite do not count.");
     module.def("deviation_from_drift", &deviation, py::arg("places"), py::arg("motions"), py::arg("sigma"),
                "Whether more dots than outliers deviate from the common affine motion, or all moved farther than drift; and the largest\n"
                "deviation without outliers, px. places, motions: (N, 2) float64, px, motions NaN where unknown; sigma: (N,) float64, px "

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -43,7 +44,7 @@ class CameraModel:
         if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-6):
             raise BadArgument('camera: rotation is not a rotation matrix; check camera.rotation')
 
-    @property
+    @cached_property
     def centre(self) -> np.ndarray:
         """(3,) centre of projection in the sensor frame, m."""
         return -self.rotation.T @ self.translation

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED = 1, 2, 4, 8
+_UNKNOWN = np.full(4, np.nan)
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,13 @@ class ContactRegionEstimate:
     outlines: list[np.ndarray] = field(default_factory=list)
     holes: list[np.ndarray] = field(default_factory=list)
     area: float = 0.0
-    centroid: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    normal: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    centroid: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    normal: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     orientation: float = np.nan
     major_axis: float = np.nan
     minor_axis: float = np.nan
-    motion_translation: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    motion_rotation: np.ndarray = field(default_factory=lambda: np.full(4, np.nan))
+    motion_translation: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    motion_rotation: np.ndarray = field(default_factory=_UNKNOWN.copy)
     motion_interval: float = np.nan
 
 
@@ -67,9 +68,9 @@ class SlipEstimate:
 
     state: int = NONE
     slipping_fraction: float = np.nan
-    linear: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    angular: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
-    rotation_center: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    linear: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    angular: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
+    rotation_center: np.ndarray = field(default_factory=_UNKNOWN[:3].copy)
     x: np.ndarray = field(default_factory=lambda: np.zeros(0))
     y: np.ndarray = field(default_factory=lambda: np.zeros(0))
     vx: np.ndarray = field(default_factory=lambda: np.zeros(0))

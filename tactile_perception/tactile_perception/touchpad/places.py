@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._core import rest_moved
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
@@ -35,13 +36,11 @@ class RestPlaces:
 
     def update(self, tracks: DotTracks) -> bool:
         """Take the rest positions of the dots in tracks; whether any has moved or is new."""
-        rest = tracks.rest_uv
-        if (np.abs(rest - self.uv[tracks.id]) <= _MOVED).all():  # NaN is not
+        if not rest_moved(tracks.id, tracks.uv, tracks.duv, self.uv, limit=_MOVED):
             return False
+        rest = tracks.rest_uv
         known = np.isfinite(rest).all(axis=1)
         ids, rest = tracks.id[known], rest[known]
-        if (np.abs(rest - self.uv[ids]) <= _MOVED).all():
-            return False
         self.uv[ids] = rest
         self.xyz[ids] = self._cap.meet(self._camera.centre, self._camera.rays(rest))
         return True
@@ -58,6 +57,7 @@ class DotPlaces:
         self._calibrated = self._water = water
         self._rest = RestPlaces(sensor.cap, camera, sensor.rows, sensor.columns)
         self._membrane: Membrane | None = None
+        self._unknown = np.ones(len(self._rest.xyz), bool)  # dots without a rest position
         self._last: MembraneState | None = None
         self._scale: RangeScale | None = None
         self._light: RestLight | None = None
@@ -95,7 +95,8 @@ class DotPlaces:
             return np.full((len(tracks), 3), np.nan)
         self._last = self._membrane.solve(self._camera.centre, rays, ranges, sigma, tracks.id, self._last, scale=self._scale)
         xyz = self._last.xyz[tracks.id]
-        xyz[np.isnan(self._rest.xyz[tracks.id, 0])] = np.nan
+        if self._unknown.any():
+            xyz[self._unknown[tracks.id]] = np.nan
         return xyz
 
     def _glaring(self, colours: RingColours, rays: np.ndarray, tracks: DotTracks) -> SeenGlare | None:
@@ -110,6 +111,7 @@ class DotPlaces:
             return False
         try:
             self._membrane = self._membrane.with_rest(self._rest.xyz) if self._membrane else self._new_membrane()
+            self._unknown = np.isnan(self._rest.xyz[:, 0])
         except BadArgument as error:
             raise BadFrame(f'dots cannot be placed: {error}') from error
         return True

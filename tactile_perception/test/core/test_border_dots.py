@@ -10,6 +10,7 @@ GRID = {'rows': 6, 'columns': 7}
 RC, ID = np.argwhere(np.ones((6, 7))), np.arange(42)
 UV, SIGMA = 20.0 * RC[:, ::-1], np.full(42, 0.02)
 PRINTED = {'places': UV, 'rc': RC + 3, 'member': ID % 3 > 0, 'before': UV + 1, 'before_id': ID}
+MOVED = {'id': ID, 'places': UV, 'motions': UV / 99, 'known': UV * 98 / 99}
 KNOWN = {'known_id': ID, 'known_places': UV - 1}
 SEEN = {'id': ID, 'places': UV, 'sigma': SIGMA, 'before_id': ID, 'before': UV}
 
@@ -44,6 +45,7 @@ CALLS = {
     'reject_outliers': (lambda id=ID, places=UV: [_core.reject_outliers(id, places, **GRID)], {'id': ID, 'places': UV}),
     'reference_places': (lambda **arrays: [_core.reference_places(**{'id': ID} | KNOWN | arrays)], {'id': ID} | KNOWN),
     'follow_drift': (call_follow_drift, {'id': ID, 'places': UV, 'counts': ID} | KNOWN),
+    'rest_moved': (lambda **arrays: [_core.rest_moved(**MOVED | arrays, limit=0.1)], MOVED),
     'deviation_from_drift': (lambda places=UV, motions=UV / 99, sigma=SIGMA: _core.deviation_from_drift(places, motions, sigma),
                              {'places': UV, 'motions': UV / 99, 'sigma': SIGMA}),
     'assign_least': (lambda cost=UV[:2] / 9: [_core.assign_least(cost)], {'cost': UV[:2] / 9}),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tactile_perception._core import deviation_from_drift, follow_drift, have_stayed, reference_places
+from tactile_perception._core import deviation_from_drift, follow_drift, have_stayed, reference_places, rest_moved
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -104,3 +104,17 @@ def test_dots_stayed_if_nearly_all_are_within_their_noise(seed, then, now, moved
     far = np.sort(np.linalg.norm(after[both] - uv[both], axis=1))
     expected = len(both) > 0 and len(both) >= 0.9 * max(now, then) and far[int(0.99 * (len(both) - 1))] < max(0.1, 7 * sigma)
     assert have_stayed(apart * id, after[id], np.full(now, sigma), apart * before, uv[before]) == expected
+
+
+@given(seed=SEEDS, count=st.integers(0, 12), moved=st.sampled_from([0.0, 0.09, 0.11]), unknown=st.sampled_from([0.0, 0.1]))
+@settings(max_examples=100, deadline=None)
+def test_a_rest_moves_with_any_dot_that_is_finite(seed, count, moved, unknown):
+    rng = np.random.default_rng(seed)
+    known, motions = rng.uniform(0, 300, (20, 2)), rng.normal(0, 9, (count, 2))
+    id = rng.permutation(20)[:count]
+    places = known[id] + motions + moved * rng.uniform(-1, 1, (count, 2)) / rng.uniform(0.9, 5)
+    known[rng.random((20, 2)) < unknown / 4], motions[rng.random((count, 2)) < unknown] = np.nan, np.nan
+    rest = places - motions
+    finite = np.isfinite(rest).all(axis=1)
+    expected = not (np.abs(rest - known[id]) <= 0.1)[finite].all()
+    assert rest_moved(id, places, motions, known, limit=0.1) == expected

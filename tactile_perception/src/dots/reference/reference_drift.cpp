@@ -107,6 +107,17 @@ void follow_drift(double* known_places, std::int64_t* counts, const std::ptrdiff
     }
 }
 
+bool rest_moved(const std::int64_t* id, const double* places, const double* motions, std::ptrdiff_t count, const double* known,
+                double limit) {
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        const double u = places[2 * i] - motions[2 * i], v = places[2 * i + 1] - motions[2 * i + 1];
+        const double* at = known + 2 * id[i];
+        const bool near = std::abs(u - at[0]) <= limit && std::abs(v - at[1]) <= limit;
+        if (!near && std::isfinite(u) && std::isfinite(v)) return true;
+    }
+    return false;
+}
+
 Deviation deviation_from_drift(const double* places, const double* motions, const double* sigma, std::ptrdiff_t count) {
     std::vector<Moved> dots;
     std::vector<double> squares;

@@ -16,6 +16,11 @@ std::vector<std::ptrdiff_t> find_ids(const std::int64_t* id, std::ptrdiff_t coun
 void follow_drift(double* known_places, std::int64_t* counts, const std::ptrdiff_t* at, const double* places, std::ptrdiff_t count,
                   std::int64_t frames, double slow);
 
+// Whether any dot id (count), its motion taken off its place (count, 2), px, is farther than limit along an axis from its known place
+// (K, 2), or that is NaN. Dots whose own places or motions are not finite do not count.
+bool rest_moved(const std::int64_t* id, const double* places, const double* motions, std::ptrdiff_t count, const double* known,
+                double limit);
+
 // Deviation of dots from their common affine motion.
 struct Deviation {
     bool moved;   // more dots deviate than outliers, or the whole pattern moved farther than drift

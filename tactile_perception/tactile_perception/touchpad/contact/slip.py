@@ -51,12 +51,11 @@ class SlipEstimator:
         whole = [contact for contact in contacts if _slips_grossly(dots, contact)]
         several = sum(np.count_nonzero(contact.members) >= _FEWEST for contact in whole) > 1
         centre = None if several or dots.force is None else friction_centre(place[:, :2], dots.force[slipping, :2])
-        velocity, drift = _relative_velocity(motion), np.full(2, np.nan)
+        velocity, drift = _relative_velocity(motion, slipping), np.full(2, np.nan)
         for contact in whole:
             here = self._gross_velocity(dots, contact)
-            velocity[contact.members] = here
+            velocity[contact.members[slipping]] = here
             drift = drift if np.isfinite(drift).all() else here
-        velocity = velocity[slipping]
         estimate.vx, estimate.vy = velocity.T
         self._add_twist(estimate, place, velocity, drift, centre)
         return estimate
@@ -97,9 +96,9 @@ def _drags(dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
     return force[:, :2] - (force @ contact.normal)[:, None] * contact.normal[:2]
 
 
-def _relative_velocity(motion: MotionEstimate) -> np.ndarray:
-    """(N, 2) m/s of the object over the surface at each dot, relative to the sticking dots."""
-    return np.full((len(motion.slip), 2), np.nan) if motion.motion is None else -motion.slip[:, :2] / motion.interval
+def _relative_velocity(motion: MotionEstimate, slipping: np.ndarray) -> np.ndarray:
+    """(S, 2) m/s of the object over the surface at the dots slipping (S,), relative to the sticking dots."""
+    return np.full((len(slipping), 2), np.nan) if motion.motion is None else -motion.slip[slipping, :2] / motion.interval
 
 
 def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:

@@ -10,6 +10,7 @@ deviation where they cannot be told apart.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,7 @@ class SeenGlare(NamedTuple):
     colour: np.ndarray
 
 
+@lru_cache(maxsize=8)
 def no_glare(count: int) -> SeenGlare:
     """Of count dots whose glare is unknown: they are taken to have none."""
     return SeenGlare(*np.full((2, count), np.nan), 1.0, np.ones(2))

@@ -8,6 +8,7 @@ vignetting, exposure) cancel in the ratio of two channels; its logarithm is line
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,7 +29,7 @@ class LightPath:
     ambient: float
     centre: tuple[float, float, float]
 
-    @property
+    @cached_property
     def numbers(self) -> np.ndarray:
         """(7,) as the kernels take them: window_z, lamp_z, lamp_radius, ambient, centre."""
         return np.array([self.window_z, self.lamp_z, self.lamp_radius, self.ambient, *self.centre])
