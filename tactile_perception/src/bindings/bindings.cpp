@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_region(module);
     tactile::border::bind_finger(module);
     tactile::border::bind_sheet(module);
+    tactile::border::bind_touches(module);
     tactile::border::bind_taxels(module);
     tactile::border::bind_optics(module);
 }

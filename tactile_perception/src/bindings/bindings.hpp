@@ -14,6 +14,7 @@ void bind_dome(pybind11::module_& module);
 void bind_region(pybind11::module_& module);
 void bind_finger(pybind11::module_& module);
 void bind_sheet(pybind11::module_& module);
+void bind_touches(pybind11::module_& module);
 void bind_taxels(pybind11::module_& module);
 void bind_optics(pybind11::module_& module);
 

@@ -1,9 +1,10 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tracking of touches: persistent ids and a Kalman filter for each touch."""
+"""Tracking of touches: persistent ids and a Kalman filter for each touch (kernel follow_touches: src/markers/touch_filter.cpp)."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 
@@ -55,16 +56,14 @@ class TouchTracker:
         self.check(stamp_s)
         elapsed = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         self._stamp_s = stamp_s
-        for track in self._tracks:
-            track.predict(elapsed)
-        pairs = self._pairs(estimates)
-        touches, kept = [], []
-        for index, estimate in enumerate(estimates):
-            track = pairs.get(index) or self._new(estimate)
-            if index in pairs:
-                track.update(estimate)
-            kept.append(track)
-            touches.append(Touch(track.id, track.filtered(estimate) if self._filtered else estimate))
+        if not estimates and not self._tracks:
+            return []
+        values, spreads = _measurements(estimates)
+        continued = self._follow(values, spreads, elapsed)
+        kept = [self._tracks[k] if k >= 0 else self._new(value, spread) for k, value, spread in zip(continued, values, spreads)]
+        for track in kept:
+            track.missed = 0
+        touches = [Touch(track.id, track.filtered(estimate) if self._filtered else estimate) for track, estimate in zip(kept, estimates)]
         for track in self._tracks:
             if track not in kept and track.missed < _MISSED:
                 track.missed += 1
@@ -72,68 +71,46 @@ class TouchTracker:
         self._tracks = kept
         return touches
 
-    def _new(self, estimate: TouchEstimate) -> _Track:
+    def _follow(self, values: np.ndarray, spreads: np.ndarray, elapsed: float) -> list[int]:
+        """Predict and update the tracks; the one that each measurement continues, -1 for none."""
+        if not self._tracks:
+            return [-1] * len(values)
+        states, covariances = (np.array([getattr(track, name) for track in self._tracks]) for name in ('state', 'covariance'))
+        states, covariances, continued = _core.follow_touches(states, covariances, values, spreads, elapsed=elapsed,
+                                                              acceleration=ACCELERATION, gate=_GATE)
+        for track, state, covariance in zip(self._tracks, states, covariances):
+            track.state, track.covariance = state, covariance
+        return continued.tolist()
+
+    def _new(self, value: np.ndarray, spread: np.ndarray) -> _Track:
         self._next += 1
-        return _Track(self._next - 1, estimate)
-
-    def _pairs(self, estimates: list[TouchEstimate]) -> dict[int, _Track]:
-        """Index of an estimate -> the track that it continues."""
-        if not estimates or not self._tracks:
-            return {}
-        cost = np.array([[track.distance(estimate) for track in self._tracks] for estimate in estimates])
-        bounded = np.minimum(cost, 1e3 * _GATE)
-        pairs = enumerate(_core.assign_least(bounded)) if len(estimates) <= len(self._tracks) else \
-            ((estimate, track) for track, estimate in enumerate(_core.assign_least(bounded.T)))
-        return {int(estimate): self._tracks[track] for estimate, track in pairs if cost[estimate, track] <= _GATE}
+        covariance = _SPEED**2 * np.eye(8)
+        covariance[:4, :4] = spread
+        return _Track(self._next - 1, np.concatenate([value, np.zeros(4)]), covariance)
 
 
+@dataclass(eq=False)
 class _Track:
-    """One touch: place and depth (4,) m, their velocities, and the covariance (8, 8) of both."""
+    """One touch. state: (8,) place and depth, m, and their velocities; covariance: (8, 8); missed: consecutive frames."""
 
-    def __init__(self, id: int, estimate: TouchEstimate):
-        self.id, self.missed = id, 0
-        value, covariance = _measurement(estimate)
-        self._state = np.r_[value, np.zeros(4)]
-        self._cov = np.zeros((8, 8))
-        self._cov[:4, :4] = covariance
-        self._cov[4:, 4:] = _SPEED**2 * np.eye(4)
-
-    def predict(self, elapsed: float) -> None:
-        """Propagate at constant velocity over elapsed s."""
-        move = np.eye(8)
-        move[:4, 4:] = elapsed * np.eye(4)
-        gain = np.vstack([0.5 * elapsed**2 * np.eye(4), elapsed * np.eye(4)])
-        self._state = move @ self._state
-        self._cov = move @ self._cov @ move.T + ACCELERATION**2 * gain @ gain.T
-
-    def distance(self, estimate: TouchEstimate) -> float:
-        """Squared Mahalanobis distance of an estimate from the predicted touch."""
-        value, covariance = _measurement(estimate)
-        off = value - self._state[:4]
-        return float(off @ np.linalg.solve(self._cov[:4, :4] + covariance, off))
-
-    def update(self, estimate: TouchEstimate) -> None:
-        """Kalman update in Joseph's form, which keeps the covariance symmetric and positive definite despite rounding."""
-        value, covariance = _measurement(estimate)
-        gain = np.linalg.solve(self._cov[:4, :4] + covariance, self._cov[:4]).T
-        rest = np.eye(8)
-        rest[:, :4] -= gain
-        self._state = self._state + gain @ (value - self._state[:4])
-        self._cov = rest @ self._cov @ rest.T + gain @ covariance @ gain.T
-        self.missed = 0
+    id: int
+    state: np.ndarray
+    covariance: np.ndarray
+    missed: int = 0
 
     def filtered(self, estimate: TouchEstimate) -> TouchEstimate:
         """The estimate with filtered place, depth and covariance."""
-        place = self._cov[:3, :3]
-        return replace(estimate, position=self._state[:3].copy(), depth=float(max(self._state[3], 0.0)),
-                       covariance=0.5 * (place + place.T), depth_sigma=float(np.sqrt(self._cov[3, 3])))
+        place = self.covariance[:3, :3]
+        return replace(estimate, position=self.state[:3].copy(), depth=max(float(self.state[3]), 0.0),
+                       covariance=0.5 * (place + place.T), depth_sigma=sqrt(self.covariance[3, 3]))
 
 
-def _measurement(estimate: TouchEstimate) -> tuple[np.ndarray, np.ndarray]:
-    """Place and depth (4,) and their covariance (4, 4). Raises BadArgument for numbers that are not finite."""
-    value = np.r_[estimate.position, estimate.depth]
-    covariance = np.zeros((4, 4))
-    covariance[:3, :3], covariance[3, 3] = estimate.covariance, estimate.depth_sigma**2
-    if not (np.isfinite(value).all() and np.isfinite(covariance).all()):
-        raise BadArgument(f'a touch must have a finite place, depth and covariance, got {value}, sigma {np.sqrt(np.diag(covariance))}')
-    return value, covariance + _LEAST**2 * np.eye(4)
+def _measurements(estimates: list[TouchEstimate]) -> tuple[np.ndarray, np.ndarray]:
+    """Places and depths (E, 4) and their covariances (E, 4, 4). Raises BadArgument for numbers that are not finite."""
+    values, spreads = np.zeros((len(estimates), 4)), np.zeros((len(estimates), 4, 4))
+    for estimate, value, spread in zip(estimates, values, spreads):
+        value[:3], value[3] = estimate.position, estimate.depth
+        spread[:3, :3], spread[3, 3] = estimate.covariance, estimate.depth_sigma**2
+    if not (np.isfinite(values).all() and np.isfinite(spreads).all()):
+        raise BadArgument(f'a touch must have a finite place, depth and covariance, got {values}, covariance {spreads}')
+    return values, spreads + _LEAST**2 * np.eye(4)

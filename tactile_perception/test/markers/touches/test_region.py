@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import numpy as np
 import pytest
-from tactile_perception.markers.touches.region import clearance, contact_radius, region_of
+from tactile_perception.markers.touches.region import region_of
 from tactile_perception.markers.touches.touch import TouchEstimate
 from tactile_perception.markers.view.marker_field import MarkerField
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
@@ -22,24 +22,43 @@ def touch(x, y, depth, radius=np.nan):
     return TouchEstimate(np.array([x, y, -depth]), depth, 1e-8 * np.eye(3), 1e-4, radius)
 
 
+def patch_of(depth, tip, sensor, place=(0.0, 0.0)):
+    """Radius, m, of the disc of one touch."""
+    return np.sqrt(region_of([touch(*place, depth, tip)], field_at_rest(), sensor, tip).area / np.pi)
+
+
+def clearance(place, sensor):
+    """Distance, m, of a round clamp about a shallow touch with the same disc: see touch_region.hpp."""
+    patch = patch_of(1e-4, 1e-3, sensor, place)
+    return patch * np.exp(1e-4 * 1e-3 / patch**2 - 0.5)
+
+
+FLAT_DISC = type(DOME)('air_cushion', 9, 9, (4e-3, 4e-3), rim_radius=0.02, height=1e-9)
+
+
 @pytest.mark.parametrize('patch', [0.5e-3, 2e-3, 4e-3])
 def test_the_patch_of_a_tip_in_the_middle_of_a_round_skin(patch):
     # The skin outside is the catenary's small-slope form; its depth at the patch's edge and the cap's height add up.
     outside = patch**2 / 8e-3 * np.log(0.02 / patch)
-    assert contact_radius(outside + patch**2 / 16e-3, 8e-3, 0.02) == pytest.approx(patch, rel=1e-4)
+    assert patch_of(outside + patch**2 / 16e-3, 8e-3, FLAT_DISC) == pytest.approx(patch, rel=1e-4)
 
 
 def test_a_tip_is_no_more_than_a_hemisphere():
-    assert contact_radius(0.03, 5e-3, 0.02) == pytest.approx(0.95 * 5e-3, rel=1e-4)
+    assert patch_of(0.03, 5e-3, FLAT_DISC) == pytest.approx(0.95 * 5e-3, rel=1e-4)
 
 
 def test_clearance_of_discs_and_rectangles():
-    assert clearance(np.zeros(2), DOME) == pytest.approx(0.15)
-    assert clearance(np.array([0.09, 0.0]), DOME) == pytest.approx(0.096)
+    assert clearance((0.0, 0.0), FLAT_DISC) == pytest.approx(0.02, rel=1e-4)
+    assert clearance((0.012, 0.0), FLAT_DISC) == pytest.approx(0.0128, rel=1e-4)
     # A square's conformal radius is 1.0787 times half its side; far from other walls it is twice the distance to the one that is near.
     square = type(SHEET)('areal_single', 9, 9, (4e-3, 4e-3), (0.04, 0.04))
-    assert clearance(np.zeros(2), square) == pytest.approx(1.0787 * 0.02, rel=0.01)
-    assert clearance(np.array([0.019, 0.0]), square) == pytest.approx(2e-3, rel=0.02)
+    assert clearance((0.0, 0.0), square) == pytest.approx(1.0787 * 0.02, rel=0.01)
+    assert clearance((0.019, 0.0), square) == pytest.approx(2e-3, rel=0.02)
+
+
+def test_a_touch_beyond_the_rim_has_a_point_for_a_region():
+    found = region_of([touch(0.2, 0.0, 1e-3, 8e-3)], field_at_rest(), DOME, 8e-3)
+    assert 0 < found.area < 1e-12 and np.isfinite(found.centroid).all()
 
 
 def test_a_touch_makes_a_circle_and_the_markers_under_it_stick():

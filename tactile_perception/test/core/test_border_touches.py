@@ -1,0 +1,41 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""The border of the compiled module, of the kernels that follow touches and tell their region; see test_border.py."""
+import numpy as np
+import pytest
+from border_checks import check_any_array, check_memory, check_wrong_type
+from tactile_perception import _core
+
+FOLLOWED = {'states': np.full((2, 8), 1e-3) * [[1], [5]], 'covariances': np.tile(1e-8 * np.eye(8), (2, 1, 1)),
+            'values': np.full((2, 4), 1e-3) * [[5], [1]], 'spreads': np.tile(1e-8 * np.eye(4), (2, 1, 1))}
+MARKERS = np.random.default_rng(0).uniform(-0.02, 0.02, (9, 2))
+VIEWED = {'tips': np.array([[0.0, 0.001, -0.003, 0.003, 0.008]]), 'rest': MARKERS, 'shift': MARKERS / 20,
+          'eye': np.tile([0.0, 0.0, -0.06], (9, 1))}
+SKIN = {'size': (0.06, 0.05), 'rim_radius': 0.0, 'height': 0.0, 'plane': 0.0}
+RATES = {'elapsed': 0.03, 'acceleration': 2.0, 'gate': 20.0}
+
+#: Function of the module: how it is called here, and an example of each of its arrays.
+CALLS = {
+    'follow_touches': (lambda **arrays: _core.follow_touches(**FOLLOWED | arrays, **RATES), FOLLOWED),
+    'touch_region': (lambda **arrays: _core.touch_region(**VIEWED | arrays, **SKIN), VIEWED),
+}
+ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
+
+
+@pytest.mark.parametrize('check', [check_any_array, check_wrong_type, check_memory])
+@pytest.mark.parametrize('function, name', ARRAYS)
+def test_any_array_is_answered_or_refused_by_name_however_it_lies_in_memory(function, name, check):
+    check(*CALLS[function], name)
+
+
+@pytest.mark.parametrize('wrong', [{'elapsed': -1.0}, {'elapsed': np.nan}, {'acceleration': np.inf}, {'gate': 0.0}])
+def test_numbers_of_follow_touches_are_checked(wrong):
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.follow_touches(**FOLLOWED, **RATES | wrong)
+
+
+@pytest.mark.parametrize('wrong', [{'size': (np.nan, 0.05)}, {'size': (0.0, 0.05)}, {'rim_radius': -1.0}, {'height': np.nan},
+                                   {'plane': np.inf}])
+def test_numbers_of_touch_region_are_checked(wrong):
+    with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
+        _core.touch_region(**VIEWED, **SKIN | wrong)
