@@ -1,11 +1,12 @@
 // Copyright 2026 The tactile authors
 // SPDX-License-Identifier: Apache-2.0
-// Python bindings of the kernels that follow touches and tell their region.
+// Python bindings of the kernels that follow touches, and tell their region and the depths of markers.
 #include <algorithm>
 #include <array>
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
+#include "markers/sheet_depths.hpp"
 #include "markers/touch_filter.hpp"
 #include "markers/touch_region.hpp"
 
@@ -77,6 +78,23 @@ py::tuple found_region(const py::object& tips, const py::object& rest, const py:
                           output(outlines, {count, CORNERS, 3}));
 }
 
+constexpr py::ssize_t MOST_MARKERS = 4000;  // of a sheet. Chosen: their matrices have 128 MB each
+
+py::array_t<double> depths_of_sheet(const py::object& bending, const py::object& strain, const py::object& slope,
+                                    const py::object& shifts) {
+    const Input<double> slopes(slope, "slope", {ANY, 2});
+    const py::ssize_t markers = within(slopes.length(), "slope", 0, MOST_MARKERS);
+    const Input<double> bends(bending, "bending", {markers, markers}), strains(strain, "strain", {markers, markers});
+    const Input<double> moved(shifts, "shifts", {ANY, markers, 2});
+    py::array_t<double> depths({moved.length(), markers});
+    double* found = depths.mutable_data();
+    {
+        py::gil_scoped_release others_run;
+        sheet_depths({markers, bends.data(), strains.data()}, slopes.data(), moved.data(), moved.length(), found);
+    }
+    return depths;
+}
+
 }  // namespace
 
 void bind_touches(py::module_& module) {
@@ -89,6 +107,9 @@ void bind_touches(py::module_& module) {
                "Numbers (N,) of the markers seen and whether each is under a tip (N,); contact discs (T, 7), centre, normal and radius, and\n"
                "their outlines (T, 36, 3), m, of round tips (T, 5): lowest point, depth and radius, m.\n\n"
                "rest, shift, eye: of a MarkerField; size, or rim_radius and height: of the sheet or dome; plane: height of the viewing plane.");
+    module.def("sheet_depths", &depths_of_sheet, py::arg("bending"), py::arg("strain"), py::arg("slope"), py::arg("shifts"),
+               "Depths (M, K), m, of a sheet's markers by M displacements (M, K, 2), m, in the image; slope (K, 2) of their rays; bending and\n"
+               "strain (K, K) of a SheetSurface. NaN where the equations have no solution.");
 }
 
 }  // namespace tactile::border

@@ -1,6 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""The border of the compiled module, of the kernels that follow touches and tell their region; see test_border.py."""
+"""The border of the compiled module, of the kernels that follow touches, and tell their region and depths; see test_border.py."""
 import numpy as np
 import pytest
 from border_checks import check_any_array, check_memory, check_wrong_type
@@ -12,11 +12,13 @@ MARKERS = np.random.default_rng(0).uniform(-0.02, 0.02, (9, 2))
 VIEWED = {'tips': np.array([[0.0, 0.001, -0.003, 0.003, 0.008]]), 'rest': MARKERS, 'shift': MARKERS / 20,
           'eye': np.tile([0.0, 0.0, -0.06], (9, 1))}
 SKIN = {'size': (0.06, 0.05), 'rim_radius': 0.0, 'height': 0.0, 'plane': 0.0}
+SHEET = {'bending': np.eye(9) + 0.1, 'strain': np.eye(9), 'slope': MARKERS, 'shifts': MARKERS[None] / 30}
 RATES = {'elapsed': 0.03, 'acceleration': 2.0, 'gate': 20.0}
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
     'follow_touches': (lambda **arrays: _core.follow_touches(**FOLLOWED | arrays, **RATES), FOLLOWED),
+    'sheet_depths': (lambda **arrays: [_core.sheet_depths(**SHEET | arrays)], SHEET),
     'touch_region': (lambda **arrays: _core.touch_region(**VIEWED | arrays, **SKIN), VIEWED),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]

@@ -1,12 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""3D positions of the markers of a clamped elastic sheet from their apparent positions in its untouched plane."""
+"""3D positions of the markers of a clamped elastic sheet from their apparent positions in its untouched plane
+(kernel sheet_depths: src/markers/sheet_depths.cpp)."""
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
 
+from ... import _core
 from ...common.dots import DotTracks
 from ...errors import BadArgument
 from ..view.marker_field import MarkerView, RestMarkers
@@ -47,9 +49,7 @@ class SheetSurface:
             return np.full(shift.shape[:-1], np.nan)
         slope = np.where(seen[:, None], place - eye[:, :2], 0.0) / np.where(seen, -eye[:, 2], 1.0)[:, None]
         slope, *shifts = (self._fill(values, seen) for values in (slope, *np.where(seen[:, None], shifts, 0.0)))
-        left = self._bending + self._strain * (slope @ slope.T)
-        right = np.stack([np.einsum('kc,kc->k', slope, self._strain @ one) for one in shifts], axis=1)
-        return np.linalg.solve(left, right).T.reshape(shift.shape[:-1])
+        return _core.sheet_depths(self._bending, self._strain, slope, np.stack(shifts)).reshape(shift.shape[:-1])
 
     def loads(self, depth: np.ndarray) -> np.ndarray:
         """Loads (..., K), in units of the tension, m, that hold depths (..., K), m, of the sheet: 0 where nothing touches."""
