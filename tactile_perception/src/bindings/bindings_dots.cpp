@@ -4,6 +4,7 @@
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
 #include "dots/detect/blob_fit.hpp"
+#include "dots/detect/blob_regions.hpp"
 #include "dots/detect/disc_correlation.hpp"
 #include "dots/detect/dot_judge.hpp"
 #include "dots/detect/peaks.hpp"
@@ -40,6 +41,20 @@ py::array_t<double> peaks(const py::object& image, int step, int smooth, int box
         found = find_peaks(as_image(pixels), search);
     }
     return output(found, {static_cast<py::ssize_t>(found.size() / 2), 2});
+}
+
+py::tuple blob_regions(const py::object& mask, std::int64_t speck, double least, double most) {
+    const Input<std::uint8_t> pixels(mask, "mask", {ANY, ANY});
+    const MarkerSizes sizes{within(least, "least", 0, 1e6), within(most, "most", 0, 1e6),
+                            within(speck, "speck", std::int64_t{0}, std::int64_t{1} << 40)};
+    BlobRegions found;
+    {
+        py::gil_scoped_release others_run;
+        found = find_blob_regions(as_image(pixels), sizes);
+    }
+    const auto count = static_cast<py::ssize_t>(found.label.size());
+    return py::make_tuple(output(found.box, {count, 4}), output(found.centre, {count, 2}), output(found.area, {count}),
+                          output(found.label, {count}), kept(std::move(found.labels), {pixels.length(0), pixels.length(1)}));
 }
 
 py::tuple blobs(const py::object& image, const py::object& small, const py::object& labels, const py::object& box, const py::object& centre,
@@ -264,6 +279,11 @@ void bind_dots(py::module_& module) {
         "basis, estimators, modes, gains, levers, profile, half, per_square, smallest, largest, blur: tables and numbers of "
         "disc_model.DiscModel;\n"
         "typical, contrast, ground, noise: of the dots, appearance.Look.");
+    module.def(
+        "find_blob_regions", &blob_regions, py::arg("mask"), py::kw_only(), py::arg("speck"), py::arg("least"), py::arg("most"),
+        "Connected regions of a mask (H, W) uint8 that its border does not cut, with areas between least and most times the upper median of\n"
+        "those above speck px: box (N, 4) int32 left, top, width, height; centre (N, 2) float64; area (N,) int64; label (N,) uint16; and\n"
+        "labels (H, W) uint16 of all regions, 0 ground.");
     module.def(
         "fit_blobs", &blobs, py::arg("image"), py::arg("small"), py::arg("labels"), py::arg("box"), py::arg("centre"), py::arg("label"),
         py::kw_only(), py::arg("step"),

@@ -51,6 +51,7 @@ CALLS = {
     'assign_least': (lambda cost=UV[:2] / 9: [_core.assign_least(cost)], {'cost': UV[:2] / 9}),
     'link_places': (lambda places=UV, dots=UV + 3: [_core.link_places(places, dots, gate=9.0)], {'places': UV, 'dots': UV + 3}),
     'nearest_others': (lambda places=UV: _core.nearest_others(places, count=4), {'places': UV}),
+    'find_blob_regions': (lambda mask=SMALL // 128: _core.find_blob_regions(mask, speck=2, least=0.2, most=5.0), {'mask': SMALL // 128}),
     'fit_blobs': (lambda **arrays: [_core.fit_blobs(**REGIONS | arrays, step=2)[0]], REGIONS),
     'follow_markers': (call_follow_markers, SEEN_MARKERS | UNTOUCHED),
     'marker_field': (lambda **arrays: _core.marker_field(**SEEN_MARKERS | APPARENT | arrays, metres_per_px=1e-4),

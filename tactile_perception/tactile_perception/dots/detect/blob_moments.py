@@ -1,7 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Regions of large bright markers in a reduced image, and their subpixel position, size and shape
-(kernel fit_blobs: src/dots/detect/blob_fit.cpp)."""
+(kernels find_blob_regions, fit_blobs: src/dots/detect/blob_regions.cpp, blob_fit.cpp)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..._core import fit_blobs as fit_regions
-from ...common.statistics import upper_median
+from ... import _core
 
 _LEAST, _MOST = 0.2, 5.0  # median areas, smallest and largest marker. Chosen
 _SPECK = 2  # px of the small image, largest region that the median area ignores. Chosen
@@ -35,14 +34,7 @@ class Regions:
 
 def find_regions(mask: np.ndarray) -> Regions:
     """Regions of a marker's size in a mask (H, W) uint8."""
-    _, labels, stats, centre = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_16U)
-    stats, centre = stats[1:], centre[1:]
-    typical = _typical(stats[:, 4])
-    height, width = mask.shape
-    left, top, right, bottom = *stats[:, :2].T, *(stats[:, :2] + stats[:, 2:4]).T
-    whole = (left > 0) & (top > 0) & (right < width) & (bottom < height)
-    kept = np.flatnonzero(whole & (stats[:, 4] > _LEAST * typical) & (stats[:, 4] < _MOST * typical))
-    return Regions(stats[kept, :4], centre[kept], stats[kept, 4], (kept + 1).astype(np.uint16), labels)
+    return Regions(*_core.find_blob_regions(mask, speck=_SPECK, least=_LEAST, most=_MOST))
 
 
 def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
@@ -64,11 +56,6 @@ def cut_necks(mask: np.ndarray, box: np.ndarray) -> bool:
     return True
 
 
-def _typical(area: np.ndarray) -> float:
-    some = area[area > _SPECK]
-    return upper_median(some) if len(some) else 0.0
-
-
 @dataclass
 class Blobs:
     """Markers. uv: (N, 2) px; area: (N,) px^2; sigma: (N,) px, standard deviation of a position per axis; amplitude: (N,) grey levels;
@@ -85,5 +72,5 @@ class Blobs:
 def fit_blobs(grey: np.ndarray, small: np.ndarray, step: int, regions: Regions) -> Blobs:
     """Bright markers of an image (H, W) uint8 in regions of the small image, reduced by step (1 or 2), by moments of weights that rise
     from ground to plateau on a marker's edge. Regions are grown by a pixel, except where two would meet."""
-    found, blur = fit_regions(grey, small, regions.labels, regions.box, regions.centre, regions.label, step=step)
+    found, blur = _core.fit_blobs(grey, small, regions.labels, regions.box, regions.centre, regions.label, step=step)
     return Blobs(found[:, :2], found[:, 2], found[:, 3], found[:, 4], found[:, 5], blur)
