@@ -68,11 +68,11 @@ struct Levels {
     double slope_x, slope_y;
 };
 
-// Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: 1 for pixels of
-// the region, else 0; weight = level * scale - offset, 0 to 1; y: of the first row.
+// Rows of a region, each padded to stride, a multiple of WIDE, with pixels that are not its own. level: grey levels; own: all bits of pixels
+// of the region, else none; weight = level * scale - offset, 0 to 1; y: of the first row.
 struct RegionRows {
-    const std::uint8_t* level;
-    const std::uint8_t* own;
+    const std::uint16_t* level;
+    const std::int16_t* own;
     std::ptrdiff_t rows, stride;
     float scale, offset, y;
 };
@@ -81,22 +81,22 @@ constexpr std::ptrdiff_t WIDE = 8;  // columns that an instruction handles at on
 
 // Sums down the columns (stride): weights, weights times y and times y y, and squared weights.
 TACTILE_WIDE void add_columns(const RegionRows& region, float* weight, float* by_y, float* by_yy, float* squared) {
-    typedef std::uint8_t Bytes __attribute__((vector_size(WIDE)));
+    typedef std::uint16_t Levels __attribute__((vector_size(2 * WIDE)));  // of bytes the compiler makes no vector instructions
+    typedef std::int16_t Masks __attribute__((vector_size(2 * WIDE)));
     typedef std::int32_t Ints __attribute__((vector_size(4 * WIDE)));
     typedef float Floats __attribute__((vector_size(4 * WIDE)));
     const float scale = region.scale, offset = region.offset;
-    const int low = static_cast<int>(offset / scale), high = static_cast<int>(std::ceil((1 + offset) / scale));
+    const Floats none{}, all = none + 1;
     for (std::ptrdiff_t column = 0; column < region.stride; column += WIDE) {
         Floats sum{}, sum_y{}, sum_yy{}, squares{};
         for (std::ptrdiff_t row = 0; row < region.rows; ++row) {
-            Bytes levels, owned;
+            Levels levels;
+            Masks own;
             std::memcpy(&levels, region.level + row * region.stride + column, sizeof levels);
-            std::memcpy(&owned, region.own + row * region.stride + column, sizeof owned);
-            const Ints level = __builtin_convertvector(levels, Ints);
-            const Floats rises = __builtin_convertvector(-((level > low) & (level < high)), Floats);  // true is -1
-            const Floats is_high = __builtin_convertvector(-(level >= high), Floats);
-            const Floats w =
-                __builtin_convertvector(owned, Floats) * (rises * (__builtin_convertvector(level, Floats) * scale - offset) + is_high);
+            std::memcpy(&own, region.own + row * region.stride + column, sizeof own);
+            const Floats ramp = __builtin_convertvector(__builtin_convertvector(levels, Ints), Floats) * scale - offset;
+            const Floats above = ramp > none ? ramp : none, share = above < all ? above : all;
+            const Floats w = __builtin_convertvector(own, Ints) ? share : none;
             const float y = region.y + static_cast<float>(row);
             sum += w;
             sum_y += w * y;
@@ -108,6 +108,13 @@ TACTILE_WIDE void add_columns(const RegionRows& region, float* weight, float* by
         std::memcpy(by_yy + column, &sum_yy, sizeof sum_yy);
         std::memcpy(squared + column, &squares, sizeof squares);
     }
+}
+
+// All bits of the pixels of a region, STEP of them for each label (count), else none.
+template <std::ptrdiff_t STEP>
+void mark_own(const std::uint16_t* labels, std::uint16_t label, std::ptrdiff_t count, std::int16_t* own) {
+    for (std::ptrdiff_t k = 0; k < count; ++k)
+        for (std::ptrdiff_t part = 0; part < STEP; ++part) own[STEP * k + part] = static_cast<std::int16_t>(-(labels[k] == label));
 }
 
 class Fitter {
@@ -205,12 +212,11 @@ class Fitter {
         for (std::ptrdiff_t row = 0; row < rows; ++row) {
             const std::uint16_t* label = labels_.data() + (region.top - 1 + row / step_) * small_.columns + region.left - 1;
             std::copy_n(image_.pixels + (top_row + row) * image_.columns + first, count, levels_.data() + row * stride);
-            std::uint8_t* own = own_.data() + row * stride;
-            if (row % step_ > 0) {
+            std::int16_t* own = own_.data() + row * stride;
+            if (row % step_ > 0)
                 std::copy_n(own - stride, stride, own);
-                continue;
-            }
-            for (std::ptrdiff_t k = 0; k < count; k += step_) own[k] = own[k + step_ - 1] = label[k / step_] == region.label;
+            else
+                (step_ == 2 ? mark_own<2> : mark_own<1>)(label, region.label, (count + step_ - 1) / step_, own);
         }
         sums_.resize(4 * stride);
         float *by_one = sums_.data(), *by_y = by_one + stride, *by_yy = by_y + stride, *squared = by_yy + stride;
@@ -254,16 +260,19 @@ class Fitter {
         for (std::ptrdiff_t row = first_within(moments.y - reach_y); row < side_ && away_from_middle(row) <= moments.y + reach_y; ++row) {
             const double y = away_from_middle(row), dy = y - moments.y;
             const std::ptrdiff_t v = top(region) + row, from = first_within(moments.x - reach_x);
+            double count = 0, by_x = 0, by_xx = 0, lit = 0, lit_x = 0;
             for (std::ptrdiff_t column = from; column < side_ && away_from_middle(column) <= moments.x + reach_x; ++column) {
                 const double x = away_from_middle(column), dx = x - moments.x;
                 if (!(moments.yy * dx * dx - 2 * moments.xy * dx * dy + moments.xx * dy * dy < 4 * scale * scale * safe)) continue;
-                const double parts[] = {1, x, y, x * x, x * y, y * y};
-                for (int s = 0; s < 6; ++s) seen[s] += parts[s];
+                count += 1, by_x += x, by_xx += x * x;
                 const std::ptrdiff_t u = left(region) + column;
                 if (!is_own(region, v, u)) continue;
                 const double weight = std::clamp(small_.pixels[v * small_.columns + u] * span - offset, 0.0f, CAP);
-                for (int s = 0; s < 3; ++s) sums[s] += weight * parts[s];
+                lit += weight, lit_x += weight * x;
             }
+            const double parts[] = {count, by_x, count * y, by_xx, by_x * y, count * y * y};
+            for (int s = 0; s < 6; ++s) seen[s] += parts[s];
+            sums[0] += lit, sums[1] += lit_x, sums[2] += lit * y;
         }
         for (double& sum : seen) sum *= step_ * step_;
         for (double& sum : sums) sum *= step_ * step_;
@@ -308,7 +317,8 @@ class Fitter {
     const std::vector<BlobRegion>& regions_;
     std::ptrdiff_t side_ = 0;                 // of the regions' patches, px of the small image
     double way_[RING][2];                     // samples of the ground from a region's centre, of its size
-    std::vector<std::uint8_t> levels_, own_;  // of one region
+    std::vector<std::uint16_t> levels_;       // of one region
+    std::vector<std::int16_t> own_;
     std::vector<float> sums_;                 // of its columns
 };
 
