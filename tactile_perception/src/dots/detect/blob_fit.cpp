@@ -35,7 +35,6 @@ constexpr double OUTSIDE = 3.5;                        // px from a region's bor
 constexpr int RING = 12, PLATEAU = 21;                 // samples of the ground, on a ring, and of the plateau, on a diamond
 constexpr double APART = 0.11;                         // of a region's size, between samples of the plateau. Chosen
 constexpr int GROUND_RANK = 4, PLATEAU_RANK = 12;      // of the sorted samples: robust to neighbours, glare and border. Chosen
-constexpr std::ptrdiff_t SOME = 32;                    // about as many markers tell the blur. Chosen
 constexpr int ROW = 7;                                 // px in the middle of a marker that tell the noise. Chosen
 
 // Moments of weights about a marker's patch: area, centroid, central second moments.
@@ -128,20 +127,21 @@ class Fitter {
     Blobs run() {
         std::vector<Levels> levels;
         std::vector<Moments> moments;
-        std::vector<double> bends, soft;
+        std::vector<double> bends, soft, perimeters;
         const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(regions_.size());
         for (std::ptrdiff_t n = 0; n < count; ++n) {
             levels.push_back(levels_of(regions_[n]));
             moments.push_back(moments_of(regions_[n], levels[n]));
             add_bends(regions_[n], bends);
-            if (n % (1 + count / SOME) == 0) soft.push_back((moments[n].area - moments[n].squares) / moments[n].perimeter());
+            perimeters.push_back(moments[n].perimeter());
+            soft.push_back((moments[n].area - moments[n].squares) / perimeters[n]);
         }
         Blobs found{{}, std::numeric_limits<double>::quiet_NaN()};
         if (!count) return found;
         found.blur = upper_median(soft) / WIDTH;
         const double noise = bends.empty() ? 0 : upper_median(bends) / (0.6745 * std::sqrt(6.0));
         for (std::ptrdiff_t n = 0; n < count; ++n)
-            found.blobs.push_back(blob(regions_[n], levels[n], moments[n], found.blur, noise / levels[n].amplitude));
+            found.blobs.push_back(blob(regions_[n], levels[n], moments[n], perimeters[n], found.blur, noise / levels[n].amplitude));
         return found;
     }
 
@@ -289,12 +289,12 @@ class Fitter {
     }
 
     // noise: of a pixel, of the amplitude.
-    Blob blob(const BlobRegion& region, const Levels& levels, const Moments& moments, double blur, double noise) const {
+    Blob blob(const BlobRegion& region, const Levels& levels, const Moments& moments, double perimeter, double blur, double noise) const {
         double slope[2], slope_noise;
         plateau_slope(region, levels, moments, blur, noise, slope, slope_noise);
         const double radius = moments.radius(), near = EDGE * radius - EDGE_BLUR * blur, far = EDGE * radius + EDGE_BLUR * blur;
         const double lever_x = slope[0] * near + levels.slope_x * far, lever_y = slope[1] * near + levels.slope_y * far;
-        const double share = 4 * blur / (radius * radius), perimeter = moments.perimeter();
+        const double share = 4 * blur / (radius * radius);
         const double shift_x = (moments.xx * lever_x + moments.xy * lever_y) * share;
         const double shift_y = (moments.xy * lever_x + moments.yy * lever_y) * share;
         const double soft = blur * perimeter / (2 * moments.area), solidity = moments.solidity() * (1 + SOFT * soft * soft);
