@@ -160,6 +160,12 @@ void add_modes(const SheetTable& table, const float* shapes, int odd_x, int odd_
     }
 }
 
+// sinh(asinh(x) / 3), of x >= 0.
+double sinh_of_third(double x) {
+    const double root = std::cbrt(x + std::sqrt(x * x + 1));
+    return (root - 1 / root) / 2;
+}
+
 // Mesh coordinate of a place along an axis and quadratic B-splines there.
 struct Splines {
     std::ptrdiff_t first;
@@ -172,7 +178,7 @@ struct Splines {
         const double cubic = (offset < 0 ? half + pressed : half - pressed) - table.scale;
         const double width = std::sqrt(table.scale / (3 * std::max(std::abs(cubic), 1e-6 * table.scale)));
         const double third = std::abs(offset) * 1.5 / (table.scale * width);
-        const double root = cubic > 0 ? std::sinh(std::asinh(third) / 3) : std::sin(std::asin(std::min(third, 1.0)) / 3);
+        const double root = cubic > 0 ? sinh_of_third(third) : std::sin(std::asin(std::min(third, 1.0)) / 3);
         const double t = std::min(2 * width * root, 1.0), xi = offset < 0 ? -t : t;
         const double slope = 1 / (table.scale + 3 * cubic * t * t), by_place = static_cast<double>(table.n) * slope;
         const double bend = -6 * cubic * xi * slope * slope * by_place;
@@ -201,7 +207,7 @@ struct NodeSums {
 
 // Adds up the first READ variants of a field: a fixed number, so that the compiler handles several channels at once.
 template <int READ>
-void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants, NodeSums& found) {
+TACTILE_INLINE void add_nodes(const SheetTable& table, const Splines& x, const Splines& y, const float* field, int variants, NodeSums& found) {
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
             const float* node = field + ((x.first + i) * table.side() + y.first + j) * 3 * variants;
@@ -237,8 +243,8 @@ void look_up(const SheetTable& table, const double* press, bool drags, PressedSh
     }
 }
 
-void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
-                Deformed& found) {
+TACTILE_WIDE void read_point(const SheetTable& table, const double* press, const float* field, int variants, int read, const double* rest,
+                             Deformed& found) {
     const Splines x(table, 0, rest[0], press[0]), y(table, 1, rest[1], press[1]);
     NodeSums found_sums;
     switch (read) {
