@@ -329,7 +329,7 @@ void bind_contact(py::module_& module) {
     module.def(
         "place_edges", &with_edges, py::arg("score"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         "Scores (K,) float64 above 0.5 where score (K,) is; beside an edge of a contact the mean of score and of what the dot's distance\n"
-        "from the edge says, by the loads (K,) over the fluid's pressure on the two dots at its sides.");
+        "from the edge says, by the loads (K,) over the fluid's pressure on the dots at its sides.");
     module.def("smooth_edges", &with_smooth_edges, py::arg("score"), py::kw_only(), py::arg("rows"), py::arg("columns"),
                "Scores (K,) float64, above 0.5 in contact, of which a dot that sticks out of its region gets less, and one that dents it\n"
                "more, where the score hardly decides.");

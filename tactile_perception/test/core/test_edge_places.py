@@ -11,14 +11,20 @@ def placed(score, load):
     return _core.place_edges(score.ravel(), load.ravel(), rows=rows, columns=columns).reshape(score.shape)
 
 
-def share(touched, free):
+def share(touched, free, beyond):
     free = max(free, 0.0)
     both = max(touched + free - 0.5, 0.05)
-    return np.clip(both - np.sqrt(max(both**2 - 2 * free, 0.0)) + 0.25, 0.03, 0.97)
+    return np.clip(both - np.sqrt(max(both**2 - 2 * free, 0.0)) + 0.25 + 0.5 * np.clip(beyond, -1, 1), 0.03, 0.97)
 
 
 def reference(score, load):
     found = score.copy()
+    wide = np.pad(load, 2)
+
+    def between(inside, outside):
+        """Share of the way from the touched place to the free one, by the loads on both and on the next one."""
+        return share(load[inside], load[outside], wide[tuple(2 * np.array(outside) - inside + 2)])
+
     for place in np.ndindex(score.shape):
         touched, inverse = score[place] > 0.5, 0.0
         for step in ((0, 1), (1, 0)):
@@ -26,7 +32,7 @@ def reference(score, load):
             for other in (tuple(np.add(place, step)), tuple(np.subtract(place, step))):
                 if min(other) < 0 or (np.array(other) >= score.shape).any() or (score[other] > 0.5) == touched:
                     continue
-                distances.append(share(load[place], load[other]) if touched else 1 - share(load[other], load[place]))
+                distances.append(between(place, other) if touched else 1 - between(other, place))
             inverse += min(distances)**-2 if distances else 0.0
         if inverse > 0:
             found[place] = (score[place] + 0.5 + (0.5 if touched else -0.5) * min(inverse**-0.5, 1.0)) / 2
