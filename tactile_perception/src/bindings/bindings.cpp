@@ -14,5 +14,6 @@ PYBIND11_MODULE(_core, module) {
     tactile::border::bind_sheet(module);
     tactile::border::bind_touches(module);
     tactile::border::bind_taxels(module);
+    tactile::border::bind_taxel_motion(module);
     tactile::border::bind_optics(module);
 }

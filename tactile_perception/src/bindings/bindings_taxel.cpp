@@ -3,11 +3,9 @@
 // Python bindings of the taxel array's kernels, in the manner of bindings.cpp.
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
-#include "common/steady_motion.hpp"
 #include "taxel/taxel_load.hpp"
 #include "taxel/taxel_quiet.hpp"
 #include "taxel/taxel_regions.hpp"
-#include "taxel/taxel_registration.hpp"
 #include "taxel/taxel_response.hpp"
 #include "taxel/taxel_score.hpp"
 #include "taxel/taxel_shear.hpp"
@@ -62,87 +60,6 @@ py::tuple regions_of_taxels(const py::object& score, const py::object& pressure,
                           output(found.points, {vertices, 3}),
                           output(found.loops.start, {static_cast<py::ssize_t>(found.loops.start.size())}),
                           output(found.loops.region, {static_cast<py::ssize_t>(found.loops.region.size())}));
-}
-
-py::tuple edges_of_taxels(const py::object& image, double steep, int rim, int most) {
-    const Input<float> given(image, "image", {ANY, ANY});
-    within(steep, "steep", 1e-6, 1e6);
-    within(rim, "rim", 0, MOST_TAXELS);
-    within(most, "most", 1, LONGEST);
-    Edges found;
-    {
-        py::gil_scoped_release others_run;
-        found = edges_of(given.data(), given.length(0), given.length(1), steep, rim, most);
-    }
-    const auto used = static_cast<py::ssize_t>(found.value.size());
-    return py::make_tuple(output(found.place, {used, 2}), output(found.value, {used}), output(found.slopes, {used, 4}),
-                          output(std::vector<double>(found.normal.begin(), found.normal.end()), {4, 4}),
-                          output(std::vector<double>(found.middle.begin(), found.middle.end()), {2}), found.reach, found.count);
-}
-
-py::tuple register_taxels(const py::object& image, const py::object& place, const py::object& value, const py::object& slopes,
-                          const py::object& middle, double reach, bool turns, const py::object& guess) {
-    const Input<float> given(image, "image", {ANY, ANY});
-    const Input<double> at(place, "place", {ANY, 2}), there(value, "value", {at.length()}), sloping(slopes, "slopes", {at.length(), 4});
-    const Input<double> centre(middle, "middle", {2}), start(guess, "guess", {4});
-    within(reach, "reach", 1e-6, LONGEST);
-    within(given.length(0), "image", 1, MOST_TAXELS);
-    within(given.length(1), "image", 1, MOST_TAXELS);
-    Registered found;
-    {
-        py::gil_scoped_release others_run;
-        const double *m = centre.data(), *g = start.data();
-        found = registered(given.data(), given.length(0), given.length(1), at.data(), there.data(), sloping.data(), at.length(),
-                           {m[0], m[1]}, reach, turns, {g[0], g[1], g[2], g[3]});
-    }
-    return py::make_tuple(output(std::vector<double>(found.fit.begin(), found.fit.end()), {4}), found.spread, found.inliers);
-}
-
-py::tuple move_taxels(const py::object& drag, const py::object& touched, const py::object& pressure, const py::object& shift, double pitch,
-                      double thickness, double coupling, double limit, double on_top, double sharp) {
-    const Input<float> dragged(drag, "drag", {2, ANY, ANY});
-    const py::ssize_t rows = dragged.length(1), columns = dragged.length(2);
-    const Input<bool> contact(touched, "touched", {rows, columns});
-    const Input<float> pressed(pressure, "pressure", {rows, columns});
-    const Input<double> motion(shift, "shift", {3});
-    within(pitch, "pitch", 1e-9, LONGEST);
-    within(thickness, "thickness", 0, MOST_TAXELS);
-    within(sharp, "sharp", 1e-3, MOST_TAXELS);
-    for (const double number : {coupling, limit, on_top}) within(number, "coupling, limit, on_top", 0, 1e30);
-    Sheared found;
-    {
-        py::gil_scoped_release others_run;
-        const double* m = motion.data();
-        found = moved({rows, columns, pitch, thickness, coupling, limit, on_top, sharp}, dragged.data(),
-                      reinterpret_cast<const std::uint8_t*>(contact.data()), pressed.data(), {m[0], m[1], m[2]});
-    }
-    return py::make_tuple(kept(std::move(found.drag), {2, rows, columns}), kept(std::move(found.pull), {2, rows, columns}),
-                          kept(std::move(found.slip), {2, rows, columns}),
-                          output(std::vector<double>{found.pulled[0], found.pulled[1]}, {2}));
-}
-
-py::array_t<float> pull_of_taxels(const py::object& pull, double gain, const py::object& spreads) {
-    const Input<float> pulled(pull, "pull", {2, ANY, ANY});
-    const Input<double> wide(spreads, "spreads", {2, 2});
-    within(gain, "gain", -1e30, 1e30);
-    for (const int k : {1, 3}) within(wide.data()[k], "spreads", 1e-3, MOST_TAXELS);
-    std::vector<float> found;
-    {
-        py::gil_scoped_release others_run;
-        const double* s = wide.data();
-        found = pressure_of_pull(pulled.data(), pulled.length(1), pulled.length(2), gain, {{s[0], s[1]}, {s[2], s[3]}});
-    }
-    return kept(std::move(found), {pulled.length(1), pulled.length(2)});
-}
-
-const std::uint8_t* marks(const Input<bool>& mask) {
-    return reinterpret_cast<const std::uint8_t*>(mask.data());
-}
-
-py::array_t<bool> mask_of(const std::vector<std::uint8_t>& marked, py::ssize_t rows, py::ssize_t columns) {
-    py::array_t<bool> mask({rows, columns});
-    std::copy(marked.begin(), marked.end(), reinterpret_cast<std::uint8_t*>(mask.mutable_data()));
-    return mask;
 }
 
 py::tuple follow_taxels(const py::object& values, const py::object& count, const py::object& change, const py::object& touched, int around,
@@ -217,12 +134,12 @@ py::tuple load_of_taxels(const py::object& pressure, const py::object& touched, 
     const Input<float> pressed(pressure, "pressure", {ANY, ANY});
     const Input<bool> contact(touched, "touched", {pressed.length(0), pressed.length(1)});
     within(around, "around", 0, MOST_TAXELS);
-    std::array<double, 3> found;
+    std::array<double, 4> found;
     {
         py::gil_scoped_release others_run;
         found = load_of(pressed.data(), marks(contact), pressed.length(0), pressed.length(1), around);
     }
-    return py::make_tuple(found[0], found[1], found[2]);
+    return py::make_tuple(found[0], found[1], found[2], static_cast<py::ssize_t>(found[3]));
 }
 
 double spread_of_taxels(const py::object& pressure, const py::object& touched, const py::object& direction) {
@@ -245,45 +162,6 @@ py::array_t<float> taxels_without_traction(const py::object& pressure, const py:
     return kept(std::move(found), {pressed.length(0), pressed.length(1)});
 }
 
-py::array_t<bool> lagging_taxels(const std::vector<py::object>& slips, const py::object& touched, const py::object& motion, double pitch,
-                                 double part) {
-    const Input<bool> contact(touched, "touched", {ANY, ANY});
-    const py::ssize_t rows = contact.length(0), columns = contact.length(1);
-    const Input<double> moved(motion, "motion", {3});
-    within(pitch, "pitch", 1e-9, LONGEST);
-    within(part, "part", 0, 1);
-    std::vector<Input<float>> each;
-    std::vector<const float*> data;
-    for (const py::object& slip : slips) each.emplace_back(slip, "slips", std::initializer_list<py::ssize_t>{2, rows, columns});
-    for (const Input<float>& one : each) data.push_back(one.data());
-    std::vector<std::uint8_t> found;
-    {
-        py::gil_scoped_release others_run;
-        const double* m = moved.data();
-        found = lagging(data, marks(contact), rows, columns, pitch, {m[0], m[1], m[2]}, part);
-    }
-    return mask_of(found, rows, columns);
-}
-
-py::tuple motion_of_places(const py::object& times, const py::object& places, double sigma, double bound) {
-    const Input<double> at(times, "times", {ANY}), passed(places, "places", {at.length(), 3});
-    within(sigma, "sigma", 0, 1e30);
-    within(bound, "bound", 0, 1e30);
-    SteadyMotion found;
-    {
-        py::gil_scoped_release others_run;
-        found = steady_motion(at.data(), passed.data(), at.length(), sigma, bound);
-    }
-    return py::make_tuple(output(std::vector<double>(found.place.begin(), found.place.end()), {3}),
-                          output(std::vector<double>(found.velocity.begin(), found.velocity.end()), {3}), found.sigma, found.used);
-}
-
-double noise_of(const py::object& places) {
-    const Input<double> passed(places, "places", {ANY, 3});
-    py::gil_scoped_release others_run;
-    return noise_of_places(passed.data(), passed.length());
-}
-
 }  // namespace
 
 void bind_taxels(py::module_& module) {
@@ -301,33 +179,6 @@ void bind_taxels(py::module_& module) {
         "are more regions; a table (R, 14): label, taxels, top, left, bottom, right, force, peak, integrals of 1, x, y, xx, xy, yy; and "
         "the\n"
         "outlines: vertices (M, 2) of (row, column) and (M, 3) m, first vertices and M (L + 1,), regions (L,).");
-    module.def(
-        "taxel_edges", &edges_of_taxels, py::arg("image"), py::kw_only(), py::arg("steep"), py::arg("rim"), py::arg("most"),
-        "Edge taxels of an image (rows, columns) float32: places (M, 2) row and column, values (M,), slopes (M, 4) by shift along\n"
-        "columns and rows, turn times reach, growth; and of all edge taxels, also those left out: sums of products of the slopes (4, 4),\n"
-        "middle (2,) row and column, reach, taxels, and their number. steep: 1/taxel, least slope; rim: taxels at the array's border\n"
-        "that are ignored; most: about how many are used.");
-    module.def(
-        "taxel_register", &register_taxels, py::arg("image"), py::arg("place"), py::arg("value"), py::arg("slopes"), py::arg("middle"),
-        py::arg("reach"), py::kw_only(), py::arg("turns"), py::arg("guess"),
-        "Motion of edges (taxel_edges) to an image (rows, columns) float32: fit (4,) shift along columns and rows, turn times reach,\n"
-        "growth, taxels; standard deviation of the residuals; share of inliers. turns: whether a turn is fitted; guess: (4,) to begin "
-        "with.");
-    module.def(
-        "taxel_move", &move_taxels, py::arg("drag"), py::arg("touched"), py::arg("pressure"), py::arg("shift"), py::kw_only(),
-        py::arg("pitch"), py::arg("thickness"), py::arg("coupling"), py::arg("limit"), py::arg("on_top"), py::arg("sharp"),
-        "Displacement of the pad's surface, traction over shear stiffness, and slip, (2, rows, columns) float32 m each, and sums (2,) of "
-        "the\n"
-        "traction, after an object moved by shift (3,): m, m at the origin, rad. drag: displacement before; touched: (rows, columns) bool; "
-        "pressure: (rows, "
-        "columns)\n"
-        "float32 Pa; pitch: m; thickness: taxels; coupling: of neighbours; limit: m/Pa, friction over shear stiffness; on_top, sharp: "
-        "share\n"
-        "and width, taxels, of the unsharp mask that gives the pressure on the pad's surface.");
-    module.def(
-        "taxel_pull_pressure", &pull_of_taxels, py::arg("pull"), py::kw_only(), py::arg("gain"), py::arg("spreads"),
-        "Pressure (rows, columns) float32 under a pad by the convergence of pull (2, rows, columns) float32, times gain; spreads: (2, 2)\n"
-        "share and width, taxels, of each Gaussian that spreads it.");
     module.def(
         "taxel_follow", &follow_taxels, py::arg("values"), py::arg("count"), py::arg("change"), py::arg("touched"), py::kw_only(),
         py::arg("around"), py::arg("frames"), py::arg("gain"),
@@ -351,28 +202,14 @@ void bind_taxels(py::module_& module) {
         "load that is gone since; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
     module.def(
         "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("touched"), py::kw_only(), py::arg("around"),
-        "Sum, and its mean row and column, of pressure (rows, columns) float32 over the touched (rows, columns) bool taxels and those\n"
-        "within around taxels of them along both axes; the means are NaN unless the sum is positive.");
+        "Sum, its mean row and column, of pressure (rows, columns) float32 over the touched (rows, columns) bool taxels and those within\n"
+        "around taxels of them along both axes, and the number of these; the means are NaN unless the sum is positive.");
     module.def("taxel_spread", &spread_of_taxels, py::arg("pressure"), py::arg("touched"), py::arg("direction"),
                "Variance of the places of pressure (rows, columns) float32 along a direction (2,) float64 over that of the touched (rows, "
                "columns)\n"
                "bool; NaN without load or width.");
     module.def("taxel_without_traction", &taxels_without_traction, py::arg("pressure"), py::arg("traction"), py::kw_only(), py::arg("unit"),
                "pressure (rows, columns) float32 without traction, float32, over unit, which at most doubles or cancels it.");
-    module.def("taxel_lagging", &lagging_taxels, py::arg("slips"), py::arg("touched"), py::arg("motion"), py::kw_only(), py::arg("pitch"),
-               py::arg("part"),
-               "Touched (rows, columns) bool taxels where slips, a list of (2, rows, columns) float32 m, sum up to more than part of the "
-               "object's\n"
-               "motion (3,), m at the origin and rad; pitch: m.");
-    module.def(
-        "steady_motion", &motion_of_places, py::arg("times"), py::arg("places"), py::kw_only(), py::arg("sigma"), py::arg("bound"),
-        "Place (3,) and velocity (3,) at the last of rising times (N,) float64, s, by a line through the latest of places (N, 3) float64:\n"
-        "the longest stretch in which the velocity was constant; the standard deviation of the velocity; the number of places used. "
-        "sigma:\n"
-        "standard deviation of a place; bound: standard deviations by which velocities of ever longer stretches may differ.");
-    module.def(
-        "noise_of_places", &noise_of, py::arg("places"),
-        "Standard deviation along x and y of places (N, 3) float64 of a steady motion, without the last one; 0 for fewer than four.");
 }
 
 }  // namespace tactile::border

@@ -7,6 +7,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -94,6 +95,17 @@ py::array_t<T> kept(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
 template <class T, std::size_t N>
 py::array_t<T> output(const std::array<T, N>& values, std::vector<py::ssize_t> shape) {
     return output(std::vector<T>(values.begin(), values.end()), std::move(shape));
+}
+
+// A mask as bytes, and one from bytes.
+inline const std::uint8_t* marks(const Input<bool>& mask) {
+    return reinterpret_cast<const std::uint8_t*>(mask.data());
+}
+
+inline py::array_t<bool> mask_of(const std::vector<std::uint8_t>& marked, py::ssize_t rows, py::ssize_t columns) {
+    py::array_t<bool> mask({rows, columns});
+    std::copy(marked.begin(), marked.end(), reinterpret_cast<std::uint8_t*>(mask.mutable_data()));
+    return mask;
 }
 
 }  // namespace tactile::border

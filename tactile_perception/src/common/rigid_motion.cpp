@@ -10,6 +10,7 @@
 #include <numeric>
 #include <utility>
 
+#include "common/jacobi.hpp"
 #include "common/vectors.hpp"
 
 namespace tactile {
@@ -21,7 +22,6 @@ constexpr double NEAR = 2.0;                      // standard deviations per coo
 constexpr double AGREED = 0.8;                    // share of inliers from which the fit to all points is the start. Chosen
 constexpr double SETTLED = 1e-2;                  // relative change of the weights that ends the fit. Chosen
 constexpr double GOLDEN = 0.6180339887498949;     // golden ratio less 1: spreads the points of triples
-constexpr int SWEEPS = 12;                        // of Jacobi's method: four by four settles in half as many
 
 constexpr double ONE_PLACE = 1e-24;  // m^2, a picometre: points that near coincide in any sensor
 constexpr double NARROW = 1e-6;      // least variance across the long axis over that along it; below, the turn about it is open. Chosen
@@ -36,33 +36,6 @@ struct Motion {
     Vec3 apply(Vec3 place) const { return Vec3{dot(turn[0], place), dot(turn[1], place), dot(turn[2], place)} + shift; }
 };
 
-// Turns the plane of axes i and j so that the symmetric matrix is 0 at (i, j), and the axes (columns) with it (Jacobi's method).
-template <int N>
-void annihilate(double (&matrix)[N][N], double (&axes)[N][N], int i, int j) {
-    if (matrix[i][j] == 0) return;
-    const double theta = (matrix[j][j] - matrix[i][i]) / (2 * matrix[i][j]);
-    const double tangent = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-    const double cosine = 1 / std::sqrt(tangent * tangent + 1), sine = tangent * cosine;
-    const auto turn = [&](double& a, double& b) {
-        const double before = a;
-        a = cosine * before - sine * b;
-        b = sine * before + cosine * b;
-    };
-    for (int k = 0; k < N; ++k) turn(matrix[k][i], matrix[k][j]);
-    for (int k = 0; k < N; ++k) turn(matrix[i][k], matrix[j][k]);
-    for (int k = 0; k < N; ++k) turn(axes[k][i], axes[k][j]);
-}
-
-// Makes the symmetric matrix diagonal.
-template <int N>
-void diagonalise(double (&matrix)[N][N], double (&axes)[N][N]) {
-    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-        for (int i = 0; i < N - 1; ++i) {
-            for (int j = i + 1; j < N; ++j) annihilate(matrix, axes, i, j);
-        }
-    }
-}
-
 // The rotation that maximises the sum of products c[i][j] = before_i after_j (Horn 1987, Closed-form solution of absolute orientation using
 // unit quaternions): its quaternion is the eigenvector of the largest eigenvalue.
 Motion rotation(const double (&c)[3][3]) {
@@ -70,7 +43,7 @@ Motion rotation(const double (&c)[3][3]) {
                            {c[1][2] - c[2][1], c[0][0] - c[1][1] - c[2][2], c[0][1] + c[1][0], c[2][0] + c[0][2]},
                            {c[2][0] - c[0][2], c[0][1] + c[1][0], c[1][1] - c[0][0] - c[2][2], c[1][2] + c[2][1]},
                            {c[0][1] - c[1][0], c[2][0] + c[0][2], c[1][2] + c[2][1], c[2][2] - c[0][0] - c[1][1]}};
-    double axes[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    double axes[4][4];
     diagonalise(matrix, axes);
     int order[] = {0, 1, 2, 3};
     std::stable_sort(order, order + 4, [&](int i, int j) { return matrix[i][i] > matrix[j][j]; });
@@ -88,7 +61,7 @@ Motion rotation(const double (&c)[3][3]) {
 
 // The two largest variances of points (count, 3), as weighted, along their principal axes.
 std::array<double, 2> spreads(const double* points, const std::vector<double>& weights) {
-    double total = 0, matrix[3][3] = {}, axes[3][3] = {};
+    double total = 0, matrix[3][3] = {}, axes[3][3];
     Vec3 middle{0, 0, 0};
     for (const double weight : weights) total += weight;
     for (std::size_t i = 0; i < weights.size(); ++i) middle = middle + weights[i] / total * vec3_at(points, static_cast<std::ptrdiff_t>(i));

@@ -25,24 +25,25 @@ struct Sums {
 
 }  // namespace
 
-std::array<double, 3> load_of(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
+std::array<double, 4> load_of(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
                               std::ptrdiff_t around) {
     const std::vector<std::uint8_t> near = spread_mask(touched, rows, columns, around);
     const Box box = box_around(touched, rows, columns).grown(around, rows, columns);
-    double sum = 0, down = 0, across = 0;
+    double sum = 0, down = 0, across = 0, count = 0;
     for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
         double line = 0;
         for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
             if (!near[r * columns + c]) continue;
             const double load = pressure[r * columns + c];
             line += load;
+            ++count;
             across += load * static_cast<double>(c);
         }
         sum += line;
         down += line * static_cast<double>(r);
     }
-    if (!(sum > 0)) return {sum, UNKNOWN, UNKNOWN};
-    return {sum, down / sum, across / sum};
+    if (!(sum > 0)) return {sum, UNKNOWN, UNKNOWN, count};
+    return {sum, down / sum, across / sum, count};
 }
 
 double spread_along(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,

@@ -12,9 +12,9 @@
 
 namespace tactile {
 
-// Sum, and mean row and column, of pressure (rows, columns) over the touched taxels (rows, columns) and those within around of them along
-// both axes; the means are NaN unless the sum is positive.
-std::array<double, 3> load_of(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
+// Sum, mean row and column, of pressure (rows, columns) over the touched taxels (rows, columns) and those within around of them along both
+// axes, and the number of these taxels; the means are NaN unless the sum is positive.
+std::array<double, 4> load_of(const float* pressure, const std::uint8_t* touched, std::ptrdiff_t rows, std::ptrdiff_t columns,
                               std::ptrdiff_t around);
 
 // Variance of the places of positive pressure (rows, columns) along a direction (column, row), over that of the touched taxels; NaN

@@ -11,6 +11,7 @@
 
 #include "common/cholesky.hpp"
 #include "common/median.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -28,19 +29,44 @@ std::array<double, 4> spline(double part) {
     return {rest * rest * rest / 6, (4 + part * part * (3 * part - 6)) / 6, (4 + rest * rest * (3 * rest - 6)) / 6, part * part * part / 6};
 }
 
-double sampled(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, double row, double column) {
+// The image at a taxel.
+TACTILE_INLINE float shown(float pressure, float scale) {
+    return (pressure < 0 ? 0 : pressure) * scale;
+}
+
+double sampled(const Picture& picture, double row, double column) {
+    const std::ptrdiff_t rows = picture.rows, columns = picture.columns;
     row = row > 0 ? std::min(row, static_cast<double>(rows - 1)) : 0;
     column = column > 0 ? std::min(column, static_cast<double>(columns - 1)) : 0;
     const auto top = static_cast<std::ptrdiff_t>(row), left = static_cast<std::ptrdiff_t>(column);
     const auto down = spline(row - static_cast<double>(top)), across = spline(column - static_cast<double>(left));
     double sum = 0;
     for (std::ptrdiff_t r = 0; r < 4; ++r) {
-        const float* line = image + std::clamp<std::ptrdiff_t>(top + r - 1, 0, rows - 1) * columns;
+        const float* line = picture.pressure + std::clamp<std::ptrdiff_t>(top + r - 1, 0, rows - 1) * columns;
         double part = 0;
-        for (std::ptrdiff_t c = 0; c < 4; ++c) part += across[c] * line[std::clamp<std::ptrdiff_t>(left + c - 1, 0, columns - 1)];
+        for (std::ptrdiff_t c = 0; c < 4; ++c)
+            part += across[c] * shown(line[std::clamp<std::ptrdiff_t>(left + c - 1, 0, columns - 1)], picture.scale);
         sum += down[r] * part;
     }
     return sum;
+}
+
+TACTILE_WIDE void show(const float* pressure, std::ptrdiff_t columns, float scale, double* line) {
+    for (std::ptrdiff_t c = 0; c < columns; ++c) line[c] = shown(pressure[c], scale);
+}
+
+// Slopes along both axes, and value of the spline, along the middle one of three lines of the image (3, columns); none at the ends.
+TACTILE_WIDE void slopes_of(const double* lines, std::ptrdiff_t columns, double* across, double* down, double* value) {
+    const double *up = lines, *here = lines + columns, *low = lines + 2 * columns;
+#pragma GCC ivdep
+    for (std::ptrdiff_t c = 1; c < columns - 1; ++c) {
+        const double left = up[c - 1] + 4 * here[c - 1] + low[c - 1], right = up[c + 1] + 4 * here[c + 1] + low[c + 1];
+        const double top = up[c - 1] + 4 * up[c] + up[c + 1], bottom = low[c - 1] + 4 * low[c] + low[c + 1];
+        const double middle = here[c - 1] + 4 * here[c] + here[c + 1];
+        across[c] = (right - left) / 12;
+        down[c] = (bottom - top) / 12;
+        value[c] = (top + 4 * middle + bottom) / 36;
+    }
 }
 
 // Step of count unknowns; NaN where it cannot be solved for.
@@ -54,21 +80,19 @@ void solve(double (&normal)[4][4], double (&step)[4], int count) {
 
 }  // namespace
 
-Edges edges_of(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
+Edges edges_of(const Picture& picture, double steep, std::ptrdiff_t rim, std::ptrdiff_t most) {
     struct Edge {
         std::ptrdiff_t row, column;
         double across, down, value;
     };
+    const std::ptrdiff_t rows = picture.rows, columns = picture.columns, from = std::max<std::ptrdiff_t>(rim, 1);
     std::vector<Edge> all;
-    for (std::ptrdiff_t r = std::max<std::ptrdiff_t>(rim, 1); r < rows - std::max<std::ptrdiff_t>(rim, 1); ++r) {
-        const float *up = image + (r - 1) * columns, *here = up + columns, *low = here + columns;
-        for (std::ptrdiff_t c = std::max<std::ptrdiff_t>(rim, 1); c < columns - std::max<std::ptrdiff_t>(rim, 1); ++c) {
-            const double left = up[c - 1] + 4.0 * here[c - 1] + low[c - 1], right = up[c + 1] + 4.0 * here[c + 1] + low[c + 1];
-            const double top = up[c - 1] + 4.0 * up[c] + up[c + 1], bottom = low[c - 1] + 4.0 * low[c] + low[c + 1];
-            const double across = (right - left) / 12, down = (bottom - top) / 12;
-            if (!(across * across + down * down > steep * steep)) continue;
-            const double middle = here[c - 1] + 4.0 * here[c] + here[c + 1];
-            all.push_back({r, c, across, down, (top + 4 * middle + bottom) / 36});
+    std::vector<double> lines(3 * columns), across(columns), down(columns), value(columns);
+    for (std::ptrdiff_t r = from; r < rows - from; ++r) {
+        for (std::ptrdiff_t k = 0; k < 3; ++k) show(picture.pressure + (r + k - 1) * columns, columns, picture.scale, &lines[k * columns]);
+        slopes_of(lines.data(), columns, across.data(), down.data(), value.data());
+        for (std::ptrdiff_t c = from; c < columns - from; ++c) {
+            if (across[c] * across[c] + down[c] * down[c] > steep * steep) all.push_back({r, c, across[c], down[c], value[c]});
         }
     }
     Edges found;
@@ -99,9 +123,8 @@ Edges edges_of(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, 
     return found;
 }
 
-Registered registered(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, const double* place, const double* value,
-                      const double* slopes, std::ptrdiff_t count, const std::array<double, 2>& middle, double reach, bool turns,
-                      const std::array<double, 4>& guess) {
+Registered registered(const Picture& picture, const double* place, const double* value, const double* slopes, std::ptrdiff_t count,
+                      const std::array<double, 2>& middle, double reach, bool turns, const std::array<double, 4>& guess) {
     const int used[4] = {0, 1, turns ? 2 : 3, 3}, unknowns = turns ? 4 : 3;
     Registered found;
     found.fit = guess;
@@ -111,7 +134,7 @@ Registered registered(const float* image, std::ptrdiff_t rows, std::ptrdiff_t co
         for (std::ptrdiff_t k = 0; k < count; ++k) {
             const double y = place[2 * k] - middle[0], x = place[2 * k + 1] - middle[1];
             const double row = middle[0] + cosine * y + sine * x + found.fit[1], column = middle[1] + cosine * x - sine * y + found.fit[0];
-            left[k] = value[k] - sampled(image, rows, columns, row, column) - slopes[4 * k + 3] * found.fit[3];
+            left[k] = value[k] - sampled(picture, row, column) - slopes[4 * k + 3] * found.fit[3];
             size[k] = std::abs(left[k]);
         }
         found.spread = std::max(SIGMA_PER_MAD * (count > 0 ? smallest(size, count / 2) : 0), LEAST_SPREAD);

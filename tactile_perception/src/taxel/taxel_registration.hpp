@@ -8,6 +8,13 @@
 
 namespace tactile {
 
+// An image of a contact: positive pressure (rows, columns) times scale.
+struct Picture {
+    const float* pressure;
+    std::ptrdiff_t rows, columns;
+    float scale;
+};
+
 // Edge taxels of an image, from which a motion is told.
 struct Edges {
     std::array<double, 16> normal{};  // (4, 4): sum over all edge taxels of the products of their slopes
@@ -20,7 +27,7 @@ struct Edges {
 };
 
 // Edge taxels where the slope of the image exceeds steep, 1/taxel, none within rim of the border.
-Edges edges_of(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, double steep, std::ptrdiff_t rim, std::ptrdiff_t most);
+Edges edges_of(const Picture& picture, double steep, std::ptrdiff_t rim, std::ptrdiff_t most);
 
 // The motion of edges in a later image.
 struct Registered {
@@ -30,8 +37,7 @@ struct Registered {
 };
 
 // Fit of the edges' motion from a first guess; turns: whether a turn is fitted too.
-Registered registered(const float* image, std::ptrdiff_t rows, std::ptrdiff_t columns, const double* place, const double* value,
-                      const double* slopes, std::ptrdiff_t count, const std::array<double, 2>& middle, double reach, bool turns,
-                      const std::array<double, 4>& guess);
+Registered registered(const Picture& picture, const double* place, const double* value, const double* slopes, std::ptrdiff_t count,
+                      const std::array<double, 2>& middle, double reach, bool turns, const std::array<double, 4>& guess);
 
 }  // namespace tactile

@@ -31,12 +31,7 @@ def broke_away(times: np.ndarray, places: np.ndarray, lead: float, least: float)
     return bool(before - after > least and _STOPPED * before / lead < after < 0.5 * (1 + 1 / lead) * before)
 
 
-def has_stopped(times: np.ndarray, places: np.ndarray, velocity: np.ndarray, noise: float) -> bool:
-    """Whether an object has not moved on lately, though a line through its places (N, 3), m, at times (N,) s still has a velocity (3,) m/s:
-    the line may hold the end of a motion. noise: standard deviation of a place, m."""
-    if len(times) <= LATEST:
-        return False
-    speed = float(np.sqrt(velocity @ velocity))
-    expected = speed * float(times[-1] - times[-1 - LATEST])
-    went = float((places[-1] - places[-1 - LATEST]) @ velocity) / max(speed, 1e-12)
+def has_stopped(expected: float, went: float, noise: float) -> bool:
+    """Whether an object has not moved on in the last LATEST frames, though a line through its places still has a speed: the line may hold
+    the end of a motion. expected: m, way by that speed; went: m, way along it; noise: standard deviation of a place, m."""
     return expected > _EXPECTED_SIGMAS * noise and went < _GOES_ON * expected

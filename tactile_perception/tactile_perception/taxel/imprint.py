@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
-from operator import mul
+from dataclasses import dataclass
 
 import numpy as np
 
-from .._core import noise_of_places, steady_motion, taxel_lagging
+from .._core import taxel_lagging, taxel_load, taxel_motion
 from .array import SoftPad, TaxelArray
-from .breakaway import PHASE, SIGMAS, broke_away, has_stopped
+from .breakaway import LATEST, PHASE, SIGMAS, broke_away, has_stopped
 from .registration import KeyCentroid, Keyframe, KeyframeMotion
 from .score import BORDER_SHARE, LEVEL
 from .shear import BORDER_LEAD, SurfaceShear
@@ -36,7 +35,7 @@ _LOOSE, _SMOOTH = 0.25, 0.6
 _RELEASED = 0.05  # traction over pressure, up to which an object at rest is without. Chosen: the least that traction_watch sees
 _TURNS = 0.6  # speed of the edges by a turn, of that of the middle, up to which a breakaway is told. Chosen
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
-_BOUND = 2.5  # standard deviations: see steady_motion. Chosen
+_BOUND = 2.5  # standard deviations: see taxel_motion. Chosen
 _EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
 _CREEP = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax. Chosen
 _LEAST_NOISE = 2e-3  # taxels, of a place, at least. Chosen: what registration leaves of the phase between object and taxels
@@ -46,6 +45,7 @@ _OTHER_LOAD = 0.1  # of the keyframe's load, from which a settled load is anothe
 _SLIDES = 0.1  # part of the object's motion by which the pad's surface lags where it slips. Chosen: coupled neighbours creep a little
 # Growth of the contact, taxels and parts of its shift, from which the image is attributed to a change of load. Chosen.
 _LOADED, _LOADING = 0.08, 1.5
+_NO_PAST = np.zeros((0, 4))  # frames: s, m, m, rad: the object's motion at the origin since it touched
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,9 @@ class ImprintTracker:
         self._key: Keyframe | KeyCentroid | None = None
         self._seen: KeyframeMotion | None = None  # in the last frame
         self._expected: np.ndarray | None = None  # predicted fit of the next frame
-        self._pose = np.zeros(3)  # of the keyframe's centre since the keyframe: m, m, rad
+        self._pose = [0.0] * 3  # of the keyframe's centre since the keyframe: m, m, rad
         self._total = np.zeros(3)  # of the object at the origin since it touched: m, m, rad
-        self._past: deque[tuple[float, float, float, float]] = deque()  # s, total
+        self._past = _NO_PAST
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
@@ -102,7 +102,8 @@ class ImprintTracker:
         self._followed_part = 1.0  # object's part of the picture's motion
         self._moves = False
         self._noise = 0.0  # m, of a place
-        self._along = np.zeros(3)
+        self._arm = (0.0, 0.0)  # m, of the keyframe's centre from the origin
+        self._along = (0.0, 0.0, 0.0)
 
     def traction_pressure(self) -> np.ndarray | None:
         """(rows, columns) Pa, the part of the next frame's pressure that traction causes; None without traction."""
@@ -111,8 +112,7 @@ class ImprintTracker:
     def process(self, pressure: np.ndarray, touched: np.ndarray, stamp_s: float, seen: SeenPressure | None = None) -> ImprintMotion:
         """Motion and slip in one frame with pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty; seen: the
         pressure with the part that traction causes, without which sudden slip of a smooth object is told late."""
-        inside = pressure[touched]
-        load, count = float(inside.sum()), len(inside)
+        load, _, _, count = taxel_load(pressure, touched, around=0)
         kind = KeyCentroid if count <= _FEW else Keyframe
         now = (pressure, touched, load)
         if not isinstance(self._key, kind):
@@ -120,36 +120,34 @@ class ImprintTracker:
         if kind is KeyCentroid:
             found = self._key.motion(pressure, touched)
         else:
-            found = self._key.motion(self._image(pressure, load), self._expected)
+            found = self._key.motion(pressure, self._scale(load), self._expected)
         if found is None:
             self._rekey(kind, *now)
-            self._past.clear()
+            self._past = _NO_PAST
             self._moves = False
             return self._unknown()
         waits, grew = self._load_varies(found, kind, load, stamp_s), self._grew(found)
         same_load = not (waits or grew)
         if grew or self._waited and not waits and abs(load - self._key_load) > _OTHER_LOAD * self._key_load:
             self._rekey(kind, *now)
-            found = replace(found, fit=np.zeros(4), turn=0 * found.turn)
+            found = found._replace(fit=np.zeros(4), turn=0 * found.turn)
         self._waited = waits and not grew
-        step = np.zeros(3) if self._waited else self._step(found, load / count)
-        about = (self._key.middle - self._middle) * self._array.pitch
-        at_origin = step[:2] - step[2] * np.array([-about[1], about[0]])
+        along_x, along_y, turned = (0.0, 0.0, 0.0) if self._waited else self._step(found, load / count)
+        step = np.array([along_x + turned * self._arm[1], along_y - turned * self._arm[0], turned])
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
-        smooth, velocity, moves, steady = self._followed(np.array([*at_origin, step[2]]), stamp_s)
+        smooth, velocity, moves, steady = self._followed(step, stamp_s)
         if seen is not None and self._rolls(seen, touched, velocity if moves else None, same_load, load):
             smooth, moves = np.zeros(3), False
-        slip = self.shear.move(touched, pressure, smooth[:2], smooth[2])
+        slip = self.shear.move(touched, pressure, smooth)
         self._lags.append((slip, smooth))
         slipping = self._lagging(steady, touched) if moves else np.zeros_like(touched)
         if found.largest > _KEY_MOVED or abs(found.growth) > _KEY_GREW:
             self._rekey(kind, *now)
-        self._along = self._direction(velocity[:2], float(velocity[2]), found) if moves else np.zeros(3)
-        linear, turn = self._velocity()
+        self._along = self._direction(velocity, found) if moves else (0.0, 0.0, 0.0)
         self._slip_fraction = np.count_nonzero(slipping) / count
-        turns = not np.isnan(found.turn)
-        return ImprintMotion(linear, turn if turns else np.nan, turns, slipping, at_origin, float(step[2]))
+        turns = not math.isnan(found.turn)
+        return ImprintMotion(self._reported[:2], float(self._reported[2]) if turns else math.nan, turns, slipping, step[:2], turned)
 
     def _load_varies(self, seen: KeyframeMotion, kind: type, load: float, stamp_s: float) -> bool:
         """Whether the load varies, so that motion since the keyframe is told when it has settled: a new keyframe at each variation would
@@ -171,28 +169,19 @@ class ImprintTracker:
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
         return most - least > _LOAD_CHANGE * most
 
-    def _followed(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, np.ndarray, bool, int]:
+    def _followed(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, list[float], bool, int]:
         """The last motion (3,) m, m at the origin, rad, without noise, the velocity (3,), whether it is evident, and for how many frames it
         was steady; step: with noise."""
         self._total = self._total + step
-        self._past.append((stamp_s, *self._total.tolist()))
-        while len(self._past) > _FEWEST and self._past[0][0] < stamp_s - _WINDOW_S * (1 + 1e-6):
-            self._past.popleft()
-        about = (self._key.middle - self._middle) * self._array.pitch
-        reach = self._key.reach * self._array.pitch
-        to_contact = np.array([[1, 0, -about[1]], [0, 1, about[0]], [0, 0, reach]])  # path of the contact's middle, and of its edges
-        past = np.array(self._past)
-        times, places = past[:, 0], past[:, 1:] @ to_contact.T
-        noise = max(noise_of_places(places), _LEAST_NOISE * self._array.pitch)
+        pitch = self._array.pitch
+        (self._past, smooth, velocity, self._reported, noise, speed, sigma, lasting, used, expected, went) = taxel_motion(
+            self._past, np.array([stamp_s, *self._total.tolist()]), window=_WINDOW_S, reported=_VELOCITY_S, fewest=_FEWEST, latest=LATEST,
+            arm=self._arm, reach=self._key.reach * pitch, least=_LEAST_NOISE * pitch, bound=_BOUND)
         self._noise = noise
-        place, speed, sigma, used = steady_motion(times, places, sigma=noise, bound=_BOUND)
-        turn, turn_rate = place[2] / reach, speed[2] / reach
-        smooth = np.array([place[0] + turn * about[1], place[1] - turn * about[0], turn])
         last, self._smooth = self._smooth, smooth
-        velocity = np.array([speed[0] + turn_rate * about[1], speed[1] - turn_rate * about[0], turn_rate])
-        self._moves = (used > 1 and self._is_evident(math.sqrt(speed @ speed), sigma, float(times[-1] - times[-used]))
-                       and not (self._moves and has_stopped(times, places, speed, noise)))
-        return smooth - last, velocity if used > 1 else np.full(3, np.nan), self._moves, used - 1
+        self._moves = (used > 1 and self._is_evident(speed, sigma, lasting) and
+                       not (self._moves and has_stopped(expected, went, noise)))
+        return smooth - last, velocity.tolist() if used > 1 else [math.nan] * 3, self._moves, used - 1
 
     def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
         """Whether a speed, m/s, with a standard deviation sigma, over lasting, s, is a motion of the object. It begins by a path longer
@@ -201,10 +190,10 @@ class ImprintTracker:
             return False
         return self._moves or speed * lasting > self._seen.sigma * self._array.pitch * self._followed_part
 
-    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: np.ndarray | None, same_load: bool, load: float) -> bool:
+    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: list[float] | None, same_load: bool, load: float) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
         friction; load: sum of pressure."""
-        pulled = float(np.hypot(*self.shear.force)) / max(load * self._array.taxel_area, 1e-12)
+        pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
         if velocity is None or not same_load:
             self._pulled_at_rest = pulled
             self._watch.rest(seen.pressure, same_load)
@@ -217,18 +206,17 @@ class ImprintTracker:
             self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
         return found.rolls and isinstance(self._key, Keyframe) and not self._turns_mostly(velocity)
 
-    def _breaks_away(self, pressure: np.ndarray, touched: np.ndarray, velocity: np.ndarray) -> bool:
+    def _breaks_away(self, pressure: np.ndarray, touched: np.ndarray, velocity: list[float]) -> bool:
         """Whether a flat face that moves by velocity (3,), mostly without a turn, has just begun to slide; once a contact."""
-        if self.shear.friction < self._pad.friction or self._turns_mostly(velocity, _TURNS) or is_curved(pressure, touched, velocity[:2]):
+        way = np.array(velocity[:2])
+        if self.shear.friction < self._pad.friction or self._turns_mostly(velocity, _TURNS) or is_curved(pressure, touched, way):
             return False
-        past = np.array(self._past)
-        along = past[:, 1:3] @ (velocity[:2] / max(np.hypot(*velocity[:2]), 1e-12))
-        return broke_away(past[:, 0], along, self._lead, max(SIGMAS * self._noise, PHASE * self._array.pitch))
+        along = self._past[:, 1:3] @ (way / max(math.hypot(*velocity[:2]), 1e-12))
+        return broke_away(self._past[:, 0], along, self._lead, max(SIGMAS * self._noise, PHASE * self._array.pitch))
 
-    def _turns_mostly(self, velocity: np.ndarray, part: float = 1.0) -> bool:
+    def _turns_mostly(self, velocity: list[float], part: float = 1.0) -> bool:
         """Whether the edges of a contact that moves by velocity (3,) turn faster than that part of its middle's speed."""
-        x, y = (self._key.middle - self._middle) * self._array.pitch
-        along_x, along_y, turn = velocity.tolist()
+        (x, y), (along_x, along_y, turn) = self._arm, velocity
         return abs(turn) * self._key.reach * self._array.pitch > part * math.hypot(along_x - turn * y, along_y + turn * x)
 
     def _lagging(self, steady: int, touched: np.ndarray) -> np.ndarray:
@@ -239,49 +227,35 @@ class ImprintTracker:
     def _unknown(self) -> ImprintMotion:
         return ImprintMotion(np.full(2, np.nan), np.nan, False, np.zeros(self._array.shape, bool), np.full(2, np.nan), np.nan)
 
-    def _step(self, seen: KeyframeMotion, mean: float) -> np.ndarray:
-        """(3,) m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
+    def _step(self, seen: KeyframeMotion, mean: float) -> list[float]:
+        """m, m, rad since the last frame, at the keyframe's centre, under a mean pressure, Pa. The pressure of the last frame's
         traction is already subtracted from the image; that of the new motion is corrected here."""
-        found = np.array([*(seen.shift * self._array.pitch), seen.known_turn])
+        along_x, along_y = (seen.shift * self._array.pitch).tolist()
         stiff = BORDER_LEAD * self._pad.thickness * self._pad.shear_stiffness / max(mean, 1.0)
-        moved = found - self._pose
+        moved = [now - before for now, before in zip((along_x, along_y, seen.known_turn), self._pose)]
         # Where the object slips, traction is at its limit and changes its direction only.
-        paths = np.array([1, 1, seen.reach * self._array.pitch])
-        along = self._along * float(self._along @ (moved * paths)) / paths
+        paths = (1.0, 1.0, seen.reach * self._array.pitch)
+        way = sum(map(math.prod, zip(self._along, moved, paths)))
         self._followed_part = 1 / (1 + stiff * (1 - self._slip_fraction))
         self._lead = 1 + stiff
-        step = (moved - along) / (1 + stiff) + along * self._followed_part
-        self._pose = self._pose + step
+        along = [one * way / path for one, path in zip(self._along, paths)]
+        step = [(part - one) / (1 + stiff) + one * self._followed_part for part, one in zip(moved, along)]
+        self._pose = [before + one for before, one in zip(self._pose, step)]
         return step
 
-    def _direction(self, linear: np.ndarray, turn: float, seen: KeyframeMotion) -> np.ndarray:
-        """(3,) unit vector of the motion at the keyframe's centre, rotation as the path of its edges; 0 where unknown."""
-        about = (self._key.middle - self._middle) * self._array.pitch
-        motion = np.array([linear[0] - turn * about[1], linear[1] + turn * about[0], turn * seen.reach * self._array.pitch])
-        length = math.sqrt(motion @ motion)
-        return motion / length if length > 0 else np.zeros(3)
+    def _direction(self, velocity: list[float], seen: KeyframeMotion) -> tuple[float, float, float]:
+        """Unit vector of the motion by velocity (3,) at the keyframe's centre, rotation as the path of its edges; 0 where unknown."""
+        (x, y), (along_x, along_y, turn) = self._arm, velocity
+        motion = (along_x - turn * y, along_y + turn * x, turn * seen.reach * self._array.pitch)
+        length = math.hypot(*motion)
+        return tuple(part / length for part in motion) if length > 0 else (0.0, 0.0, 0.0)
 
     def _rekey(self, kind: type, pressure: np.ndarray, touched: np.ndarray, load: float) -> None:
         self._key_load, self._key_count, self._waited = load, int(np.count_nonzero(touched)), False
-        self._key = kind(pressure, touched) if kind is KeyCentroid else kind(self._image(pressure, load))
-        self._seen, self._expected, self._pose = None, None, np.zeros(3)
+        self._key = kind(pressure, touched) if kind is KeyCentroid else kind(pressure, self._scale(load))
+        self._arm = tuple(((self._key.middle - self._middle) * self._array.pitch).tolist())
+        self._seen, self._expected, self._pose = None, None, [0.0] * 3
 
-    def _image(self, pressure: np.ndarray, load: float) -> np.ndarray:
-        """(rows, columns) float32, pressure over that of the keyframe at this load, scaled as the score of a flat face."""
-        mean = max(load / self._key_count, 1e-9)
-        return np.maximum(pressure, 0) * np.float32(LEVEL / BORDER_SHARE / mean)
-
-    def _velocity(self) -> tuple[np.ndarray, float]:
-        """Velocity (2,) m/s at the origin, and rad/s, that is reported: by a line over _VELOCITY_S; NaN with fewer than _FEWEST frames."""
-        first = self._past[-1][0] - _VELOCITY_S * (1 + 1e-6)
-        recent = [one for one in self._past if one[0] >= first]
-        if len(recent) < _FEWEST:
-            recent = list(self._past)[-_FEWEST:]
-        if len(recent) < _FEWEST:
-            return np.full(2, np.nan), np.nan
-        times, *totals = zip(*recent)
-        mean = sum(times) / len(times)
-        off = [time - mean for time in times]
-        square = sum(map(mul, off, off))
-        x, y, turn = (sum(map(mul, off, total)) / square for total in totals)
-        return np.array([x, y]), turn
+    def _scale(self, load: float) -> float:
+        """1/Pa that makes pressure an image: over that of the keyframe at this load, scaled as the score of a flat face."""
+        return LEVEL / BORDER_SHARE / max(load / self._key_count, 1e-9)

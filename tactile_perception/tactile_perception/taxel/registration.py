@@ -8,7 +8,7 @@ contact grow or shrink without motion.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,7 @@ _FAR = 5.0  # taxels, largest motion since a keyframe. Chosen: farther the fit d
 _MAX_SIGMA, _MIN_INLIERS = 0.2, 0.7
 
 
-@dataclass(frozen=True)
-class KeyframeMotion:
+class KeyframeMotion(NamedTuple):
     """Motion since the keyframe: a point p (column, row, taxels) of the contact moves to middle + R(turn) (p - middle) + shift.
 
     fit: (4,) taxels, shift along columns and rows, turn times reach, growth along the edges' normals; turn: rad, NaN where unobservable;
@@ -62,23 +61,23 @@ class KeyframeMotion:
     @property
     def largest(self) -> float:
         """Largest displacement, taxels."""
-        return math.hypot(*self.shift) + abs(self.known_turn) * self.reach
+        return math.hypot(self.fit[0], self.fit[1]) + abs(self.known_turn) * self.reach
 
 
 class Keyframe:
-    """An image that later ones are registered with. image: (rows, columns) float32, about 0.8 in a contact, 0 outside."""
+    """An image that later ones are registered with: positive pressure (rows, columns) float32 times scale, about 0.8 in a contact."""
 
-    def __init__(self, image: np.ndarray):
-        rim = 2 if min(image.shape) >= _LARGE else 1  # what moves over the array's border is not seen: ignore it
-        *self._edges, normal, middle, self.reach, count = taxel_edges(image, steep=_EDGE, rim=rim, most=_MOST)
+    def __init__(self, pressure: np.ndarray, scale: float = 1.0):
+        rim = 2 if min(pressure.shape) >= _LARGE else 1  # what moves over the array's border is not seen: ignore it
+        *self._edges, normal, middle, self.reach, count = taxel_edges(pressure, scale=scale, steep=_EDGE, rim=rim, most=_MOST)
         self._row_column, self.middle = middle, middle[::-1]
         self._turns = self._determined(normal, count) if count >= _FEWEST else None
 
-    def motion(self, image: np.ndarray, start: np.ndarray | None = None) -> KeyframeMotion | None:
-        """The motion from the keyframe to image (rows, columns) float32; start: predicted fit (4,). None where the fit fails."""
+    def motion(self, pressure: np.ndarray, scale: float = 1.0, start: np.ndarray | None = None) -> KeyframeMotion | None:
+        """The motion from the keyframe to the image by pressure and scale; start: predicted fit (4,). None where the fit fails."""
         if self._turns is None:
             return None
-        fit, spread, inliers = taxel_register(image, *self._edges, self._row_column, self.reach, turns=self._turns,
+        fit, spread, inliers = taxel_register(pressure, *self._edges, self._row_column, self.reach, scale=scale, turns=self._turns,
                                               guess=np.zeros(4) if start is None else start)
         along, across, turned, _ = fit.tolist()
         if not (math.hypot(along, across) + abs(turned) <= _FAR and spread <= _MAX_SIGMA and inliers >= _MIN_INLIERS):

@@ -58,12 +58,12 @@ class SurfaceShear:
         """(2,) N that the object exerts along the surface."""
         return self._pulled * self._pad.shear_stiffness * self._array.taxel_area
 
-    def move(self, touched: np.ndarray, pressure: np.ndarray, shift: np.ndarray, turn: float) -> np.ndarray:
-        """Slip (2, rows, columns) m of an object that moves by shift (2,) m at the origin and turn, rad, over the surface.
+    def move(self, touched: np.ndarray, pressure: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        """Slip (2, rows, columns) m of an object that moves by shift (3,) over the surface: m, m at the origin, rad.
 
         touched: (rows, columns) bool, in contact; pressure: (rows, columns) Pa.
         """
-        self._drag, self._pull, slip, self._pulled = taxel_move(self._drag, touched, pressure, np.array([*shift, turn], float),
+        self._drag, self._pull, slip, self._pulled = taxel_move(self._drag, touched, pressure, shift,
                                                                 limit=self.friction / self._pad.shear_stiffness, **self._rule)
         self.dragged = True
         return slip

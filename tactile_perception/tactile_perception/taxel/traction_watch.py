@@ -10,12 +10,12 @@ The picture of an object that rolls moves on without any traction. Only curved f
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from .._core import taxel_spread
+from .._core import taxel_spread, taxel_traction, taxel_traction_fit
 from .array import SoftPad, TaxelArray
 from .shear import SPREADS
 
@@ -41,6 +41,10 @@ def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) 
     return taxel_spread(pressure, touched, direction) < _CURVED
 
 
+def _dot(one: tuple, other: tuple) -> float:
+    return one[0] * other[0] + one[1] * other[1]
+
+
 @dataclass(frozen=True)
 class TractionState:
     """slides: whether the traction of a moving object has ceased to grow; rolls: whether it moves without traction."""
@@ -54,6 +58,8 @@ class TractionWatch:
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._thickness = pad.thickness / array.pitch
+        self._rule = {'reach': min(math.ceil(_REACH * self._thickness), max(array.shape)), 'thickness': self._thickness,
+                      'spreads': np.array(SPREADS) * [1, self._thickness]}
         self.reset()
 
     def reset(self) -> None:
@@ -64,7 +70,7 @@ class TractionWatch:
     def _forget(self) -> None:
         self._before: np.ndarray | None = None
         self._frames = 0
-        self._fit: np.ndarray | None = None
+        self._share: np.ndarray | None = None
         self._went = 0.0
 
     def rest(self, pressure: np.ndarray, same_load: bool) -> None:
@@ -72,7 +78,7 @@ class TractionWatch:
         if self._before is None or not same_load or self._went > _WENT:
             self._forget()
             self._before = pressure.copy()
-        self._fit = None
+        self._share = None
         self._frames = min(self._frames + 1, _MEAN)
         self._before += (pressure - self._before) / np.float32(self._frames)
 
@@ -89,66 +95,46 @@ class TractionWatch:
             return TractionState(False, False)
         if self._before is None:
             self.rest(pressure, True)
-        if self._fit is None:
+        if self._share is None:
             self._begin(touched)
-        found = (self._fit @ (pressure[self._box] - self._before[self._box]).ravel()).astype(float)
-        shift, traction = found[:2], found[2:]
-        size = float(np.hypot(*direction))
-        if size == 0 or not np.isfinite(found).all():
+        found = taxel_traction(self._share, pressure, self._before, top=self._top, left=self._left)
+        size = math.hypot(*direction)
+        if size == 0 or not all(map(math.isfinite, found)):
             return TractionState(False, self._rolls)
-        along = direction / size
-        if self._along is None and np.hypot(*shift) > _WENT * self._thickness:
+        shift, traction, along = found[:2], found[2:], (direction[0] / size, direction[1] / size)
+        went = math.hypot(*shift)
+        if self._along is None and went > _WENT * self._thickness:
             self._along = along
-        self._straight = self._straight and (self._along is None or along @ self._along > _STRAIGHT)
-        now, way = float(traction @ along), float(shift @ along) / self._thickness
+        self._straight = self._straight and (self._along is None or _dot(along, self._along) > _STRAIGHT)
+        now, way = _dot(traction, along), _dot(shift, along) / self._thickness
         if now > self._most:
             self._most, self._from = now, way
         self._went = max(self._went, way)
         least = max(_MISSING, _SIGMAS * self._noise * sigma)
         slides = self._straight and way > self._from and self._most > least and self._most - now > least
-        went = float(np.hypot(*shift))
-        towards = shift / went if went > 0 else along
-        rolls = self._roll(float(traction @ towards), least, went, is_curved(pressure, touched, towards))
+        towards = (shift[0] / went, shift[1] / went) if went > 0 else along
+        rolls = self._roll(_dot(traction, towards), least, went, lambda: is_curved(pressure, touched, np.array(towards)))
         if went > (_OFTEN if self._rolls else 1.0) * _FARTHEST:
             self._loose = False
             self._forget()
             self.rest(pressure, True)
         return TractionState(slides, rolls)
 
-    def _roll(self, traction: float, least: float, shift: float, curved: bool) -> bool:
-        """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels."""
+    def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool]) -> bool:
+        """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels; curved: tells whether the face
+        is."""
         if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
             self._pulls, self._rolls = True, False
-        if shift > _ROLLED and not curved:
+        if self._rolls and shift > _ROLLED and not curved():
             self._rolls = False
-        if self._pulls or self._rolls or not (curved and self._loose and least <= _SEEN):
+        if self._pulls or self._rolls or not (self._loose and least <= _SEEN and curved()):
             return self._rolls
         self._rolls = shift > _ROLLED
         return True
 
     def _begin(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, turn, growth, load, and the pressure of an even traction."""
-        y, x = np.nonzero(touched)
-        reach = math.ceil(_REACH * self._thickness)
-        top, left = max(y.min() - reach, 0), max(x.min() - reach, 0)
-        self._box = slice(top, y.max() + reach + 1), slice(left, x.max() + reach + 1)
-        before, touched = self._before[self._box], touched[self._box]
-        smooth = cv2.GaussianBlur(before, (0, 0), 0.5)
-        down, across = np.gradient(smooth)
-        y = np.arange(before.shape[0])[:, None] - (y.mean() - top)
-        x = np.arange(before.shape[1]) - (x.mean() - left)
-        level = float(before[touched].mean())
-        even = cv2.GaussianBlur(touched.astype(np.float32) * np.float32(level), (0, 0), 0.5)
-        caused = [self._caused(np.gradient(even, axis=axis)) for axis in (1, 0)]
-        columns = np.stack([-across, -down, *caused, y * across - x * down, np.hypot(across, down), before], axis=-1)
-        columns = columns.reshape(-1, columns.shape[-1]).astype(float)
-        fit = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)[:4] @ columns.T
-        self._fit = fit.astype(np.float32)
-        self._noise = float(np.sqrt((fit[2:]**2).sum(axis=1).max() * (1 + 1 / self._frames)))
+        self._share, self._top, self._left, square = taxel_traction_fit(self._before, touched, **self._rule)
+        self._noise = math.sqrt(square * (1 + 1 / self._frames))
         self._along, self._most, self._from, self._went = None, -np.inf, 0.0, 0.0
         self._straight = self._frames >= _FEWEST
-
-    def _caused(self, slope: np.ndarray) -> np.ndarray:
-        """(rows, columns) pressure by the convergence of a traction that falls by slope (rows, columns) per taxel."""
-        return sum(cv2.GaussianBlur(slope * np.float32(-share * self._thickness), (0, 0), width * self._thickness,
-                                    borderType=cv2.BORDER_CONSTANT) for share, width in SPREADS)

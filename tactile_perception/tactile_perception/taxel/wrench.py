@@ -34,7 +34,7 @@ def normal_force(area: float, depth: float, pad: SoftPad) -> float:
 def pressure_centre(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
     """(2,) m, where pressure (rows, columns) float32 acts that faces over touched (rows, columns) bool make on the taxels, under them and
     around; NaN without load."""
-    _, row, column = taxel_load(pressure, touched, around=min(round(_REACH * pad.thickness / array.pitch), max(array.shape)))
+    _, row, column, _ = taxel_load(pressure, touched, around=min(round(_REACH * pad.thickness / array.pitch), max(array.shape)))
     return array.pitch * np.array([column - 0.5 * (array.columns - 1), row - 0.5 * (array.rows - 1)])
 
 

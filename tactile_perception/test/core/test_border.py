@@ -84,7 +84,7 @@ def call_measure_dots(image=IMAGE, places=PLACES, **tables):
 
 
 TAXELS = np.pad(np.full((9, 12), 3e4, np.float32), 6)
-EDGES = _core.taxel_edges(TAXELS / 3e4, steep=0.08, rim=1, most=50)
+EDGES = _core.taxel_edges(TAXELS, scale=1 / 3e4, steep=0.08, rim=1, most=50)
 
 
 def call_taxel_score(pressure=TAXELS):
@@ -92,14 +92,14 @@ def call_taxel_score(pressure=TAXELS):
     return _core.taxel_score(pressure, smooth=1.0, reach=2, least=100.0, share=0.6, ramp=0.33),
 
 
-def call_taxel_edges(image=TAXELS / 3e4):
+def call_taxel_edges(pressure=TAXELS):
     """Edges with the numbers that are in use."""
-    return _core.taxel_edges(image, steep=0.08, rim=2, most=250)
+    return _core.taxel_edges(pressure, scale=1 / 3e4, steep=0.08, rim=2, most=250)
 
 
-def call_taxel_register(image=TAXELS / 3e4, place=EDGES[0], value=EDGES[1], slopes=EDGES[2], middle=EDGES[4], guess=np.zeros(4)):
+def call_taxel_register(pressure=TAXELS, place=EDGES[0], value=EDGES[1], slopes=EDGES[2], middle=EDGES[4], guess=np.zeros(4)):
     """A registration with the picture of the edges itself."""
-    return _core.taxel_register(image, place, value, slopes, middle, EDGES[5], turns=True, guess=guess)
+    return _core.taxel_register(pressure, place, value, slopes, middle, EDGES[5], scale=1 / 3e4, turns=True, guess=guess)
 
 
 def call_taxel_move(drag=np.zeros((2, *TAXELS.shape), np.float32), touched=TAXELS > 0, pressure=TAXELS, shift=np.array([1e-4, 0, 0.01])):
@@ -110,11 +110,6 @@ def call_taxel_move(drag=np.zeros((2, *TAXELS.shape), np.float32), touched=TAXEL
 def call_taxel_pull_pressure(pull=np.stack([TAXELS, -TAXELS]), spreads=np.array([[0.5, 1.2], [0.5, 3.7]])):
     """Pressure by traction, as a tuple."""
     return _core.taxel_pull_pressure(pull, gain=1.0, spreads=spreads),
-
-
-def call_steady_motion(times=np.arange(9.0), places=np.zeros((9, 3))):
-    """Velocity with the numbers that are in use."""
-    return _core.steady_motion(times, places, sigma=1e-6, bound=2.5)
 
 
 SPLINES, EYES = np.zeros((16, 3), np.float32), np.tile([0.0, 0.0, -0.06], (40, 1))
@@ -213,13 +208,12 @@ CALLS = {
     'skin_light': (call_skin_light, SKIN),
     'water_lengths': (call_water_lengths, SEEN),
     'taxel_score': (call_taxel_score, {'pressure': TAXELS}),
-    'taxel_edges': (call_taxel_edges, {'image': TAXELS / 3e4}),
-    'taxel_register': (call_taxel_register, {'image': TAXELS / 3e4, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
+    'taxel_edges': (call_taxel_edges, {'pressure': TAXELS}),
+    'taxel_register': (call_taxel_register, {'pressure': TAXELS, 'place': EDGES[0], 'value': EDGES[1], 'slopes': EDGES[2],
                                              'middle': EDGES[4], 'guess': np.zeros(4)}),
     'taxel_move': (call_taxel_move, {'drag': np.zeros((2, *TAXELS.shape), np.float32), 'touched': TAXELS > 0, 'pressure': TAXELS,
                                      'shift': np.array([1e-4, 0, 0.01])}),
     'taxel_pull_pressure': (call_taxel_pull_pressure, {'pull': np.stack([TAXELS, -TAXELS]), 'spreads': np.array([[0.5, 1.2], [0.5, 3.7]])}),
-    'steady_motion': (call_steady_motion, {'times': np.arange(9.0), 'places': np.zeros((9, 3))}),
     'fit_presses': (call_fit_presses, VIEWED | VALUES),
     'show_presses': (call_show_presses, VIEWED),
     'show_field': (call_show_field, {'field': SPLINES, 'rest': VIEWED['rest'], 'eye': EYES}),

@@ -9,6 +9,7 @@ from tactile_perception import _core
 SCORE = np.add.outer(np.linspace(0, 1, 8), np.linspace(-0.4, 0.4, 9)).astype(np.float32)
 PRESSURE = np.float32(3e4) * SCORE
 TOUCHED, SLIP = SCORE > 0.5, np.stack([SCORE, -SCORE])
+PAST, SHARE = np.column_stack([np.arange(9) - 9.0, np.zeros((9, 3))]), np.ones((3, 4, 4), np.float32)
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
 CALLS = {
@@ -19,7 +20,7 @@ CALLS = {
                      {'values': SCORE, 'count': PRESSURE, 'change': SCORE, 'touched': TOUCHED}),
     'taxel_responding': (lambda change=SCORE, responded=TOUCHED: _core.taxel_responding(change, responded, pressed=0.1, part=0.5),
                          {'change': SCORE, 'responded': TOUCHED}),
-    'taxel_load': (lambda pressure=PRESSURE, touched=TOUCHED: np.array(_core.taxel_load(pressure, touched, around=2))[None],
+    'taxel_load': (lambda pressure=PRESSURE, touched=TOUCHED: np.array(_core.taxel_load(pressure, touched, around=2)[:3])[None],
                    {'pressure': PRESSURE, 'touched': TOUCHED}),
     'taxel_pressure': (lambda change=SCORE, by_gain=PRESSURE: [_core.taxel_pressure(change, by_gain, scale=(1.0, 2.0, 3.0), knee=0.1)],
                        {'change': SCORE, 'by_gain': PRESSURE}),
@@ -33,7 +34,14 @@ CALLS = {
                       {'touched': TOUCHED, 'motion': np.ones(3)}),
     'taxel_lagging of slips': (lambda slips=SLIP: [_core.taxel_lagging([SLIP, slips], TOUCHED, np.ones(3), pitch=1e-3, part=0.1)],
                                {'slips': SLIP}),
-    'noise_of_places': (lambda places=np.zeros((9, 3)): [np.float64(_core.noise_of_places(places))], {'places': np.zeros((9, 3))}),
+    'taxel_motion': (lambda past=PAST, now=np.ones(4): _core.taxel_motion(
+        past, now, window=9.0, reported=5.0, fewest=4, latest=3, arm=(0.0, 1.0), reach=1.0, least=0.1, bound=2.5)[:4],
+                     {'past': PAST, 'now': np.ones(4)}),
+    'taxel_traction_fit': (lambda before=PRESSURE, touched=TOUCHED, spreads=np.ones((2, 2)): _core.taxel_traction_fit(
+        before, touched, reach=2, thickness=2.0, spreads=spreads)[:1],
+                           {'before': PRESSURE, 'touched': TOUCHED, 'spreads': np.ones((2, 2))}),
+    'taxel_traction': (lambda share=SHARE, pressure=PRESSURE, before=SCORE: np.array(_core.taxel_traction(
+        share, pressure, before, top=0, left=0))[None], {'share': SHARE, 'pressure': PRESSURE, 'before': SCORE}),
 }
 ARRAYS = [(function, name) for function, (_, arrays) in CALLS.items() for name in arrays]
 

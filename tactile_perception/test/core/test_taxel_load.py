@@ -24,7 +24,7 @@ def test_load_and_its_place(size, around):
     row, column = np.nonzero(near)
     load = pressure[row, column].astype(float)
     place = [load @ row / load.sum(), load @ column / load.sum()] if load.sum() > 0 else [np.nan, np.nan]
-    assert taxel_load(pressure, touched, around=around) == pytest.approx([load.sum(), *place], rel=1e-9, nan_ok=True)
+    assert taxel_load(pressure, touched, around=around) == pytest.approx([load.sum(), *place, len(row)], rel=1e-9, nan_ok=True)
 
 
 @pytest.mark.parametrize('size', SIZES)

@@ -20,7 +20,7 @@ def face(row=20.3, column=21.6, turn=0.2, grown=0.0):
 
 def edges(image):
     """Edges with the arguments that are used on an array of 44 x 44."""
-    return taxel_edges(image, steep=0.08, rim=2, most=250)
+    return taxel_edges(image, scale=1.0, steep=0.08, rim=2, most=250)
 
 
 def moved(image, at, fit):
@@ -61,7 +61,7 @@ def test_a_step_is_that_of_weighted_least_squares(turns):
     used = [0, 1, 2, 3] if turns else [0, 1, 3]
     step = np.linalg.lstsq(slopes[:, used] * root[:, None], left * root, rcond=None)[0]
     assert np.abs(step).max() < 0.04  # so that one step is all
-    fit, found, inliers = taxel_register(then, place, value, slopes, middle, reach, turns=turns, guess=np.zeros(4))
+    fit, found, inliers = taxel_register(then, place, value, slopes, middle, reach, scale=1.0, turns=turns, guess=np.zeros(4))
     assert fit[used] == pytest.approx(step, abs=1e-6) and found == pytest.approx(spread)
     assert inliers == pytest.approx((np.abs(left) < 4.685 * spread).mean())
 
@@ -72,7 +72,7 @@ def test_a_motion_is_found(motion):
     first = face()
     place, value, slopes, _, middle, reach, _ = edges(first)
     fit, spread, inliers = taxel_register(face(20.3 + row, 21.6 + column, 0.2 + turn, grown), place, value, slopes, middle, reach,
-                                          turns=True, guess=np.zeros(4))
+                                          scale=1.0, turns=True, guess=np.zeros(4))
     about = middle - [20.3, 21.6]  # the face turns about its own middle
     expected = np.array([column, row]) + turn * np.array([-about[0], about[1]])
     assert fit[:2] == pytest.approx(expected, abs=0.03) and fit[2] / reach == pytest.approx(turn, abs=0.004)
@@ -82,5 +82,18 @@ def test_a_motion_is_found(motion):
 def test_nothing_has_no_edges_and_a_guess_without_a_number_stays_one():
     assert edges(np.zeros((44, 44), np.float32))[6] == 0 and edges(np.zeros((0, 5), np.float32))[6] == 0
     place, value, slopes, _, middle, reach, _ = edges(face())
-    fit, _, inliers = taxel_register(face(), place, value, slopes, middle, reach, turns=True, guess=np.full(4, np.nan))
+    fit, _, inliers = taxel_register(face(), place, value, slopes, middle, reach, scale=1.0, turns=True, guess=np.full(4, np.nan))
     assert np.isnan(fit).any() and inliers == 0
+
+
+def test_the_image_is_positive_pressure_times_scale():
+    first, then = face(), face(20.5, 21.4)
+    pressure, later = (np.where(image < 0.01, -5e3, 3e4 * image).astype(np.float32) for image in (first, then))
+    shown, seen = (np.maximum(p, 0) * np.float32(1 / 3e4) for p in (pressure, later))
+    for one, other in zip(taxel_edges(pressure, scale=1 / 3e4, steep=0.08, rim=2, most=250), edges(shown)):
+        np.testing.assert_array_equal(one, other)
+    at = edges(shown)
+    rule = {'turns': True, 'guess': np.zeros(4)}
+    for one, other in zip(taxel_register(later, *at[:3], *at[4:6], scale=1 / 3e4, **rule),
+                          taxel_register(seen, *at[:3], *at[4:6], scale=1.0, **rule)):
+        np.testing.assert_array_equal(one, other)

@@ -12,7 +12,7 @@ PRESSURE = picture(bar(), 30e3)
 
 
 def drag(shear, distance, steps=40):
-    return [shear.move(TOUCHED, PRESSURE, np.array([distance / steps, 0.0]), 0.0) for _ in range(steps)]
+    return [shear.move(TOUCHED, PRESSURE, np.array([distance / steps, 0.0, 0.0])) for _ in range(steps)]
 
 
 def test_a_small_drag_sticks_and_pulls_at_least_by_the_pads_stiffness():
@@ -42,4 +42,4 @@ def test_the_picture_runs_ahead_and_its_moment_balances_the_traction():
 def test_load_changes_alone_do_not_slip():
     shear = SurfaceShear(ARRAY, PAD)
     for load in np.linspace(0.1, 1, 20):
-        assert np.abs(shear.move(TOUCHED, np.float32(load) * PRESSURE, np.zeros(2), 0.0)).max() < 1e-9
+        assert np.abs(shear.move(TOUCHED, np.float32(load) * PRESSURE, np.zeros(3))).max() < 1e-9
