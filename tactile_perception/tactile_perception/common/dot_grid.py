@@ -46,9 +46,12 @@ def grid_normals(xyz: np.ndarray) -> np.ndarray:
 
 def fill_unseen(grid: np.ndarray) -> np.ndarray:
     """grid (rows, columns, ...) with NaN entries filled layer by layer from their neighbours: interpolated or extrapolated linearly near
-    known entries, by means farther away, where linear extrapolation amplifies errors. All NaN stays all NaN.
+    known entries, by means farther away, where linear extrapolation amplifies errors. All NaN stays all NaN, a grid without NaN itself.
     """
-    grid = np.array(grid, float)
+    grid = np.asarray(grid, float)
+    if _core.all_within(grid):
+        return grid
+    grid = grid.copy()
     layer = 0
     while np.isnan(grid).any():
         guess = _from_neighbours(grid, straight=layer < _STRAIGHT_LAYERS)

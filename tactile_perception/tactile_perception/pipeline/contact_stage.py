@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from .._core import all_within
 from ..calibration.files.format import CalibrationFile
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
@@ -90,10 +91,9 @@ class ContactStage:
         """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""
         rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
         reach = _FARTHEST * self._sensor.cap.curvature_radius
-        good = (np.abs(tracks.xyz) < reach) & np.isfinite(rest_xyz)
-        if good.all():
+        if all_within(tracks.xyz, most=reach) and all_within(rest_xyz):
             return tracks.id, tracks.xyz, rest_xyz
-        usable = good.all(axis=1)
+        usable = ((np.abs(tracks.xyz) <= reach) & np.isfinite(rest_xyz)).all(axis=1)
         if not usable.any():
             raise BadFrame('no dot has a 3D position: images must be in colour, not grey; or take a new reference')
         return tracks.id[usable], tracks.xyz[usable], rest_xyz[usable]

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._core import rest_moved
+from .._core import all_within, rest_moved
 from ..common.camera import CameraModel
 from ..common.dots import DotTracks
 from ..common.spherical_cap import Cap
@@ -73,10 +73,9 @@ class DotPlaces:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
         grey image. Raises BadFrame if too few dots have a rest position.
         """
-        finite = np.isfinite(tracks.uv)
-        if image.ndim == 3 and len(tracks) and finite.all():
+        if image.ndim == 3 and len(tracks) and all_within(tracks.uv):
             return self._located(image, tracks)
-        seen, xyz = finite.all(axis=1), np.full((len(tracks), 3), np.nan)
+        seen, xyz = np.isfinite(tracks.uv).all(axis=1), np.full((len(tracks), 3), np.nan)
         if image.ndim == 3 and seen.any():
             xyz[seen] = self._located(image, tracks.take(seen))
         return xyz

@@ -77,6 +77,7 @@ CALLS = {
     'carried_loads': (lambda places=DOTS, force=UP, load=np.linspace(0, 2, 42): _core.carried_loads(
         places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
     'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
+    'all_within': (lambda values=WIDE: [_core.all_within(values, most=0.0105)], {'values': WIDE}),
     'planar_twist': (lambda place=PLACES, velocity=PLACES / 9: _core.planar_twist(place, velocity, far=4.0),
                      {'place': PLACES, 'velocity': PLACES / 9}),
     'force_around': (lambda id=NUMBERS, inside=NUMBERS % 7 < 4, force=UP: [_core.force_around(id, inside, force, **GRID)],

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactile_perception._core import reject_outliers
+from tactile_perception._core import all_within, reject_outliers
 from tactile_perception.dots.index.grid_origin import anchor_lattice
 from tactile_perception.dots.index.lattice import find_lattice
 from tactile_perception.dots.index.repair import complete_grid
@@ -50,10 +50,9 @@ def number_grid(uv: np.ndarray, rows: int, columns: int, previous: Numbered | No
     left the image. Rows may be rotated by up to 38 degrees. Raises BadArgument for a grid smaller than 2 x 2 or uv of another shape.
     """
     uv = _checked(uv, rows, columns)
-    near = np.abs(uv) < _FARTHEST
-    if near.all():
+    if all_within(uv, most=_FARTHEST):
         return _number(uv, (rows, columns), previous, image_size)
-    good = np.flatnonzero(near.all(axis=1))
+    good = np.flatnonzero((np.abs(uv) <= _FARTHEST).all(axis=1))
     numbers = _number(uv[good], (rows, columns), previous, image_size)
     id = np.full(len(uv), -1)
     id[good] = numbers.id

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactile_perception._core import deviation_from_drift, follow_drift, reference_places
+from tactile_perception._core import all_within, deviation_from_drift, follow_drift, reference_places
 from tactile_perception.dots.reference.calibrated_rest import CalibratedRest
 from tactile_perception.dots.reference.release import Release
 from tactile_perception.dots.reference.untouched_shape import rest_suspicion
@@ -47,10 +47,9 @@ class Reference:
         position count as not seen.
         """
         id, uv, sigma = np.asarray(id, np.int64), np.asarray(uv, float), np.asarray(sigma, float)
-        finite = np.isfinite(uv)
-        if finite.all():
+        if all_within(uv):
             return self._update(id, uv, sigma, stamp_s, columns, touched)
-        seen, duv = finite.all(axis=1), np.full(uv.shape, np.nan)
+        seen, duv = np.isfinite(uv).all(axis=1), np.full(uv.shape, np.nan)
         duv[seen] = self._update(id[seen], uv[seen], sigma[seen], stamp_s, columns, touched)
         return duv
 

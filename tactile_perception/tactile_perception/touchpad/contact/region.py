@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from ..._core import all_within
 from ...common.contour import Outline, region_outlines
 from ...common.dot_grid import to_grid
 from ...common.dot_surface import DotSurface
@@ -44,11 +45,13 @@ class ContactDots:
 
     def __post_init__(self):
         count = len(self.ids)
-        shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'state': (count,), 'force': (count, 3)}
+        shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'force': (count, 3)}
         for name, shape in shapes.items():
             values = getattr(self, name)
-            if values is not None and (np.shape(values) != shape or not np.isfinite(values).all()):
+            if values is not None and (np.shape(values) != shape or not all_within(np.asarray(values, float))):
                 raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave out unknown dots')
+        if np.shape(self.state) != (count,):
+            raise BadArgument(f'contact dots: state must be ({count},), a number for each dot')
         if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
             raise BadArgument(f'contact dots: need a grid of 2 x 2 or more and sigma > 0, got {self.rows} x {self.columns}, {self.sigma}')
 

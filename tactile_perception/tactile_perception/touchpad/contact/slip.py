@@ -3,6 +3,8 @@
 """Slip of the object over the sensor, from the states and motions of the dots."""
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ...common.estimates import GROSS, NONE, ContactEstimate, SlipEstimate
@@ -55,7 +57,7 @@ class SlipEstimator:
         for contact in whole:
             here = self._gross_velocity(dots, contact)
             velocity[contact.members[slipping]] = here
-            drift = drift if np.isfinite(drift).all() else here
+            drift = here if math.isnan(drift[0]) else drift
         estimate.vx, estimate.vy = velocity.T
         self._add_twist(estimate, place, velocity, drift, centre)
         return estimate
@@ -63,7 +65,7 @@ class SlipEstimator:
     def _gross_velocity(self, dots: ContactDots, contact: ContactEstimate) -> np.ndarray:
         """(2,) m/s of the object over the surface at the dots of a contact in gross slip; NaN if it turns or may turn."""
         centre = None if dots.force is None else friction_centre(dots.xyz[contact.members, :2], _drags(dots, contact))
-        if centre is None or np.isfinite(centre).all():
+        if centre is None or not math.isnan(centre[0]):
             return np.full(2, np.nan)
         return self._travel.velocity(contact.id)
 
@@ -76,12 +78,12 @@ class SlipEstimator:
             return
         known = np.isfinite(velocity).all(axis=1)
         if self._state == GROSS:
-            if np.isfinite(drift).all():  # known only in a translation
+            if not math.isnan(drift[0]):  # known only in a translation
                 estimate.linear, estimate.angular, centre = np.array([*drift, 0.0]), np.zeros(3), None
         elif known.sum() >= _FEWEST:
             linear, turn, centre = planar_twist(place[known, :2], velocity[known])
             estimate.linear, estimate.angular = np.array([*linear, 0.0]), np.array([0.0, 0.0, turn])
-        if centre is not None and np.isfinite(centre).all():
+        if centre is not None and not math.isnan(centre[0]):
             estimate.rotation_center = np.array([*centre, place[:, 2].mean()])
 
 
@@ -109,4 +111,4 @@ def friction_centre(place: np.ndarray, force: np.ndarray) -> np.ndarray | None:
     if len(place) < _FEWEST or not force.any():
         return None
     _, turn, centre = planar_twist(place, force)
-    return None if np.isnan(turn) else centre
+    return None if math.isnan(turn) else centre
