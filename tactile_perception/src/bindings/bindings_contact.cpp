@@ -95,17 +95,6 @@ py::tuple carried(const py::object& places, const py::object& force, const py::o
     return py::make_tuple(output(found.force, {grid.size(), 3}), output(found.wrench, {6}));
 }
 
-py::array_t<double> of_region(const py::object& id, const py::object& inside, const py::object& force, int rows, int columns) {
-    const Input<std::int64_t> numbers(id, "id", {ANY});
-    const Grid grid{within(rows, "rows", 1, LARGEST_GRID), within(columns, "columns", 1, LARGEST_GRID)};
-    within(grid.size(), "rows * columns", 1, LARGEST_GRID);
-    for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(grid.size() - 1));
-    const Input<bool> members(inside, "inside", {numbers.length()});
-    const Input<double> pushed(force, "force", {numbers.length(), 3});
-    const Vec3 found = force_around(grid, numbers.data(), members.data(), pushed.data(), numbers.length());
-    return output(std::array<double, 3>{found.x, found.y, found.z}, {3});
-}
-
 py::tuple membrane_solution(const py::object& rays, const py::object& ranges, const py::object& sigma, const py::object& id,
                             const py::object& rest, const py::object& places, const py::object& touched, const py::object& triangles,
                             const py::object& residual, const py::object& response, const py::object& origin, int rows, int columns,
@@ -301,9 +290,6 @@ void bind_contact(py::module_& module) {
         py::arg("loaded"),
         "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, or have such a neighbour, 0 on others, of the\n"
         "force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
-    module.def("force_around", &of_region, py::arg("id"), py::arg("inside"), py::arg("force"), py::kw_only(), py::arg("rows"),
-               py::arg("columns"),
-               "Sum (3,), N, of the forces (N, 3) on dots id (N,) int64 that are inside (N,) bool a region or neighbours of one inside.");
     module.def(
         "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
         py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),

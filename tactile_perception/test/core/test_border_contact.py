@@ -38,12 +38,13 @@ WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis
 SCORE = np.pad(np.ones((3, 4)), ((1, 2), (2, 1)))
 PLACES, START, _, POINTS, *_ = _core.find_outlines(SCORE, WIDE, level=0.5, ceiling=1.0, refine=2)
 SUMS = np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0])
-PATCH = {'points': DOTS[:20], 'border': POINTS, 'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
+PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'force': UP, 'border': POINTS, 'start': START, 'wide': WIDE,
+         'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
 
 
-def call_contact_point(**arrays):
+def call_region_contact(**arrays):
     """The contact of a patch of dots."""
-    return _core.contact_point(**PATCH | arrays, area=1e-5, pitch=1.3e-3, sigma=3e-5)
+    return _core.region_contact(**PATCH | arrays, area=1e-5, pitch=1.3e-3, sigma=3e-5, centre_z=-0.01, radius=0.02, **GRID)
 
 
 #: Function of the module: how it is called here, and an example of each of its arrays.
@@ -72,16 +73,13 @@ CALLS = {
                       {'score': SCORE, 'wide': WIDE}),
     'region_axes': (lambda sums=SUMS, points=POINTS, start=START: [_core.region_axes(sums, points, start, pitch=1e-3)],
                     {'sums': SUMS, 'points': POINTS, 'start': START}),
-    'contact_point': (call_contact_point, PATCH),
-    'contact_depth': (lambda points=DOTS: [_core.contact_depth(points, centre_z=-0.01, radius=0.02, pitch=1.3e-3)], {'points': DOTS}),
+    'region_contact': (call_region_contact, PATCH),
     'carried_loads': (lambda places=DOTS, force=UP, load=np.linspace(0, 2, 42): _core.carried_loads(
         places, force, load, loaded=0.5, **GRID), {'places': DOTS, 'force': UP, 'load': np.linspace(0, 2, 42)}),
     'lie_on_a_line': (lambda points=DOTS: [_core.lie_on_a_line(points, thinnest=1e-3)], {'points': DOTS}),
     'all_within': (lambda values=WIDE: [_core.all_within(values, most=0.0105)], {'values': WIDE}),
     'planar_twist': (lambda place=PLACES, velocity=PLACES / 9: _core.planar_twist(place, velocity, far=4.0),
                      {'place': PLACES, 'velocity': PLACES / 9}),
-    'force_around': (lambda id=NUMBERS, inside=NUMBERS % 7 < 4, force=UP: [_core.force_around(id, inside, force, **GRID)],
-                     {'id': NUMBERS, 'inside': NUMBERS % 7 < 4, 'force': UP}),
     'deepest_notch': (lambda corners=PLACES: [_core.deepest_notch(corners)], {'corners': PLACES}),
     'rigid_motion': (lambda before=DOTS, after=DOTS + 1e-3, weights=np.full(42, 1e9): _core.rigid_motion(before, after, weights, steps=9),
                      {'before': DOTS, 'after': DOTS + 1e-3, 'weights': np.full(42, 1e9)}),

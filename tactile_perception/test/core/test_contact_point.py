@@ -1,12 +1,13 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Contact point and depth against NumPy and LAPACK."""
+from dataclasses import replace
+
 import contact_point_reference as reference
 import numpy as np
 import pytest
 from cap_with_dots import pad  # noqa: F401
-from tactile_perception import _core
-from tactile_perception.touchpad.contact.contact_point import contact_depth, contact_point
+from tactile_perception.touchpad.contact.contact_point import find_contact
 from tactile_perception.touchpad.contact.region import find_regions
 
 
@@ -22,11 +23,16 @@ def test_point_and_depth_are_the_references(pad, kind, seed):  # noqa: F811
                                             noise=noise),
             'ellipsoid': lambda: pad.pressed(np.hypot(x, y) - 4e-3, 10.5e-3 + x**2 / 16e-3 + (y - 1e-3)**2 / 60e-3, noise=noise)}[kind]()
     region = find_regions(dots)[0]
-    for one, other in zip(contact_point(dots, region), reference.contact_point(dots, region)):
+    found = find_contact(dots, region, pad.cap)
+    for one, other in zip(found, reference.contact_point(dots, region)):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-10 if one.ndim == 1 else 1e-16)
-    assert contact_depth(dots, region, pad.cap) == pytest.approx(reference.contact_depth(dots, region, pad.cap), abs=1e-10)
+    assert found.depth == pytest.approx(reference.contact_depth(dots, region, pad.cap), abs=1e-10)
 
 
-def test_depth_of_nothing_is_unknown():
-    for points in (np.zeros((0, 3)), np.ones((4, 3)), np.full((4, 3), np.nan)):
-        assert np.isnan(_core.contact_depth(points, centre_z=-0.01, radius=0.02, pitch=1e-3))
+def test_depth_of_nothing_is_unknown(pad):  # noqa: F811
+    dots = pad.disc()
+    region = find_regions(dots)[0]
+    for dots.xyz in (np.ones((529, 3)), np.full((529, 3), np.nan)):
+        assert np.isnan(find_contact(dots, region, pad.cap).depth)
+    nothing = replace(region, members=np.zeros(529, bool))
+    assert np.isnan(find_contact(pad.disc(), nothing, pad.cap).depth)

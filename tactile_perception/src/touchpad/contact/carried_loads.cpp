@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "touchpad/contact/carried_loads.hpp"
 
+#include <cstdint>
+
+#include "common/vectors.hpp"
+
 namespace tactile {
 
 CarriedLoads carried_loads(Grid grid, const double* places, const double* force, const double* load, double loaded) {
@@ -21,18 +25,6 @@ CarriedLoads carried_loads(Grid grid, const double* places, const double* force,
     }
     found.wrench = {total.x, total.y, total.z, moment.x, moment.y, moment.z};
     return found;
-}
-
-Vec3 force_around(Grid grid, const std::int64_t* id, const bool* inside, const double* force, std::ptrdiff_t count) {
-    std::vector<std::uint8_t> near(grid.size());
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-        if (inside[i]) around(grid, id[i], [&](std::ptrdiff_t j) { near[j] = 1; });
-    }
-    Vec3 total{0, 0, 0};
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-        if (near[id[i]]) total = total + vec3_at(force, i);
-    }
-    return total;
 }
 
 }  // namespace tactile

@@ -3,10 +3,8 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <vector>
 
-#include "common/vectors.hpp"
 #include "touchpad/membrane/membrane_forces.hpp"
 
 namespace tactile {
@@ -20,8 +18,5 @@ struct CarriedLoads {
 // The dots with a load (K) over loaded, and their neighbours, which have a part of a border's load, carry what the object puts on them:
 // force (K, 3), N, at places (K, 3), m.
 CarriedLoads carried_loads(Grid grid, const double* places, const double* force, const double* load, double loaded);
-
-// Sum of the forces force (count, 3), N, on dots id (count), of the grid, that are inside a region (count) or neighbours of one inside.
-Vec3 force_around(Grid grid, const std::int64_t* id, const bool* inside, const double* force, std::ptrdiff_t count);
 
 }  // namespace tactile

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._core import deepest_notch, force_around
+from ..._core import deepest_notch
 from ...common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, ContactEstimate
 from ...common.spherical_cap import Cap
-from .contact_point import contact_depth, contact_point
+from .contact_point import FoundContact, find_contact
 from ...errors import BadArgument
 from .region import ContactDots, Region
 
@@ -68,21 +68,18 @@ class ContactTracker:
         return max(before.merged - 1, 0) if whole else 0
 
     def _contact(self, number: int, dots: ContactDots, region: Region, merged: bool) -> ContactEstimate:
-        position, covariance, normal = contact_point(dots, region)
-        depth = contact_depth(dots, region, self._cap)
-        depth = 0.0 if depth < 0 else depth  # NaN stays
-        force = np.nan if dots.force is None else max(float(-region.moments.normal @ _force(dots, region)), 0.0)
-        flags = self._flags(dots, region, position, depth, merged)
-        return ContactEstimate(number, position, normal, depth, force, covariance, flags, region.members)
+        found = find_contact(dots, region, self._cap)
+        flags = self._flags(dots, region, found, merged)
+        return ContactEstimate(number, found.position, found.normal, found.depth, found.force, found.covariance, flags, region.members)
 
-    def _flags(self, dots: ContactDots, region: Region, position: np.ndarray, depth: float, merged: bool) -> int:
+    def _flags(self, dots: ContactDots, region: Region, found: FoundContact, merged: bool) -> int:
         place = region.outline.grid_points
         row, column = place.max(axis=0).tolist()
         flags = AT_EDGE if place.min() < 0.5 or row > dots.rows - 1.5 or column > dots.columns - 1.5 else 0
         if merged or deepest_notch(place) > _NOTCH:
             flags |= AMBIGUOUS
-        beyond = self._depth is not None and depth > self._depth
-        outside = self._radius is not None and math.hypot(position[0], position[1]) > self._radius
+        beyond = self._depth is not None and found.depth > self._depth
+        outside = self._radius is not None and math.hypot(found.position[0], found.position[1]) > self._radius
         return flags | (OUT_OF_RANGE if beyond or outside else 0)
 
 
@@ -110,8 +107,3 @@ def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> d
         if k not in chosen and number not in chosen.values():
             chosen[k] = number
     return chosen
-
-
-def _force(dots: ContactDots, region: Region) -> np.ndarray:
-    """(3,) N: forces of the dots in the region and of their neighbours, which carry a part of the border's load."""
-    return force_around(dots.ids, region.members, dots.force, rows=dots.rows, columns=dots.columns)

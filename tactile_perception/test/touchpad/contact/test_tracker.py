@@ -1,9 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-import cv2
 import numpy as np
 import pytest
-from tactile_perception._core import force_around
 from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 from tactile_perception.errors import BadArgument
 from tactile_perception.touchpad.contact.region import find_regions
@@ -121,14 +119,3 @@ def test_one_number_through_a_recording(recording, name, pad):
     depth, place = np.median(np.abs(errors), axis=0)
     assert depth < 10e-6
     assert place < 0.15e-3
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_the_force_is_that_of_the_regions_dots_and_of_their_neighbours(seed):
-    rng = np.random.default_rng(seed)
-    ids = rng.permutation(99)[:80]
-    inside, force = rng.random(80) < 0.1, rng.normal(0, 1, (80, 3))
-    grid = np.zeros(99, np.uint8)
-    grid[ids[inside]] = 1
-    near = cv2.dilate(grid.reshape(9, 11), np.ones((3, 3))).ravel()[ids] > 0
-    np.testing.assert_allclose(force_around(ids, inside, force, rows=9, columns=11), force[near].sum(axis=0), atol=1e-12)
