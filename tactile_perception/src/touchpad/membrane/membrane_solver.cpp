@@ -170,9 +170,8 @@ class Steps {
         }
         if (!factorise(matrix)) return;
         std::vector<double> by_border = border;
-        solve(matrix, by_border.data());
+        solve(matrix, by_border.data(), gradient.data());
         stiffness = std::max(stiffness - product(border, by_border), LEAST_STIFFNESS);
-        solve(matrix, gradient.data());
         const double change = std::clamp((product(border, gradient) - slope) / stiffness, -LARGEST_PRESSURE_STEP, LARGEST_PRESSURE_STEP);
         for (std::ptrdiff_t k = 0; k < size_; ++k) {
             found_.ranges[k] -= std::clamp(gradient[k] + change * by_border[k], -LARGEST_STEP, LARGEST_STEP);
