@@ -213,16 +213,16 @@ Balance find_balance(const Membrane& membrane, const double* places, double pres
     std::vector<double> force(3 * size), share(3 * size);
     add_forces(grid, membrane.triangles, places, force.data(), share.data());
     Balance found{std::vector<double>(3 * size), std::vector<double>(size), std::vector<double>(size), std::vector<double>(size)};
-    for (std::ptrdiff_t k = 0; k < size; ++k) {
+    each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
         const Vec3 part = vec3_at(share.data(), k), pushed = part - vec3_at(membrane.residual, k);
         found.area[k] = length(part);
         const Vec3 normal = 1 / found.area[k] * part;
         store(found.normal.data(), k, normal);
-        if (!grid.inner(k / grid.columns, k % grid.columns)) continue;
+        if (!inner) return;
         const double scale = 1 / (pressure * found.area[k]);
         found.by_pressure[k] = scale * dot(pushed, normal);
         found.load[k] = scale * dot(vec3_at(force.data(), k), normal) + pressure * found.by_pressure[k];
-    }
+    });
     return found;
 }
 

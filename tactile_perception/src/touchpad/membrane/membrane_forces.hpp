@@ -21,6 +21,14 @@ struct Grid {
     bool inner(std::ptrdiff_t row, std::ptrdiff_t column) const { return row > 0 && row < rows - 1 && column > 0 && column < columns - 1; }
 };
 
+// Calls visit(k, inner) with each dot, and whether it is an inner one, row by row.
+template <class Visit>
+void each_dot(Grid grid, Visit visit) {
+    for (std::ptrdiff_t row = 0, k = 0; row < grid.rows; ++row) {
+        for (std::ptrdiff_t column = 0; column < grid.columns; ++column, ++k) visit(k, grid.inner(row, column));
+    }
+}
+
 // Calls visit with each dot of the 3 x 3 around dot k that exists, k among them, row by row.
 template <class Visit>
 void around(Grid grid, std::ptrdiff_t k, Visit visit) {

@@ -80,16 +80,20 @@ class Steps {
     // edge moves more.
     void leave_out_outliers(const std::vector<double>& gone) {
         std::vector<std::ptrdiff_t> alone;
-        for (std::ptrdiff_t k = 0; k < size_; ++k) {
-            if (!(found_.weight[k] > 0) || !grid_.inner(k / grid_.columns, k % grid_.columns)) continue;
+        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
+            if (!(found_.weight[k] > 0) || !inner) return;
             std::pair<double, double> beside[9];  // distance to a dot's change, and that change
-            int count = 0, off = 0;
-            around(grid_, k, [&](std::ptrdiff_t j) { beside[count++] = {std::abs(gone[k] - gone[j]), gone[j]}; });
-            for (const auto& [distance, change] : beside) off += distance * std::sqrt(found_.weight[k]) > OUTLIER_SIGMA;
-            if (off < 7) continue;
+            const double scale = std::sqrt(found_.weight[k]);
+            int off = 0;
+            for (int a = 0; a < 9; ++a) {
+                const double change = gone[neighbour(k, a)];
+                beside[a] = {std::abs(gone[k] - change), change};
+                off += beside[a].first * scale > OUTLIER_SIGMA;
+            }
+            if (off < 7) return;
             std::nth_element(beside, beside + 2, beside + 9);  // the nearest is the dot itself
             if (beside[2].first > OUTLIER_SHARE * std::abs(beside[2].second)) alone.push_back(k);
-        }
+        });
         for (const std::ptrdiff_t k : alone) found_.weight[k] = 0;
     }
 
@@ -147,27 +151,30 @@ class Steps {
         for (int a = 0; a < 9; ++a) beside[a] = neighbour(0, a);
         double stiffness = 0, slope = 0;  // second and first derivative by the pressure
         trust_.resize(size_);
-        for (std::ptrdiff_t k = 0; k < size_; ++k) {
+        each_dot(grid_, [&](std::ptrdiff_t k, bool inner) {
             const double misfit = found_.ranges[k] - frame_.measured[k], weight = found_.weight[k];
             trust_[k] = robust ? weight / (1 + misfit * misfit * weight / (TAIL * TAIL)) : weight;
             matrix.column(k)[0] += static_cast<float>(trust_[k] + HOLD);
             gradient[k] += trust_[k] * misfit + HOLD * (found_.ranges[k] - anchor_[k]);
-            if (!grid_.inner(k / grid_.columns, k % grid_.columns)) continue;
+            if (!inner) return;
             const Expectation load = expectation(balance_.load[k], found_.touched[k], misfit_);
             const double by_pressure = balance_.by_pressure[k], *slopes = slopes_.data() + 9 * k;
             float part[9];
             for (int a = 0; a < 9; ++a) part[a] = static_cast<float>(slopes[a]);
+#pragma GCC unroll 9
             for (int a = 0; a < 9; ++a) {
                 const std::ptrdiff_t i = k + beside[a];
                 gradient[i] += slopes[a] * load.pull;
                 border[i] += slopes[a] * load.weight * by_pressure;
                 const float scaled = static_cast<float>(slopes[a] * load.weight);
-                float* row = matrix.column(i) - beside[a];
-                for (int b = a; b < 9; ++b) row[beside[b]] += scaled * part[b];
+                float* row = matrix.column(i) - a % 3 + 1;  // then a row of dots further in each line
+                for (int line = a / 3; line < 3; ++line, row += grid_.columns) {
+                    for (int c = line == a / 3 ? a % 3 : 0; c < 3; ++c) row[c - 1] += scaled * part[3 * line + c];
+                }
             }
             stiffness += load.weight * by_pressure * by_pressure;
             slope += load.pull * by_pressure;
-        }
+        });
         if (!factorise(matrix)) return;
         std::vector<double> by_border = border;
         solve(matrix, by_border.data(), gradient.data());
