@@ -17,7 +17,7 @@ _NO_FORCE = np.zeros((0, 3))
 
 
 class FoundContact(NamedTuple):
-    """position: (3,) m, on the deformed surface; covariance: (3, 3) m^2, of the position; normal: (3,) unit, of the surface there; depth: m;
+    """position: (3,) m, on the deformed surface; covariance: (3, 3) m^2, of that; normal: (3,) unit, of the surface there; depth: m;
     force: N, along the region's mean normal, NaN where forces are unknown."""
 
     position: np.ndarray
