@@ -36,6 +36,17 @@ bool any_in(const std::uint8_t* row, std::ptrdiff_t columns) {
     return any != 0;
 }
 
+// Marked taxels side by side in a row; root: a run of the same component that is not later, the first one's is itself.
+struct Run {
+    std::ptrdiff_t row, begin, end;
+    std::int32_t root;
+};
+
+std::int32_t root(std::vector<Run>& runs, std::int32_t at) {
+    while (runs[at].root != at) at = runs[at].root = runs[runs[at].root].root;
+    return at;
+}
+
 }  // namespace
 
 Box Box::grown(std::ptrdiff_t margin, std::ptrdiff_t image_rows, std::ptrdiff_t image_columns) const {
@@ -128,31 +139,39 @@ std::vector<std::uint8_t> spread_mask(const std::uint8_t* mask, std::ptrdiff_t r
 std::vector<Component> components(const std::uint8_t* mask, std::ptrdiff_t rows, std::ptrdiff_t columns, bool by_corners,
                                   std::vector<std::int32_t>& labels) {
     labels.assign(rows * columns, 0);
-    std::vector<Component> found;
-    std::vector<std::ptrdiff_t> open;
     const Box inside = box_around(mask, rows, columns);
-    for (std::ptrdiff_t start = inside.top * columns; start < inside.bottom * columns; ++start) {
-        if (!mask[start] || labels[start]) continue;
-        found.push_back({{rows, columns, 0, 0}, 0});
-        Component& one = found.back();
-        const auto label = static_cast<std::int32_t>(found.size());
-        labels[start] = label;
-        open.assign(1, start);
-        while (!open.empty()) {
-            const std::ptrdiff_t r = open.back() / columns, c = open.back() % columns;
-            open.pop_back();
-            one.box = {std::min(one.box.top, r), std::min(one.box.left, c), std::max(one.box.bottom, r + 1),
-                       std::max(one.box.right, c + 1)};
-            ++one.count;
-            for (std::ptrdiff_t nr = std::max<std::ptrdiff_t>(r - 1, 0); nr <= std::min(r + 1, rows - 1); ++nr) {
-                for (std::ptrdiff_t nc = std::max<std::ptrdiff_t>(c - 1, 0); nc <= std::min(c + 1, columns - 1); ++nc) {
-                    const std::ptrdiff_t next = nr * columns + nc;
-                    if (!mask[next] || labels[next] || (!by_corners && nr != r && nc != c)) continue;
-                    labels[next] = label;
-                    open.push_back(next);
-                }
+    const std::ptrdiff_t beside = by_corners ? 1 : 0;
+    std::vector<Run> runs;
+    std::size_t above = 0, first = 0;  // first runs of the row above and of this one
+    for (std::ptrdiff_t r = inside.top; r < inside.bottom; ++r) {
+        for (std::ptrdiff_t c = inside.left; c < inside.right; ++c) {
+            if (!mask[r * columns + c]) continue;
+            Run run{r, c, c, static_cast<std::int32_t>(runs.size())};
+            while (run.end < inside.right && mask[r * columns + run.end]) ++run.end;
+            c = run.end;
+            runs.push_back(run);
+            while (above < first && runs[above].end + beside <= run.begin) ++above;
+            for (std::size_t k = above; k < first && runs[k].begin < run.end + beside; ++k) {
+                const std::int32_t one = root(runs, static_cast<std::int32_t>(k)), other = root(runs, runs.back().root);
+                runs[std::max(one, other)].root = std::min(one, other);
             }
         }
+        above = first;
+        first = runs.size();
+    }
+    std::vector<Component> found;
+    std::vector<std::int32_t> numbers(runs.size());
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+        const Run& run = runs[k];
+        const auto at = static_cast<std::size_t>(root(runs, static_cast<std::int32_t>(k)));
+        if (at == k) {
+            found.push_back({{run.row, run.begin, 0, 0}, 0});
+            numbers[k] = static_cast<std::int32_t>(found.size());
+        }
+        Component& one = found[numbers[at] - 1];
+        one.box = {one.box.top, std::min(one.box.left, run.begin), run.row + 1, std::max(one.box.right, run.end)};
+        one.count += run.end - run.begin;
+        std::fill(labels.begin() + run.row * columns + run.begin, labels.begin() + run.row * columns + run.end, numbers[at]);
     }
     return found;
 }

@@ -15,6 +15,7 @@
 #include "common/cholesky.hpp"
 #include "common/grid.hpp"
 #include "common/pi.hpp"
+#include "common/wide.hpp"
 
 namespace tactile {
 namespace {
@@ -36,29 +37,32 @@ float clipped(float value) {
     return value > 0 ? std::min(value, 1.0f) : 0.0f;
 }
 
+// Along a row: line has it with margins of reach taxels, above and below are those so many rows away.
+TACTILE_WIDE void continued(const float* line, const float* above, const float* below, std::ptrdiff_t columns, const ScoreRule& rule,
+                            float* found) {
+    const float least = rule.least;
+    const float *before = line, *here = line + rule.reach, *after = line + 2 * rule.reach;
+#pragma GCC ivdep
+    for (std::ptrdiff_t c = 0; c < columns; ++c) {
+        const float near = here[c], far = std::max(std::max(above[c], below[c]), std::max(before[c], after[c]));
+        found[c] = std::max(std::max(2 * near - far, LEAST * near), least);
+    }
+}
+
 // The largest pressure within a thickness, continued to the border by its change over another one.
 Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const ScoreRule& rule) {
     spread_largest(smooth, rows, columns, rule.reach);
     Values found(smooth.size());
-    const auto at = [&](std::ptrdiff_t r, std::ptrdiff_t c) {
-        return smooth[std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns + std::clamp<std::ptrdiff_t>(c, 0, columns - 1)];
-    };
+    std::vector<float> line(columns + 2 * rule.reach);
+    const auto row = [&](std::ptrdiff_t r) { return smooth.data() + std::clamp<std::ptrdiff_t>(r, 0, rows - 1) * columns; };
     for (std::ptrdiff_t r = 0; r < rows; ++r) {
-        for (std::ptrdiff_t c = 0; c < columns; ++c) {
-            const float near = at(r, c);
-            const float far =
-                std::max(std::max(at(r - rule.reach, c), at(r + rule.reach, c)), std::max(at(r, c - rule.reach), at(r, c + rule.reach)));
-            found[r * columns + c] = std::max(std::max(2 * near - far, LEAST * near), rule.least);
-        }
+        const float* here = row(r);
+        std::fill_n(line.begin(), rule.reach, here[0]);
+        std::copy_n(here, columns, line.begin() + rule.reach);
+        std::fill_n(line.end() - rule.reach, rule.reach, here[columns - 1]);
+        continued(line.data(), row(r - rule.reach), row(r + rule.reach), columns, rule, &found[r * columns]);
     }
     return found;
-}
-
-// Where mask is not zero within half a side along both axes.
-std::vector<std::uint8_t> joined(const std::vector<std::uint8_t>& mask, std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t half) {
-    Values values(mask.begin(), mask.end());
-    spread_largest(values, rows, columns, half);
-    return {values.begin(), values.end()};
 }
 
 // Solves for the first count of six unknowns; the others, and what cannot be solved, are 0.
@@ -184,7 +188,7 @@ class Border {
         for (float& value : expected) value *= rule.share;
         const std::ptrdiff_t half = (rule.reach + 1) / 2;
         std::vector<std::int32_t> labels;
-        const auto patches = components(joined(touched, rows, columns, half).data(), rows, columns, true, labels);
+        const auto patches = components(spread_mask(touched.data(), rows, columns, half).data(), rows, columns, true, labels);
         for (std::size_t k = 0; k < patches.size(); ++k) fit(labels, static_cast<std::int32_t>(k) + 1, patches[k], half);
     }
     Values expected;
@@ -217,7 +221,7 @@ class Border {
             for (std::ptrdiff_t c = box.left; c < box.right; ++c)
                 mine[(r - box.top) * box.columns() + c - box.left] = labels[r * columns_ + c] == label;
         }
-        mine = joined(mine, box.rows(), box.columns(), half);
+        mine = spread_mask(mine.data(), box.rows(), box.columns(), half);
         for (std::ptrdiff_t r = box.top; r < box.bottom; ++r) {
             for (std::ptrdiff_t c = box.left; c < box.right; ++c) {
                 if (mine[(r - box.top) * box.columns() + c - box.left]) expected[r * columns_ + c] = at_border(*level, r, c);

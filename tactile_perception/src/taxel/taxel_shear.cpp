@@ -89,14 +89,20 @@ class Contact {
         for (Field& field : drag_) field.repeat_border();
     }
 
-    // Displacement, traction and slip of one element.
-    void read(std::ptrdiff_t r, std::ptrdiff_t c, bool here, float (&drag)[2], float (&pull)[2], float (&slip)[2]) const {
-        const Line x = line(0, r, c % 2), y = line(1, r, c % 2);
-        const Traction traction = tractions(x, y, limit_.half(r, c % 2), c / 2);
-        for (int axis : {0, 1}) {
-            pull[axis] = traction.pull[axis];
-            drag[axis] = (pull[axis] + traction.others[axis]) / stiff_;
-            slip[axis] = here ? (axis ? y : x).carried[c / 2] - drag[axis] : 0;
+    // Displacement, traction and slip along both axes of every other element of a row: in[6] of (columns + 1 - odd) / 2.
+    TACTILE_WIDE void read(std::ptrdiff_t r, std::ptrdiff_t odd, float* const (&in)[6]) const {
+        const Line x = line(0, r, odd), y = line(1, r, odd);
+        const float* limit = limit_.half(r, odd);
+        float *drag_x = in[0], *drag_y = in[1], *pull_x = in[2], *pull_y = in[3], *slip_x = in[4], *slip_y = in[5];
+#pragma GCC ivdep
+        for (std::ptrdiff_t k = 0; k < (columns_ + 1 - odd) / 2; ++k) {
+            const Traction traction = tractions(x, y, limit, k);
+            pull_x[k] = traction.pull[0];
+            pull_y[k] = traction.pull[1];
+            drag_x[k] = (traction.pull[0] + traction.others[0]) / stiff_;
+            drag_y[k] = (traction.pull[1] + traction.others[1]) / stiff_;
+            slip_x[k] = x.carried[k] - drag_x[k];
+            slip_y[k] = y.carried[k] - drag_y[k];
         }
     }
 
@@ -161,16 +167,21 @@ Sheared moved(const ShearPad& pad, const float* drag, const std::uint8_t* touche
     const Box box = inside.grown(margin, pad.rows, pad.columns);
     Contact contact(pad, box, drag, touched, pressure, shift);
     contact.relax();
+    std::vector<float> half(6 * (box.columns() / 2 + 1));
+    float* in[6];
+    for (int k = 0; k < 6; ++k) in[k] = &half[k * (box.columns() / 2 + 1)];
     for (std::ptrdiff_t r = 0; r < box.rows(); ++r) {
-        for (std::ptrdiff_t c = 0; c < box.columns(); ++c) {
-            const std::ptrdiff_t at = (box.top + r) * pad.columns + box.left + c;
-            float one[3][2];
-            contact.read(r, c, touched[at] != 0, one[0], one[1], one[2]);
-            for (int axis : {0, 1}) {
-                found.drag[axis * plane + at] = one[0][axis];
-                found.pull[axis * plane + at] = one[1][axis];
-                found.slip[axis * plane + at] = one[2][axis];
-                found.pulled[axis] += one[1][axis];
+        for (std::ptrdiff_t odd : {0, 1}) {
+            contact.read(r, odd, in);
+            const std::ptrdiff_t first = (box.top + r) * pad.columns + box.left + odd;
+            for (std::ptrdiff_t k = 0; k < (box.columns() + 1 - odd) / 2; ++k) {
+                const std::ptrdiff_t at = first + 2 * k;
+                for (int axis : {0, 1}) {
+                    found.drag[axis * plane + at] = in[axis][k];
+                    found.pull[axis * plane + at] = in[2 + axis][k];
+                    found.slip[axis * plane + at] = touched[at] ? in[4 + axis][k] : 0;
+                    found.pulled[axis] += in[2 + axis][k];
+                }
             }
         }
     }
