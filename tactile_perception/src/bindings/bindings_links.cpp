@@ -72,19 +72,22 @@ py::tuple followed_markers(const py::object& id, const py::object& uv, const py:
 }
 
 py::tuple field_of_markers(const py::object& id, const py::object& uv, const py::object& duv, const py::object& area,
-                           const py::object& sigma, const py::object& now, const py::object& rest, const py::object& eye,
-                           const py::object& known_area, double metres_per_px) {
+                           const py::object& sigma, const py::object& places, const py::object& eye, const py::object& known_area,
+                           double metres_per_px) {
     const Input<double> areas(known_area, "known_area", {ANY});
     const py::ssize_t markers = areas.length();
     const Tracks tracks(id, uv, duv, area);
     const py::ssize_t count = tracks.id.length();
     for (py::ssize_t i = 0; i < count; ++i) within(tracks.id.data()[i], "id", 0, static_cast<double>(markers) - 1);
-    const Input<double> places(now, "now", {count, 3}), untouched(rest, "rest", {count, 3}), eyes(eye, "eye", {count, 3});
+    const Input<double> apparent(places, "places", {2 * count, 3}), eyes(eye, "eye", {ANY, 3});
+    if (eyes.length() != 1 && eyes.length() < count) throw py::value_error("eye: one, or one for each marker, is needed");
     const Input<double> noise(sigma, "sigma", {count});
     FieldArrays field;
     {
         py::gil_scoped_release others_run;
-        field = make_field(*tracks, {places.data(), untouched.data(), eyes.data(), noise.data(), metres_per_px}, areas.data(), markers);
+        field = make_field(*tracks, {apparent.data(), apparent.data() + 3 * count, eyes.data(), eyes.length() == 1 ? 0 : 3, noise.data(),
+                                     metres_per_px},
+                           areas.data(), markers);
     }
     return py::make_tuple(output(field.rest, {markers, 2}), output(field.shift, {markers, 2}), output(field.growth, {markers}),
                           output(field.eye, {markers, 3}), output(field.sigma, {markers}), output(field.uv, {markers, 2}),
@@ -178,10 +181,10 @@ void bind_links(py::module_& module) {
                "Untouched positions (K, 2), px, mean areas (K,), px^2, and numbers of frames in the means (K,), updated with a frame's\n"
                "markers (N): see RestMarkers in markers/view/marker_field.py.");
     module.def(
-        "marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"), py::arg("now"),
-        py::arg("rest"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
-        "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): now, rest: (N, 3) apparent\n"
-        "x, y, m, and area of a pixel, m^2; eye: (N, 3) m; known_area: (K,) px^2, untouched.");
+        "marker_field", &field_of_markers, py::arg("id"), py::arg("uv"), py::arg("duv"), py::arg("area"), py::arg("sigma"),
+        py::arg("places"), py::arg("eye"), py::arg("known_area"), py::kw_only(), py::arg("metres_per_px"),
+        "rest, shift, growth, eye, sigma, uv, duv, area of a MarkerField (K), from a frame's markers (N): places: (2 N, 3) apparent\n"
+        "x, y, m, and area of a pixel, m^2, now, then untouched; eye: (N or more, 3) m, or (1, 3) of all; known_area: (K,) px^2, untouched.");
     module.def("rest_moved", &any_rest_moved, py::arg("id"), py::arg("places"), py::arg("motions"), py::arg("known"), py::kw_only(),
                py::arg("limit"),
                "Whether any dot id (N,) int64 at places less motions (N, 2), px, is farther than limit, px, along an axis from its known\n"

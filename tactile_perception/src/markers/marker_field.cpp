@@ -41,7 +41,7 @@ FieldArrays make_field(const SeenTracks& tracks, const ApparentMarkers& apparent
             field.rest[2 * k + axis] = rest[axis], field.shift[2 * k + axis] = now[axis] - rest[axis];
             field.uv[2 * k + axis] = tracks.uv[2 * i + axis], field.duv[2 * k + axis] = tracks.duv[2 * i + axis];
         }
-        std::copy_n(apparent.eye + 3 * i, 3, &field.eye[3 * k]);
+        std::copy_n(apparent.eye + apparent.stride * i, 3, &field.eye[3 * k]);
         field.sigma[k] = apparent.sigma[i] * apparent.metres_per_px;
         field.area[k] = tracks.area[i];
         const double growth = std::log(tracks.area[i] / untouched_area[k] * (now[2] / rest[2]));

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -28,10 +29,12 @@ struct FollowedBy {
 // Updates the untouched markers with those of a frame whose displacement is known; other ids than those of the pattern are left out.
 void follow_markers(const SeenTracks& tracks, const FollowedBy& by, UntouchedMarkers& rest);
 
-// Apparent markers: now and untouched (count, 3): x, y, m, in the viewing plane and area of a pixel there, m^2; eyes (count, 3), m;
-// sigma (count), px, standard deviations of positions.
+// Apparent markers: now and untouched (count, 3): x, y, m, in the viewing plane and area of a pixel there, m^2; eyes, m,
+// of stride numbers each, 0 where all have one; sigma (count), px, standard deviations of positions.
 struct ApparentMarkers {
-    const double *now, *rest, *eye, *sigma;
+    const double *now, *rest, *eye;
+    std::ptrdiff_t stride;
+    const double* sigma;
     double metres_per_px;
 };
 

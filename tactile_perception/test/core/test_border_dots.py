@@ -16,7 +16,7 @@ SEEN = {'id': ID, 'places': UV, 'sigma': SIGMA, 'before_id': ID, 'before': UV}
 
 SEEN_MARKERS = {'id': ID, 'uv': UV, 'duv': UV / 99, 'area': 50 + UV[:, 0]}
 UNTOUCHED = {'known_uv': UV, 'known_area': 50 + UV[:, 1], 'frames': np.full(42, 3.0)}
-APPARENT = {'now': np.column_stack([UV, SIGMA]), 'rest': np.column_stack([UV, SIGMA]), 'eye': np.ones((42, 3)), 'sigma': SIGMA,
+APPARENT = {'places': np.tile(np.column_stack([UV, SIGMA]), (2, 1)), 'eye': np.ones((42, 3)), 'sigma': SIGMA,
             'known_area': 50 + UV[:, 1]}
 
 SMALL = np.arange(600, dtype=np.uint8).reshape(20, 30)

@@ -53,11 +53,12 @@ def test_a_field_has_each_marker_at_its_id(seed, markers, unknown):
     id, uv, duv, area, sigma = some_tracks(seed, markers, unknown)
     now, rest, eye = (rng.normal(size=(len(id), 3)) for _ in range(3))
     known_area = np.where(rng.random(markers) < unknown, rng.choice([np.nan, 0.0]), 55.0)
-    found = marker_field(id, uv, duv, area, sigma, now, rest, eye, known_area, metres_per_px=1e-4)
+    eye = eye[:1] if len(id) and seed % 2 else eye
+    found = marker_field(id, uv, duv, area, sigma, np.concatenate([now, rest]), eye, known_area, metres_per_px=1e-4)
     with np.errstate(all='ignore'):
         growth = np.log(area / known_area[id] * (now[:, 2] / rest[:, 2]))
     growth[~np.isfinite(growth)] = np.nan
-    expected = rest[:, :2], now[:, :2] - rest[:, :2], growth, eye, sigma * 1e-4, uv, duv, area
+    expected = rest[:, :2], now[:, :2] - rest[:, :2], growth, np.broadcast_to(eye, now.shape), sigma * 1e-4, uv, duv, area
     for mine, values in zip(found, expected):
         whole = np.full((markers, *values.shape[1:]), np.nan)
         whole[id] = values

@@ -11,6 +11,7 @@ import numpy as np
 from .calibration import DomeCalibration, calibrate_dome
 from .library import RADIUS_SPREAD
 from .solver import DEPTH, DRAG, DRAGGED, PRESS, RADIUS, X, Y, DomeFound, DomeInverse, PressPrior
+from ...common.vectors import cross
 from ...errors import BadArgument
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
@@ -204,7 +205,7 @@ class DomeModelMethod:
         """(6,) m and m^2, wrench at the origin over the shear modulus and thickness: the force acts where the tip first touched it."""
         force = self.solver.library.push(press)
         normal = self.sensor.normal(press[[X, Y]] / (1 + radius / self.calibration.library.plan.cap.curvature_radius))
-        return np.concatenate([force, np.cross(position + [0.0, 0.0, radius] - radius * normal, force)])
+        return np.concatenate([force, cross(position + [0.0, 0.0, radius] - radius * normal, force)])
 
     def _sunk(self, found: DomeFound, number: int, radius: float) -> float:
         """m, by which the other presses lower the skin where one touches it: its depth is measured from the untouched dome."""

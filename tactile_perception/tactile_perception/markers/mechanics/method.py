@@ -13,6 +13,7 @@ from .matched_filter import SheetStart
 from .projection import Press
 from .reduced_model import SheetLibrary
 from .solver import ANY_TIP, Inverse, Seen, SheetInverse, show
+from ...common.vectors import cross
 from ..touches.presses import Presses
 from ..touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE, TouchEstimate
 from ..view.marker_field import MarkerField
@@ -203,4 +204,4 @@ def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
     stiffness, x, y, *about = found.wrenches[0]
     push = found.presses[0].depth * np.exp(stiffness)
     force = push * np.array([x, y, -1.0])
-    return np.concatenate([force, np.cross(position, force) + push * np.array(about)])
+    return np.concatenate([force, cross(position, force) + push * np.array(about)])

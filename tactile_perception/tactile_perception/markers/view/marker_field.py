@@ -57,7 +57,7 @@ class MarkerView(Protocol):
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3): apparent x and y, m, of uv (N, 2), px, and the area of a pixel there, m^2, NaN where uv is; the eyes (N, 3), m, that
-        see them."""
+        see them, or the one that sees all (1, 3)."""
 
 
 class CameraView:
@@ -71,8 +71,7 @@ class CameraView:
 
     def back_project(self, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """See MarkerView."""
-        seen = _core.back_project(np.asarray(uv, float), **self._numbers)
-        return seen, np.broadcast_to(self.camera.centre, seen.shape)
+        return _core.back_project(np.asarray(uv, float), **self._numbers), self.camera.centre[None]
 
 
 @dataclass(frozen=True)
@@ -119,12 +118,19 @@ def camera_view(matrix: np.ndarray, distortion: np.ndarray, rest_uv: np.ndarray,
 
 def marker_field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     """The field of one frame's tracks, whose ids index rest_area (K,), px^2 (NaN: unknown). Raises BadArgument for other ids."""
-    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < len(rest_area)):
-        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {len(rest_area)} markers')
+    _check_ids(tracks, len(rest_area))
+    return _field(tracks, rest_area, view)
+
+
+def _check_ids(tracks: DotTracks, count: int) -> None:
+    if len(tracks) and not (0 <= tracks.id.min() and tracks.id.max() < count):
+        raise BadArgument(f'marker ids {tracks.id.min()} to {tracks.id.max()} are not those of a pattern of {count} markers')
+
+
+def _field(tracks: DotTracks, rest_area: np.ndarray, view: MarkerView) -> MarkerField:
     places, eyes = view.back_project(np.concatenate([tracks.uv, tracks.rest_uv]))
-    now, rest = np.split(places, 2)
-    return MarkerField(*_core.marker_field(*_places(tracks), np.asarray(tracks.sigma, float), now, rest, eyes[:len(tracks)],
-                                           np.asarray(rest_area, float), metres_per_px=view.metres_per_px))
+    return MarkerField(*_core.marker_field(*_places(tracks), np.asarray(tracks.sigma, float), places, eyes, np.asarray(rest_area, float),
+                                           metres_per_px=view.metres_per_px))
 
 
 def _places(tracks: DotTracks) -> tuple[np.ndarray, ...]:
@@ -152,12 +158,9 @@ class RestMarkers:
 
     def field(self, tracks: DotTracks) -> MarkerField:
         """The field of one frame, whose ids are below K. Raises BadFrame where there is no view, BadArgument for other ids."""
+        _check_ids(tracks, len(self.area))
         self.uv, self.area, self._frames = _core.follow_markers(*_places(tracks), self.uv, self.area, self._frames, moved=_MOVED,
                                                                 still=_STILL, most_frames=_FRAMES)
-        if self._view is None or self._has_moved():
+        if self._view is None or _core.rest_moved(*_places(tracks)[:3], self._view_uv, limit=_MOVED):
             self._view, self._view_uv = self._make_view(self.uv), self.uv.copy()
-        return marker_field(tracks, self.area, self._view)
-
-    def _has_moved(self) -> bool:
-        moved = np.abs(self.uv - self._view_uv)
-        return bool((np.isnan(self._view_uv) & ~np.isnan(self.uv)).any() or (moved > _MOVED).any())
+        return _field(tracks, self.area, self._view)

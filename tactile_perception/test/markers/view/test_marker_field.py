@@ -27,7 +27,7 @@ def test_the_pose_is_found_from_the_markers_seen():
     assert view.camera.centre == pytest.approx(CAMERA.centre, abs=1e-7)
     seen, eye = view.back_project(rest)
     assert np.nanmax(np.abs(seen[:, :2] - SENSOR.grid())) < 1e-7 and np.isnan(seen[0]).all()
-    assert eye[1] == pytest.approx(CAMERA.centre, abs=1e-7)
+    assert eye[0] == pytest.approx(CAMERA.centre, abs=1e-7)
 
 
 def test_the_field_is_what_rays_to_the_plane_tell():
