@@ -288,8 +288,8 @@ void bind_contact(py::module_& module) {
     module.def(
         "carried_loads", &carried, py::arg("places"), py::arg("force"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
         py::arg("loaded"),
-        "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, or have such a neighbour, 0 on others, of the\n"
-        "force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
+        "Force (K, 3), N, on dots at places (K, 3), m, that carry a load (K,), over loaded, and a share of it on dots around, 0 on others, of\n"
+        "the force (K, 3) on all; and its wrench (6,), N and N m, about the origin.");
     module.def(
         "solve_membrane", &membrane_solution, py::arg("rays"), py::arg("ranges"), py::arg("sigma"), py::arg("id"), py::arg("rest"),
         py::arg("places"), py::arg("touched"), py::arg("triangles"), py::arg("residual"), py::arg("response"), py::arg("origin"),

@@ -115,14 +115,14 @@ Vec3 vector_of(const py::object& given, const char* name) {
     return vec3_at(Input<double>(given, name, {3}).data(), 0);
 }
 
-py::tuple contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& force,
-                     const py::object& border, const py::object& start, const py::object& wide, const py::object& centroid,
-                     const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area, double pitch, double sigma,
-                     double centre_z, double radius) {
+py::tuple contact_of(const py::object& id, const py::object& places, const py::object& inside, const py::object& touched,
+                     const py::object& force, const py::object& border, const py::object& start, const py::object& wide,
+                     const py::object& centroid, const py::object& normal, std::ptrdiff_t rows, std::ptrdiff_t columns, double area,
+                     double pitch, double sigma, double centre_z, double radius) {
     const Input<std::int64_t> numbers(id, "id", {ANY}), first(start, "start", {ANY});
     const py::ssize_t count = numbers.length();
     const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
-    const Input<bool> members(inside, "inside", {count});
+    const Input<bool> members(inside, "inside", {count}), held(touched, "touched", {count});
     const Input<double> pushed(force, "force", {ANY, 3});
     if (pushed.length() != count && pushed.length() != 0) throw py::value_error("force: a row for each dot, or none, is needed");
     const Grid grid{within<std::ptrdiff_t>(rows, "rows", 1, MOST), within<std::ptrdiff_t>(columns, "columns", 1, MOST)};
@@ -142,8 +142,8 @@ py::tuple contact_of(const py::object& id, const py::object& places, const py::o
     RegionContact found;
     {
         py::gil_scoped_release others_run;
-        found = region_contact({grid, numbers.data(), dots.data(), pushed.length() ? pushed.data() : nullptr, members.data(), count}, shape,
-                               nodes, rest, sigma);
+        const double* forces = pushed.length() ? pushed.data() : nullptr;
+        found = region_contact({grid, numbers.data(), dots.data(), forces, members.data(), held.data(), count}, shape, nodes, rest, sigma);
     }
     const std::array<double, 3> position{found.place.position.x, found.place.position.y, found.place.position.z};
     const std::array<double, 3> up{found.place.normal.x, found.place.normal.y, found.place.normal.z};
@@ -206,14 +206,13 @@ void bind_region(py::module_& module) {
         "region_axes", &axes, py::arg("sums"), py::arg("points"), py::arg("start"), py::kw_only(), py::arg("pitch"),
         "Full lengths of the ellipse of the same moments as a region, and its direction, rad, NaN where it is not significant: from\n"
         "integrals (6,) of 1, x, y, xx, xy, yy, and the points (M, 3) and starts (L + 1,) of its polygons.");
-    module.def("region_contact", &contact_of, py::arg("id"), py::arg("places"), py::arg("inside"), py::arg("force"), py::arg("border"),
-               py::arg("start"), py::arg("wide"), py::arg("centroid"), py::arg("normal"), py::kw_only(), py::arg("rows"),
+    module.def("region_contact", &contact_of, py::arg("id"), py::arg("places"), py::arg("inside"), py::arg("touched"), py::arg("force"),
+               py::arg("border"), py::arg("start"), py::arg("wide"), py::arg("centroid"), py::arg("normal"), py::kw_only(), py::arg("rows"),
                py::arg("columns"), py::arg("area"), py::arg("pitch"), py::arg("sigma"), py::arg("centre_z"), py::arg("radius"),
                "Contact point (3,), m, its covariance (3, 3), m^2, the normal (3,) of the surface wide there, depth, m, and force, N, of a "
                "region\n"
-               "whose dots are inside (N,) bool; id (N,) int64, places (N, 3), m, of standard deviation sigma, and force (N, 3), N, or (0, "
-               "3), of\n"
-               "all dots; border (M, 3), start (L + 1,): of its polygons. The surface at rest is a sphere's upper half. NaN: unknown.");
+               "whose dots are inside (N,) bool; touched (N,) bool: in this or another one; id (N,) int64, places (N, 3), m, of standard\n"
+               "deviation sigma, and force (N, 3), N, or (0, 3), of all dots; border (M, 3), start (L + 1,): of its polygons. The surface at rest is a sphere's upper half. NaN: unknown.");
     module.def("lie_on_a_line", &on_a_line, py::arg("points"), py::kw_only(), py::arg("thinnest"),
                "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
     module.def("deepest_notch", &notch, py::arg("corners"),

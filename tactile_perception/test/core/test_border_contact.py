@@ -38,8 +38,8 @@ WIDE = 1e-3 * np.stack([*np.mgrid[:10.0, :11.0][::-1], np.zeros((10, 11))], axis
 SCORE = np.pad(np.ones((3, 4)), ((1, 2), (2, 1)))
 PLACES, START, _, POINTS, *_ = _core.find_outlines(SCORE, WIDE, level=0.5, ceiling=1.0, refine=2)
 SUMS = np.array([1.0, 0.1, 0.2, 3.0, 0.1, 2.0])
-PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'force': UP, 'border': POINTS, 'start': START, 'wide': WIDE,
-         'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
+PATCH = {'id': NUMBERS, 'places': DOTS, 'inside': NUMBERS % 7 < 4, 'touched': NUMBERS % 7 < 5, 'force': UP, 'border': POINTS,
+         'start': START, 'wide': WIDE, 'centroid': DOTS[:20].mean(axis=0), 'normal': UP[0]}
 
 
 def call_region_contact(**arrays):

@@ -130,8 +130,8 @@ def test_points_are_the_dots_and_their_forces_the_wrench(ball):
     assert np.cross(points.xyz, points.force).sum(axis=0) == pytest.approx(result.wrench[3:], rel=1e-6, abs=1e-12)
     assert np.linalg.norm(points.force.sum(axis=0) - truth.wrench[:3]) < 0.1 * np.linalg.norm(truth.wrench[:3])
     assert np.array_equal(points.state[result.region.dot_id], result.region.dot_state)
-    far = np.linalg.norm(points.xyz - truth.contacts[0].position, axis=1) > 8e-3
-    assert not points.force[far].any() and points.normal_force.max() > 0
+    far = np.linalg.norm(points.xyz - truth.contacts[0].position, axis=1) > 17e-3
+    assert far.any() and not points.force[far].any() and points.normal_force.max() > 0
 
 
 def test_points_are_displaced_by_what_they_moved_and_point_outwards(ball):

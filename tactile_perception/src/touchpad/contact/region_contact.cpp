@@ -3,19 +3,21 @@
 #include "touchpad/contact/region_contact.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
+
+#include "touchpad/contact/carried_loads.hpp"
 
 namespace tactile {
 namespace {
 
 double normal_force(const RegionDots& dots, Vec3 normal) {
-    std::vector<std::uint8_t> near(dots.grid.size());
-    for (std::ptrdiff_t i = 0; i < dots.count; ++i) {
-        if (dots.inside[i]) around(dots.grid, dots.id[i], [&](std::ptrdiff_t j) { near[j] = 1; });
-    }
+    std::vector<std::int32_t> region(dots.grid.size());
+    for (std::ptrdiff_t i = 0; i < dots.count; ++i) region[dots.id[i]] = dots.inside[i] ? 1 : dots.touched[i] ? 2 : 0;
+    const NearRegions near = near_regions(dots.grid, std::move(region));
     Vec3 total{0, 0, 0};
     for (std::ptrdiff_t i = 0; i < dots.count; ++i) {
-        if (near[dots.id[i]]) total = total + vec3_at(dots.force, i);
+        if (near.region[dots.id[i]] == 1) total = total + near.share[dots.id[i]] * vec3_at(dots.force, i);
     }
     return std::max(-dot(normal, total), 0.0);
 }

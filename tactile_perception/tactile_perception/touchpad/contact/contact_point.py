@@ -34,10 +34,11 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> FoundContact:
     lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
     dots for a fit the covariance covers both cases. The depth is the distance along z by which the object must retract to just touch the
     surface at rest: the largest height of the rest shape above the deformed surface at the region's dots, by a quadratic fitted around the
-    deepest one. The force is that on the region's dots and on their neighbours, which carry a part of the border's load.
+    deepest one. The force is that on the region's dots and, fading out, on those around, to which errors of the ranges move a part of the
+    border's load.
     """
     moments = region.moments
     return FoundContact(*_core.region_contact(
-        dots.ids, dots.xyz, region.members, _NO_FORCE if dots.force is None else dots.force, *joined(region.outline.loops),
-        region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns, area=moments.area, pitch=region.pitch,
-        sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius))
+        dots.ids, dots.xyz, region.members, dots.score > 0.5, _NO_FORCE if dots.force is None else dots.force,
+        *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
+        area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius))

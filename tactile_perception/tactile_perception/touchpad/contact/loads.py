@@ -42,8 +42,9 @@ class DotLoads:
         return bool(np.abs(self.load).max() < _UNLOADED)
 
     def carried(self, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
-        """Forces (K, 3), N, of the object on loaded dots and their neighbours, which have a part of a border's load, 0 on others; and their
-        sum and moment about the sensor's origin (6,), N and N m. Kernel: src/touchpad/contact/carried_loads.cpp."""
+        """Forces (K, 3), N, of the object on loaded dots and, fading out, on those around, to which errors of the ranges move a part of a
+        border's load, 0 on others; and their sum and moment about the sensor's origin (6,), N and N m.
+        Kernel: src/touchpad/contact/carried_loads.cpp."""
         return _core.carried_loads(self.xyz, self.force, self.load, rows=rows, columns=columns, loaded=_LOADED)
 
 

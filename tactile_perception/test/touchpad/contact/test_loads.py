@@ -38,14 +38,16 @@ def test_a_dent_carries_a_load_where_it_is_and_the_wrench_points_inwards(pad, ba
     distance = np.linalg.norm(pad.rest[:, :2], axis=1)
     assert loads.load[distance < 1.5e-3].min() > 0.5 and np.abs(loads.load[distance > 9e-3]).max() < 0.3
     wrench = loads.carried(23, 23)[1]
-    assert wrench[2] < -0.05 and np.abs(wrench[:2]).max() < 1e-3 and np.abs(wrench[3:]).max() < 1e-5
+    # the dots around pull: no object makes such a dent
+    assert wrench[2] < -0.02 and np.abs(wrench[:2]).max() < 1e-3 and np.abs(wrench[3:]).max() < 1e-5
 
 
 def test_the_moment_is_that_of_the_forces(pad, balance):
     loads = balance.loads(pad.ids, dent(pad.rest + [1e-3, 0, 0], 1.5e-3))
-    near = cv2.dilate((loads.load > 0.5).astype(np.uint8).reshape(23, 23), np.ones((3, 3))).ravel()
+    loaded = (loads.load > 0.5).astype(np.uint8).reshape(23, 23)
+    share = sum(cv2.dilate(loaded, np.ones((2 * reach + 1,) * 2)).ravel() / 4 for reach in (2, 3, 4, 5))
     force, wrench = loads.carried(23, 23)
-    np.testing.assert_array_equal(force, loads.force * near[:, None])
+    np.testing.assert_allclose(force, loads.force * share[:, None], rtol=1e-12)
     np.testing.assert_allclose(wrench, np.hstack([force, np.cross(loads.xyz, force)]).sum(axis=0), atol=1e-12)
 
 
