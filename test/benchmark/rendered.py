@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
+import tactile_driver.nodes  # noqa: F401  (one thread of linear algebra, as in the nodes; said before NumPy is there)
+
 import numpy as np
 
 
