@@ -21,7 +21,7 @@ from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelResult, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains
 from tactile_perception.taxel.wrench import GraspedObject, transform_wrench
-from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response
+from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
 
 CALIBRATION = ('tac_cal_zero', 'tac_cal_flat')
 STATES = ('none', 'incipient', 'gross')
@@ -43,7 +43,8 @@ def calibrate(folder: Path, array: TaxelArray) -> Response:
     changes = (known['frames'][loaded] - zero).astype(np.float32)
     forces = 1e3 * known['applied_kPa'][loaded] * array.taxel_area * array.rows * array.columns
     loads = Loads(changes, forces, zero, [], [''] * len(loaded), known['t'][loaded], np.zeros(len(loaded), int), np.arange(len(loaded)))
-    return calibrated_response(loads, array, fit_gains(changes))
+    gain = fit_gains(changes)
+    return calibrated_response(loads, array, gain, *find_loop(loads, array, gain))
 
 
 def sensor(meta: dict) -> tuple[TaxelArray, SoftPad]:

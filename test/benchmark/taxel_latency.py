@@ -19,7 +19,7 @@ from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, TaxelEstimator, TaxelSettings
 from tactile_perception.taxel.response import Response, fit_gains
-from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response
+from tactile_perception.tools.calibrate.taxel import Loads, calibrated_response, find_loop
 
 sys.path.insert(0, str(Path(__file__).parent))
 from taxel import STATES, macro_f1  # noqa: E402
@@ -70,7 +70,8 @@ def calibrate(specimen: PadSpecimen, ink: InkSpecimen, seed: int) -> Response:
     changes = (values - zero)[loaded]
     count = len(changes)
     loads = Loads(changes, forces[loaded], zero, [], [''] * count, np.flatnonzero(loaded) / 20.0, np.zeros(count, int), np.arange(count))
-    return calibrated_response(loads, TaxelArray(specimen.rows, specimen.columns, specimen.pitch), fit_gains(changes))
+    array, gain = TaxelArray(specimen.rows, specimen.columns, specimen.pitch), fit_gains(changes)
+    return calibrated_response(loads, array, gain, *find_loop(loads, array, gain))
 
 
 def play(name: str, specimen: PadSpecimen, ink: InkSpecimen, seed: int, response: Response, methods=tuple(TAXEL_METHODS)):

@@ -25,7 +25,7 @@ def test_delays_are_counted_from_the_change_and_misses_are_endless():
 def test_a_load_that_goes_back_and_forth_is_quiet_on_both_devices():
     for specimen, ink in taxel_latency.DEVICES.values():
         response = taxel_latency.calibrate(specimen, ink, 1)
-        assert response.hysteresis == pytest.approx(ink.slack, rel=0.5)
+        assert response.loop.width(5e4) > 1e3 * ink.loop / 0.08
         true, found = taxel_latency.play('cycle', specimen, ink, 1, response, ('mechanics',))
         assert (found['mechanics'][true >= 0] > 0).mean() < 0.1
 
@@ -58,4 +58,4 @@ def test_a_saturated_sphere_that_slides_is_followed():
     specimen, ink = taxel_latency.DEVICES['B']
     response = taxel_latency.calibrate(specimen, ink, 5)
     true, found = taxel_latency.play('slide', specimen, ink, 5, response, ('mechanics',))
-    assert (found['mechanics'][true == 2] == 2).mean() > 0.9 and (found['mechanics'][true == 1] == 2).mean() < 0.2
+    assert (found['mechanics'][true == 2] == 2).mean() > 0.9 and (found['mechanics'][true == 1] == 2).mean() < 0.25

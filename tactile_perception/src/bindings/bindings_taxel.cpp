@@ -14,6 +14,7 @@ namespace tactile::border {
 namespace {
 
 constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6;  // of a side; taxels, of a width. Chosen: far beyond any array
+constexpr double MOST_HELD = 0.9;  // of a load, that a sensing layer hides. Chosen: beyond, noise is ten times as large
 
 py::array_t<float> score_of_taxels(const py::object& pressure, double smooth, int reach, double least, double share, double ramp) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});
@@ -111,23 +112,25 @@ py::array_t<float> pressure_of_taxels(const py::object& change, const py::object
     return kept(std::move(found), {rows, columns});
 }
 
-py::tuple undo_hysteresis(const py::object& pressure, const py::object& last, const py::object& hidden, double width, double crept,
-                          double smooth) {
+py::tuple undo_hysteresis(const py::object& pressure, const py::object& last, const py::object& held, double share, double reach,
+                          double relative, double crept, double smooth) {
     const Input<float> shown(pressure, "pressure", {ANY, ANY});
     const py::ssize_t rows = shown.length(0), columns = shown.length(1);
-    const Input<float> before(last, "last", {rows, columns}), behind(hidden, "hidden", {rows, columns});
+    const Input<float> before(last, "last", {rows, columns}), stuck(held, "held", {rows, columns});
     within(rows, "pressure", 1, MOST_TAXELS);
     within(columns, "pressure", 1, MOST_TAXELS);
-    within(width, "width", 0, 1e30);
+    within(share, "share", 0, MOST_HELD);
+    within(reach, "reach", 0, 1e30);
+    within(relative, "relative", 0, 1);
     within(crept, "crept", 0, 1);
     within(smooth, "smooth", 1e-3, MOST_TAXELS);
+    const Loop loop{static_cast<float>(share), static_cast<float>(reach), static_cast<float>(relative), static_cast<float>(crept)};
     Undone found;
     {
         py::gil_scoped_release others_run;
-        found =
-            undone(shown.data(), before.data(), behind.data(), rows, columns, static_cast<float>(width), static_cast<float>(crept), smooth);
+        found = undone(shown.data(), before.data(), stuck.data(), rows, columns, loop, smooth);
     }
-    return py::make_tuple(kept(std::move(found.load), {rows, columns}), kept(std::move(found.hidden), {rows, columns}));
+    return py::make_tuple(kept(std::move(found.load), {rows, columns}), kept(std::move(found.held), {rows, columns}));
 }
 
 py::tuple load_of_taxels(const py::object& pressure, const py::object& touched, int around) {
@@ -195,11 +198,12 @@ void bind_taxels(py::module_& module) {
         "Pressure (rows, columns) float32 of values c, change times by_gain, (rows, columns) float32: scale[0] c + scale[1] c |c| +\n"
         "scale[2] c knee / (|c| + knee).");
     module.def(
-        "taxel_undone", &undo_hysteresis, py::arg("pressure"), py::arg("last"), py::arg("hidden"), py::kw_only(), py::arg("width"),
-        py::arg("crept"), py::arg("smooth"),
-        "The load (rows, columns) float32 behind pressure (rows, columns) float32 that is shown, and what of it is hidden, after last and\n"
-        "hidden (rows, columns) float32 of the last frame. width: half of the loop's, in the pressure's unit; crept: part of the hidden\n"
-        "load that is gone since; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
+        "taxel_undone", &undo_hysteresis, py::arg("pressure"), py::arg("last"), py::arg("held"), py::kw_only(), py::arg("share"),
+        py::arg("reach"), py::arg("relative"), py::arg("crept"), py::arg("smooth"),
+        "The load (rows, columns) float32 behind pressure (rows, columns) float32 that a sensing layer shows, and the held load after\n"
+        "the load last and held (rows, columns) float32 of the last frame, NaN where unknown. share, from 0 to 0.9: of the held load in what is shown; reach, in\n"
+        "the pressure's unit, and relative, of the load, from 0 to 1: farthest distance of load and held load; crept: part of the way\n"
+        "to the load that the held load goes between frames; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
     module.def(
         "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("touched"), py::kw_only(), py::arg("around"),
         "Sum, its mean row and column, of pressure (rows, columns) float32 over the touched (rows, columns) bool taxels and those within\n"

@@ -18,7 +18,7 @@ from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
 from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
-from .hysteresis import NOISE_GAIN, Hysteresis
+from .hysteresis import Hysteresis
 from .imprint import ImprintMotion, ImprintTracker, SeenPressure
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
@@ -148,7 +148,7 @@ class TaxelEstimator:
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
         self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
-        self._hysteresis = Hysteresis(settings.response.hysteresis, settings.response.relaxation)
+        self._hysteresis = Hysteresis(settings.response.loop)
         self._tracker, self._direction = ContactTracker(), ContinuousDirection()
         self._stamp_s: float | None = None
         self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
@@ -179,7 +179,7 @@ class TaxelEstimator:
         change = self.baseline.change(frame)
         repaired = self._dead.repaired(change, sigma)
         pressure = self._hysteresis.undone(response.pressure(repaired), interval)
-        noise = sigma * response.slope(_NOISE_AT * sigma) * (NOISE_GAIN if response.hysteresis else 1.0)
+        noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
         full = frame >= _FULL * self.array.full_scale

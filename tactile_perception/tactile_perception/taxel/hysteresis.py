@@ -1,76 +1,115 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Load of a taxel from the load that its sensing layer shows: play with relaxation, and its inverse.
+"""Load of a taxel from the load that its sensing layer shows: a part of it held by play with relaxation, and its inverse.
 
-The layer follows a load only where it differs by more than the loop's half width (play operator, Visintin 1994), and creeps towards a
-load that rests.
+A part of what the layer shows is a held load, which stays until the load is farther from it than its reach, follows at that distance (play
+operator, Visintin 1994), and creeps towards a load that rests. The reach may grow with the load.
 """
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from .._core import taxel_undone
+from ..errors import BadArgument
 
-_WIDTHS, _RELAXATIONS = np.linspace(0, 0.1, 41), np.geomspace(0.05, 10, 17)  # of the largest load; s: tried in the fit. Chosen
+# Tried in the fit: parts held; reaches, of the largest load, and of each load; s. Chosen: of a layer that holds more than half of its
+# changes a frame shows too little to tell the load; one that comes back through less than the whole range shows its reach.
+_SHARES, _REACHES = (0.5, 0.25, 0.12, 0.06), (0.0, 0.005, *np.geomspace(0.01, 0.32, 11).tolist())
+_RELATIVE = (0.0, 0.04, 0.08, 0.16, 0.32)
+_FARTHEST = 0.5  # of the largest load, up to which both reaches together are tried. Derived: farther, it is not seen on the way back
+_RELAXATIONS = np.geomspace(0.1, 10, 9).tolist()
 _BETTER = 0.7  # of the residuals without a loop, below which those with one must be. Chosen: noise alone gains a few percent
+# Of the residuals of the largest share, below which those of a smaller one must be. Chosen: a fitted curve that is not quite that of the
+# layer looks like a small share with a far reach.
+_SOFTER = 0.8
 _RESTED_S = 1e6  # s, before the first load
-NOISE_GAIN = 1.3  # noise of the loads over that of what is shown. Derived: the hidden part repeats the noise, blurred by a taxel
+_NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise. Derived: it is blurred by a taxel
 _SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours tell together whether their load rises or falls. Chosen
 
 
-def shown(loads: np.ndarray, intervals: np.ndarray, width: float, relaxation: float) -> np.ndarray:
-    """What the layer shows (N,) of loads (N,) that follow each other after intervals (N,) s; width: half of the loop's, in the loads' unit;
-    relaxation: s."""
-    found, stuck = np.empty(len(loads)), 0.0
-    for k, (load, interval) in enumerate(zip(loads.tolist(), intervals.tolist())):
-        stuck = min(max(stuck, load - width), load + width)
-        stuck += (load - stuck) * -np.expm1(-interval / relaxation)
-        found[k] = stuck
-    return found
+@dataclass(frozen=True)
+class Loop:
+    """The loop between rising and falling loads.
+
+    share: part of the held load in what is shown, 0 for no loop; reach: Pa, and relative: part of the load, farthest distance of load and
+    held load; relaxation: s, in which the held load comes to a load that rests. Raises BadArgument for numbers that are no loop.
+    """
+
+    share: float = 0.0
+    reach: float = 0.0
+    relative: float = 0.0
+    relaxation: float = 1.0
+
+    def __post_init__(self):
+        if not (0 <= self.share <= 0.9 and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: a loop needs a share from 0 to 0.9, a reach of at least 0, a relative reach from 0 to 1 '
+                              f'and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
+
+    def width(self, load: float) -> float:
+        """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
+        return 2 * self.share * min(self.reach + self.relative * load, 0.5 * load)
+
+    @property
+    def noise_gain(self) -> float:
+        """Noise of the loads over that of what is shown."""
+        return 1 + _NOISE * self.share / (1 - self.share)
+
+    def shown(self, loads: np.ndarray, intervals: np.ndarray) -> np.ndarray:
+        """What the layer shows (N,) of loads (N,), Pa, that follow each other after intervals (N,) s."""
+        found, held, last = np.empty(len(loads)), 0.0, 0.0
+        for k, (load, interval) in enumerate(zip(loads.tolist(), intervals.tolist())):
+            held += (last - held) * -math.expm1(-interval / self.relaxation)
+            reach = self.reach + self.relative * max(load, 0.0)
+            held = min(max(held, load - reach), load + reach)
+            found[k], last = (1 - self.share) * load + self.share * held, load
+        return found
 
 
-def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
-    """Half of the loop's width, in the unit of loads, and relaxation, s, by loads (N,) at times (N,) s in their order, some of them rising
-    and some falling.
+def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: np.ndarray) -> Loop:
+    """The loop by loads (N,), Pa, at times (N,) s in their order, some of them rising and some falling.
 
-    terms: (N, K), nonnegative combinations of which are what the layer shows; weights: (N,) of the residuals, 0 to leave one out. (0, 1)
-    where a loop does not explain the loads much better than none.
+    terms: (N, K), nonnegative combinations of which are what the layer shows; weights: (N,) of the residuals, 0 to leave one out. No loop
+    where one does not explain the loads much better than none.
     """
     from scipy.optimize import nnls  # calibration alone needs it
     intervals, unit = np.diff(times, prepend=times[0] - _RESTED_S), np.maximum(np.abs(terms).max(axis=0), 1e-300)
+    most = float(loads.max())
 
-    def left(width: float, relaxation: float) -> float:
-        return nnls(terms / unit * weights[:, None], shown(loads, intervals, width, relaxation) * weights)[1]
-    tried = {(0.0, 1.0): left(0.0, 1.0)}
-    tried |= {(w, r): left(w, r) for w in (loads.max() * _WIDTHS[1:]).tolist() for r in _RELAXATIONS.tolist()}
-    best = min(tried, key=tried.get)
-    return best if tried[best] < _BETTER * tried[0.0, 1.0] else (0.0, 1.0)
+    def left(loop: Loop) -> float:
+        return nnls(terms / unit * weights[:, None], loop.shown(loads, intervals) * weights)[1]
+    best: list[tuple[float, Loop]] = []
+    tried = [one for one in product(_REACHES, _RELATIVE, _RELAXATIONS) if 0 < one[0] + one[1] <= _FARTHEST]
+    for share in _SHARES:
+        loops = [Loop(share, most * reach, relative, relaxation) for reach, relative, relaxation in tried]
+        residuals = [left(loop) for loop in loops]
+        best.append((min(residuals), loops[int(np.argmin(residuals))]))
+    least, loop = min(best[1:], key=lambda one: one[0])
+    if least > _SOFTER * best[0][0]:
+        least, loop = best[0]
+    return loop if least < _BETTER * left(Loop()) else Loop()
 
 
 class Hysteresis:
-    """Undoes play frame by frame. width: Pa, half of the loop's; relaxation: s."""
+    """Undoes a loop frame by frame."""
 
-    def __init__(self, width: float, relaxation: float):
-        self._width, self._relaxation = width, relaxation
+    def __init__(self, loop: Loop):
+        self._loop = loop
         self.reset()
 
     def reset(self) -> None:
         """Forget earlier frames: loads are as shown."""
-        self._last: np.ndarray | None = None
+        self._load: np.ndarray | None = None
 
     def undone(self, pressure: np.ndarray, interval_s: float) -> np.ndarray:
-        """The load (rows, columns) Pa behind the pressure (rows, columns) float32 that is shown, interval_s after the last frame.
-
-        What the layer hides grows with each change until it is the loop's half width, and creeps out.
-        """
-        if not self._width:
+        """The load (rows, columns) Pa behind the pressure (rows, columns) float32 that is shown, interval_s after the last frame."""
+        loop = self._loop
+        if not loop.share:
             return pressure
-        if self._last is None:
-            self._last, self._hidden = pressure, np.zeros_like(pressure)
-            return pressure
-        load, self._hidden = taxel_undone(pressure, self._last, self._hidden, width=self._width,
-                                          crept=-math.expm1(-interval_s / self._relaxation), smooth=_SMOOTH)
-        self._last = pressure
-        return load
+        last, held = (pressure, pressure) if self._load is None else (self._load, self._held)
+        self._load, self._held = taxel_undone(pressure, last, held, share=loop.share, reach=loop.reach, relative=loop.relative,
+                                              crept=-math.expm1(-interval_s / loop.relaxation), smooth=_SMOOTH)
+        return self._load

@@ -200,7 +200,7 @@ class ImprintTracker:
             if pulled < _RELEASED:
                 self._watch.release()
             return False
-        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2])
+        found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped)
         smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction
         if smooth and (found.slides or not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)):
             self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._core import taxel_pressure
 from ..errors import BadArgument, BadCalibration
+from .hysteresis import Loop
 
 _KNEE = 0.05  # of the largest calibrated change, below which pressure may rise faster (a sensor with a dead zone). Chosen
 _FEWEST = 3  # loads. Chosen: one for each coefficient of the curve
@@ -25,8 +26,8 @@ class Response:
     """pressure = scale[0] c + scale[1] c |c| + scale[2] c knee / (|c| + knee), Pa, of a change c of the value over the taxel's gain.
 
     gain: (rows, columns), mean about 1, None for 1; zero: (rows, columns) untouched values, None if unknown; known: whether pressure is in
-    Pa, else in the sensor's units; hysteresis: Pa, half of the width of the loop between rising and falling loads, 0 if unknown;
-    relaxation: s in which a load that rests leaves it. Raises BadArgument for a scale with which pressure would not rise.
+    Pa, else in the sensor's units; loop: between rising and falling loads. Raises BadArgument for a scale with which pressure would not
+    rise.
     """
 
     scale: tuple[float, float, float] = (1.0, 0.0, 0.0)
@@ -34,16 +35,12 @@ class Response:
     gain: np.ndarray | None = None
     known: bool = False
     zero: np.ndarray | None = None
-    hysteresis: float = 0.0
-    relaxation: float = 1.0
+    loop: Loop = Loop()
 
     def __post_init__(self):
         if not (len(self.scale) == 3 and np.isfinite(self.scale).all() and min(self.scale) >= 0 and any(self.scale) and self.knee > 0):
             raise BadArgument(f'taxel response: scale must be three finite numbers, none negative and not all 0, and knee positive, got '
                               f'{self.scale}, {self.knee}')
-        if not (0 <= self.hysteresis < np.inf and 0 < self.relaxation < np.inf):
-            raise BadArgument(f'taxel response: hysteresis must not be negative and relaxation must be positive, got {self.hysteresis}, '
-                              f'{self.relaxation}')
 
     @cached_property
     def _by_gain(self) -> np.ndarray | None:

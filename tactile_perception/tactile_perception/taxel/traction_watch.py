@@ -34,6 +34,9 @@ _WENT = 0.03  # thicknesses, up to which a motion was none but noise. Chosen
 _CURVED = 0.85
 _SEEN = 0.1  # traction over pressure that must be seen at least, to tell rolling. Chosen: a sixth of the usual friction
 _ROLLED = 0.15  # taxels of motion without traction, from which a curved object rolls. Chosen: traction is seen at a third of that
+# The traction of an object that sticks grows with its motion. What a sensing layer that lags shows of one that rolls appears at once, and
+# stays. Taxels of motion at the end, part of the growth, and of the friction, below both of which the object rolls. Chosen.
+_SHOWN, _GROWS, _HOLDS = 0.4, 0.5, 0.3
 
 
 def is_curved(pressure: np.ndarray, touched: np.ndarray, direction: np.ndarray) -> bool:
@@ -58,6 +61,7 @@ class TractionWatch:
 
     def __init__(self, array: TaxelArray, pad: SoftPad):
         self._thickness = pad.thickness / array.pitch
+        self._friction = pad.friction
         self._rule = {'reach': min(math.ceil(_REACH * self._thickness), max(array.shape)), 'thickness': self._thickness,
                       'spreads': np.array(SPREADS) * [1, self._thickness]}
         self.reset()
@@ -71,6 +75,7 @@ class TractionWatch:
         self._before: np.ndarray | None = None
         self._frames = 0
         self._share: np.ndarray | None = None
+        self._early: tuple[float, float] | None = None  # traction, and motion in taxels, when it first had gone as far as to tell
         self._went = 0.0
 
     def rest(self, pressure: np.ndarray, same_load: bool) -> None:
@@ -86,10 +91,12 @@ class TractionWatch:
         """The object of the last picture at rest has hardly any traction: that of the next motion is told anew."""
         self._pulls, self._loose = False, True
 
-    def follow(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray) -> TractionState:
+    def follow(self, pressure: np.ndarray, touched: np.ndarray, sigma: float, direction: np.ndarray,
+               clipped: bool = False) -> TractionState:
         """What the traction of an object does that moves in a direction (2,).
 
-        pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure.
+        pressure: (rows, columns); touched: (rows, columns) bool; sigma: noise of a taxel's pressure; clipped: whether taxels are
+        saturated, so that what is curved looks flat.
         """
         if min(pressure.shape) < _SMALLEST:
             return TractionState(False, False)
@@ -113,24 +120,35 @@ class TractionWatch:
         least = max(_MISSING, _SIGMAS * self._noise * sigma)
         slides = self._straight and way > self._from and self._most > least and self._most - now > least
         towards = (shift[0] / went, shift[1] / went) if went > 0 else along
-        rolls = self._roll(_dot(traction, towards), least, went, lambda: is_curved(pressure, touched, np.array(towards)))
+        rolls = self._roll(_dot(traction, towards), least, went, lambda: is_curved(pressure, touched, np.array(towards)), clipped)
         if went > (_OFTEN if self._rolls else 1.0) * _FARTHEST:
             self._loose = False
             self._forget()
             self.rest(pressure, True)
         return TractionState(slides, rolls)
 
-    def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool]) -> bool:
+    def _roll(self, traction: float, least: float, shift: float, curved: Callable[[], bool], clipped: bool) -> bool:
         """Whether the object rolls, or is still to show by its traction that it does not; shift: taxels; curved: tells whether the face
-        is."""
+        looks so; clipped: see follow."""
         if traction > (2 if self._rolls else 1) * least:  # growth and load disturb what is seen of one that rolls on
             self._pulls, self._rolls = True, False
-        if self._rolls and shift > _ROLLED and not curved():
+        if self._pulls and self._loose:
+            self._pulls = self._is_held(traction, shift)
+        if self._rolls and shift > _ROLLED and not (clipped or curved()):
             self._rolls = False
         if self._pulls or self._rolls or not (self._loose and least <= _SEEN and curved()):
             return self._rolls
         self._rolls = shift > _ROLLED
         return True
+
+    def _is_held(self, traction: float, shift: float) -> bool:
+        """Whether the traction that is seen grows with the motion, as that of an object that sticks, or is that of friction."""
+        if shift > _ROLLED and self._early is None:
+            self._early = traction, shift
+        if shift < _SHOWN or self._early is None or traction > _HOLDS * self._friction:
+            return True
+        early, begin = self._early
+        return traction - early > _GROWS * traction * (1 - begin / shift)
 
     def _begin(self, touched: np.ndarray) -> None:
         """Least squares by the picture before the motion: its slopes, turn, growth, load, and the pressure of an even traction."""

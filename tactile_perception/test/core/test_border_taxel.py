@@ -24,8 +24,9 @@ CALLS = {
                    {'pressure': PRESSURE, 'touched': TOUCHED}),
     'taxel_pressure': (lambda change=SCORE, by_gain=PRESSURE: [_core.taxel_pressure(change, by_gain, scale=(1.0, 2.0, 3.0), knee=0.1)],
                        {'change': SCORE, 'by_gain': PRESSURE}),
-    'taxel_undone': (lambda pressure=PRESSURE, last=SCORE, hidden=SCORE: _core.taxel_undone(
-        pressure, last, hidden, width=5.0, crept=0.1, smooth=1.0), {'pressure': PRESSURE, 'last': SCORE, 'hidden': SCORE}),
+    'taxel_undone': (lambda pressure=PRESSURE, last=SCORE, held=SCORE: _core.taxel_undone(
+        pressure, last, held, share=0.5, reach=5.0, relative=0.1, crept=0.1, smooth=1.0),
+                     {'pressure': PRESSURE, 'last': SCORE, 'held': SCORE}),
     'taxel_spread': (lambda pressure=PRESSURE, touched=TOUCHED, direction=np.ones(2): [
         np.float64(_core.taxel_spread(pressure, touched, direction))], {'pressure': PRESSURE, 'touched': TOUCHED, 'direction': np.ones(2)}),
     'taxel_without_traction': (lambda pressure=PRESSURE, traction=SCORE: [_core.taxel_without_traction(pressure, traction, unit=2.0)],

@@ -228,7 +228,7 @@ def test_the_moment_of_a_heavy_grasp():
     pulled = 0.8 * specimen.grip * specimen.press * depth / specimen.pull
     path = ((0.0, 0, -1e-4), (0.4, 0, -1e-4), (0.7, 0, depth), (1.2, pulled, depth), (1.4, pulled, depth))
     scene = TaxelScene(TaxelScript('bar', tuple(Key(t, 4e-3 + x, -3e-3, 0.3, down) for t, x, down in path)), 40.0, 0, specimen,
-                       InkSpecimen(uneven=0.0, slack=0.0))
+                       InkSpecimen(uneven=0.0, loop=0.0, memory=0.0))
     pad = SoftPad(specimen.thickness, specimen.press * specimen.thickness, specimen.pull * specimen.thickness, specimen.grip)
     estimator = TaxelEstimator(ARRAY, pad, KNOWN)
     for k in range(scene.frames):

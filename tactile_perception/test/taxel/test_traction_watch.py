@@ -72,6 +72,11 @@ def test_a_sphere_that_slides_after_it_rolled_is_told_by_its_traction():
     assert all(found[:14]) and not any(found[-3:])
 
 
+def test_a_traction_that_appears_at_once_and_stays_small_is_of_a_layer_that_lags():
+    assert all(rolling([0.03, 0.06, *[0.1] * 14])[11:])
+    assert not any(rolling([0.03, 0.06, *[0.3] * 14])[4:])
+
+
 def test_a_sphere_that_never_rested_and_a_bar_are_not_told_to_roll():
     assert not any(rolling(np.zeros(10), rested=0))
     assert not any(state.rolls for state in followed(np.zeros(10)))

@@ -69,19 +69,21 @@ class PadSpecimen:
 @dataclass(frozen=True)
 class InkSpecimen:
     """counts_per_pascal: mean gain; uneven: standard deviation of the taxels' gains; offset: mean untouched counts; noise: standard
-    deviation, counts; slack: Pa, largest hysteresis; creep: s, in which it is lost; bits: of the converter."""
+    deviation, counts; loop: part of a change of load that is held back; memory: part of a load that is shown late; fades: s, in which
+    both are lost; bits: of the converter."""
 
     counts_per_pascal: float = 1 / 500
     uneven: float = 0.05
     offset: float = 1.8
     noise: float = 0.6
-    slack: float = 900.0
-    creep: float = 0.8
+    loop: float = 0.08
+    memory: float = 0.02
+    fades: float = 0.8
     bits: int = 8
 
 
 #: Another sensor: stiffer pad, rougher, of noisier ink with wider hysteresis.
-DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkSpecimen(1 / 420, 0.09, 3.0, 0.9, 2200.0, 0.5))
+DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkSpecimen(1 / 420, 0.09, 3.0, 0.9, 0.16, 0.04, 0.5))
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,9 @@ def _splat(feet: np.ndarray, load: np.ndarray, shape: tuple[int, int]) -> np.nda
     return image.reshape(shape).astype(np.float32)
 
 
+_REACH = 1.2e4  # Pa, change of a load after which the ink holds back no more of it. Chosen: a tenth of the range
+
+
 class Ink:
     """Pressure sensitive ink. shape: (rows, columns); seed: of irregularities and noise; rate: frames/s; dead_rows: rows that read 0."""
 
@@ -189,15 +194,20 @@ class Ink:
         self._offset = rng.gamma(1.2, specimen.offset / 1.2, shape)
         self._noise, self._sigma = np.random.default_rng([seed, 23]), specimen.noise
         self._largest, self._dead = 2**specimen.bits - 1, list(dead_rows)
-        self._slack = specimen.slack
-        self._creep = 1 - np.exp(-1 / (rate * specimen.creep))
-        self._stuck = np.zeros(shape)
+        self._loop, self._memory = specimen.loop, specimen.memory
+        self._fades = 1 - np.exp(-1 / (rate * specimen.fades))
+        self._held, self._late, self._last = np.zeros(shape), np.zeros(shape), np.zeros(shape)
 
     def read(self, load: np.ndarray) -> np.ndarray:
-        """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads by hysteresis and creep."""
-        self._stuck = np.clip(self._stuck, load - self._slack, load + self._slack)
-        self._stuck += self._creep * (load - self._stuck)
-        value = self._gain * np.maximum(self._stuck, 0) + self._offset + self._noise.normal(0, self._sigma, load.shape)
+        """Counts (rows, columns), uint8 or uint16, of load (rows, columns), Pa. Depends on earlier loads: the grains of the ink rub against
+        each other (Dahl 1968), and a part follows late."""
+        change, self._last = load - self._last, load
+        limit = np.copysign(_REACH, change)
+        self._held = limit - (limit - self._held) * np.exp(-np.abs(change) / _REACH)
+        self._held -= self._fades * self._held
+        self._late += self._fades * (load - self._late)
+        shown = load - self._loop * self._held + self._memory * (self._late - load)
+        value = self._gain * np.maximum(shown, 0) + self._offset + self._noise.normal(0, self._sigma, load.shape)
         whole = np.clip(np.round(value), 0, self._largest)
         whole[self._dead] = 0
         return whole.astype(np.uint8 if self._largest < 256 else np.uint16)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +12,19 @@ import numpy as np
 from ...errors import BadArgument, BadCalibration
 from .format import AGAIN, CalibrationFile, Specimen, read_calibration, write_calibration
 from ...taxel.array import TaxelArray
+from ...taxel.hysteresis import Loop
 from ...taxel.response import Response
 
 SENSOR = 'taxel_array'
 UNITS = {'scale': 'Pa of the value, of its square, of its knee', 'gain': '1', 'zero, knee': 'values', 'residuals': '1', 'force': 'N',
-         'hysteresis': 'Pa, half of the loop', 'relaxation': 's'}
+         'loop': 'share 1, reach Pa, relative 1, relaxation s'}
 
 
 def write_taxels(path: str | Path, response: Response, residuals: dict, span: dict, left_out: list[str],
                  specimen: Specimen = Specimen(), outliers: Sequence[str] = ()) -> None:
     """Write a response; left_out, outliers: one line each. Raises BadCalibration or OSError as write_calibration does."""
     fitted = {'scale': [float(value) for value in response.scale], 'knee': float(response.knee),
-              'hysteresis': float(response.hysteresis), 'relaxation': float(response.relaxation)}
+              'loop': {name: float(value) for name, value in asdict(response.loop).items()}}
     for name in ('gain', 'zero'):
         if getattr(response, name) is not None:
             fitted[name] = np.asarray(getattr(response, name), float).tolist()
@@ -43,8 +45,8 @@ def read_taxels(path: str | Path, array: TaxelArray, values: Mapping | None = No
         if 'gain' in maps and not (maps['gain'] > 0).all():
             raise ValueError('gain must be positive')
         return Response(tuple(float(value) for value in fitted['scale']), float(fitted['knee']), known=True, **maps,
-                        hysteresis=float(fitted.get('hysteresis', 0.0)), relaxation=float(fitted.get('relaxation', 1.0)))
-    except (KeyError, TypeError, ValueError, BadArgument) as error:
+                        loop=Loop(**{name: float(value) for name, value in fitted['loop'].items()}))
+    except (AttributeError, KeyError, TypeError, ValueError, BadArgument) as error:
         if isinstance(error, BadCalibration):
             raise
         raise BadCalibration(f'{path}: fitted numbers are missing or wrong ({error}); {AGAIN}') from None

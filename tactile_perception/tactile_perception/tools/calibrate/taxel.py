@@ -22,7 +22,7 @@ from ...parameters.file import read_parameters
 from ...parameters.taxel import TAXEL_PARAMETERS, taxel_array
 from ...taxel.array import TaxelArray
 from ...taxel.repair import dead_mask, fill
-from ...taxel.hysteresis import Hysteresis, fit_loop, shown
+from ...taxel.hysteresis import Hysteresis, Loop, fit_loop
 from ...taxel.response import Response, fit_gains, fit_response, force_terms
 
 _SAME = 0.02  # chosen: relative difference below which loads count as equal
@@ -106,31 +106,21 @@ def _frames(bag: Path, array: TaxelArray, namespace: str, left_out: list[str]):
                 waiting = None
 
 
-@dataclass(frozen=True)
-class Loop:
-    """Hysteresis of the sensor. width: Pa, half of the loop's; relaxation: s; shown: (N,) N, what of each load the sensor shows."""
-
-    width: float
-    relaxation: float
-    shown: np.ndarray
-
-
 def loaded_areas(changes: np.ndarray, taxel_area: float) -> np.ndarray:
     """m^2 under each load: that of even pressure with the same sum and sum of squares of changes (N, rows, columns)."""
     flat = np.maximum(changes, 0).reshape(len(changes), -1)
     return taxel_area * flat.sum(axis=1)**2 / np.maximum((flat**2).sum(axis=1), 1e-12)
 
 
-def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> Loop:
-    """The loop between rising and falling loads; a width of 0 where the loads show none. Times between recordings count as rest."""
+def find_loop(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> tuple[Loop, np.ndarray]:
+    """The loop between rising and falling loads, and (N,) N, what of each load the sensor shows. Times between recordings count as rest."""
     known = np.isfinite(loads.forces) & (loads.forces > 0)
     areas = loaded_areas(loads.changes, array.taxel_area)
     terms = force_terms(loads.changes, array.taxel_area, gain)[0] / areas[:, None]
     weights = np.where(known, areas / (loads.forces + _LIGHT * loads.forces.max()), 0)
     times = _rested(loads)
-    width, relaxation = fit_loop(times, loads.forces / areas, terms, weights)
-    seen = shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6), width, relaxation) * areas
-    return Loop(width, relaxation, seen)
+    loop = fit_loop(times, loads.forces / areas, terms, weights)
+    return loop, loop.shown(loads.forces / areas, np.diff(times, prepend=times[0] - 1e6)) * areas
 
 
 def _rested(loads: Loads) -> np.ndarray:
@@ -138,31 +128,33 @@ def _rested(loads: Loads) -> np.ndarray:
     return loads.times - loads.times.min() + 1e6 * loads.bags
 
 
-def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop) -> np.ndarray:
-    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where other folds do not determine the response."""
+def held_out_errors(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> np.ndarray:
+    """Cross-validation errors (N,) of the forces, relative, with the loop undone; NaN where other folds do not determine the response.
+
+    loop, shown: see find_loop.
+    """
     seen, held_out = np.full(len(loads.forces), np.nan), loads.levels % _PARTS
     areas, times = loaded_areas(loads.changes, array.taxel_area), _rested(loads)
     for part in range(_PARTS):
         out = held_out == part
         try:
-            response, _ = fit_response(loads.changes[~out], loop.shown[~out], array.taxel_area, gain)
+            response, _ = fit_response(loads.changes[~out], shown[~out], array.taxel_area, gain)
         except BadCalibration:
             continue
         seen[out] = [response.pressure(np.maximum(change, 0)).sum() * array.taxel_area for change in loads.changes[out]]
-    if not loop.width or np.isnan(seen).any():
+    if not loop.share or np.isnan(seen).any():
         return seen / loads.forces - 1
-    undo, found = Hysteresis(loop.width, loop.relaxation), []
+    undo, found = Hysteresis(loop), []
     undo.undone(np.zeros((1, 1), np.float32), 0.0)
     for pressure, interval in zip(seen / areas, np.diff(times, prepend=times[0])):
         found.append(float(undo.undone(np.full((1, 1), pressure, np.float32), float(interval))[0, 0]))
     return np.array(found) * areas / loads.forces - 1
 
 
-def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None) -> Response:
-    """The response to loads, with the loop and the untouched values."""
-    loop = find_loop(loads, array, gain)
-    response, _ = fit_response(loads.changes, loop.shown, array.taxel_area, gain)
-    return replace(response, hysteresis=loop.width, relaxation=loop.relaxation, zero=None if loads.zero is None else np.float32(loads.zero))
+def calibrated_response(loads: Loads, array: TaxelArray, gain: np.ndarray | None, loop: Loop, shown: np.ndarray) -> Response:
+    """The response to loads, with the loop and the untouched values. loop, shown: see find_loop."""
+    response, _ = fit_response(loads.changes, shown, array.taxel_area, gain)
+    return replace(response, loop=loop, zero=None if loads.zero is None else np.float32(loads.zero))
 
 
 def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: str = '', serial: str = '') -> str:
@@ -174,16 +166,18 @@ def calibrate_taxels(bags: list[Path], params: Path, output: Path, namespace: st
     array = taxel_array(values)
     loads = read_loads(bags, array, dead_mask(array.shape, [n for n in values['dead_taxels'] if n >= 0]), namespace)
     gain = fit_gains(loads.changes)
-    response = calibrated_response(loads, array, gain)
-    errors = held_out_errors(loads, array, gain, find_loop(loads, array, gain))
+    loop, shown = find_loop(loads, array, gain)
+    response = calibrated_response(loads, array, gain, loop, shown)
+    errors = held_out_errors(loads, array, gain, loop, shown)
     residuals = {'held_out_force_mean': float(np.nanmean(np.abs(errors))) if np.isfinite(errors).any() else float('nan'),
                  'held_out_force_largest': float(np.nanmax(np.abs(errors))) if np.isfinite(errors).any() else float('nan')}
     span = {'force': [float(loads.forces.min()), float(loads.forces.max())]}
+    most = float(np.max(loads.forces / loaded_areas(loads.changes, array.taxel_area)))
     held_out = held_out_residuals(loads, array, errors)
     standing_out = outliers(held_out[:1])
     write_taxels(output, response, residuals, span, loads.left_out, Specimen(serial, values), standing_out)
     shown = [*held_out, *_gains(response, array)]
-    return '\n'.join([report(loads, response, residuals, output), *report_residuals(shown, standing_out, output, 'taxel array')])
+    return '\n'.join([report(loads, response, residuals, output, most), *report_residuals(shown, standing_out, output, 'taxel array')])
 
 
 def held_out_residuals(loads: Loads, array: TaxelArray, errors: np.ndarray) -> list[Residuals]:
@@ -209,14 +203,14 @@ def _gains(response: Response, array: TaxelArray) -> list[Residuals]:
     return [Residuals('gain, off from 1', '%', 100 * (response.gain.ravel() - 1), np.stack([x, y], axis=1), ('x (mm)', 'y (mm)'), ())]
 
 
-def report(loads: Loads, response: Response, residuals: dict, output: Path) -> str:
-    """The report of the fit."""
+def report(loads: Loads, response: Response, residuals: dict, output: Path, most: float) -> str:
+    """The report of the fit; most: Pa, largest load."""
     lines = [f'{len(np.unique(loads.levels))} loads, {loads.forces.min():.3g} to {loads.forces.max():.3g} N',
              'gain of each taxel: ' + ('from loads that cover all of them' if response.gain is not None else 'unknown, no load covered all '
                                        'of them evenly; taken as equal'),
              'untouched values: ' + ('known' if loads.zero is not None else 'not recorded; taken from the first frames at start'),
-             'loop between rising and falling loads: ' + (f'{2 * response.hysteresis:.0f} Pa wide, forgotten within '
-                                                          f'{response.relaxation:.2g} s' if response.hysteresis else 'none seen'),
+             'loop between rising and falling loads: ' + (f'up to {response.loop.width(most):.0f} Pa wide, forgotten within '
+                                                          f'{response.loop.relaxation:.2g} s' if response.loop.share else 'none seen'),
              f'normal force of held-out loads: error {residuals["held_out_force_mean"]:.1%} mean, '
              f'{residuals["held_out_force_largest"]:.1%} largest']
     return '\n'.join([*lines, *[f'left out: {line}' for line in loads.left_out[:10]], f'written: {output}'])

@@ -5,11 +5,12 @@ import pytest
 from tactile_perception.calibration.files.taxel import read_taxels, write_taxels
 from tactile_perception.errors import BadCalibration
 from tactile_perception.taxel.array import TaxelArray
+from tactile_perception.taxel.hysteresis import Loop
 from tactile_perception.taxel.response import Response
 
 ARRAY = TaxelArray(3, 4, 1e-3)
 RESPONSE = Response((400.0, 0.3, 150.0), 12.5, np.linspace(0.9, 1.1, 12).reshape(3, 4), True, np.arange(12.0).reshape(3, 4),
-                    1750.0, 0.4)
+                    Loop(0.25, 1750.0, 0.04, 0.4))
 
 
 @pytest.fixture
@@ -21,14 +22,15 @@ def path(tmp_path):
 def test_what_is_written_is_read(path):
     found = read_taxels(path, ARRAY)
     assert found.scale == pytest.approx(RESPONSE.scale) and found.knee == 12.5 and found.known
-    assert (found.hysteresis, found.relaxation) == (1750.0, 0.4)
+    assert found.loop == RESPONSE.loop
     assert found.gain == pytest.approx(RESPONSE.gain, rel=1e-6) and found.zero == pytest.approx(RESPONSE.zero)
 
 
 def test_another_array_and_broken_numbers_are_refused(path):
     with pytest.raises(BadCalibration, match='3 x 4'):
         read_taxels(path, TaxelArray(4, 4, 1e-3))
-    for old, new in (('400.0', '.nan'), ('150.0', '-150.0'), ('knee: 12.5', 'knee: 0.0')):
+    for old, new in (('400.0', '.nan'), ('150.0', '-150.0'), ('knee: 12.5', 'knee: 0.0'), ('share: 0.25', 'share: 2.0'),
+                     ('share: 0.25', 'part: 0.25')):
         broken = path.with_name('broken.yaml')
         broken.write_text(path.read_text().replace(old, new, 1))
         with pytest.raises(BadCalibration):
