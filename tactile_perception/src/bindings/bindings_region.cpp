@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Python bindings of the kernels of contact regions: outlines, moments, the contact's point; see bindings.cpp.
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
+#include "common/all_within.hpp"
 #include "common/grid_normals.hpp"
 #include "common/outlines.hpp"
 #include "common/planar_twist.hpp"
@@ -167,15 +167,12 @@ py::tuple twist(const py::object& place, const py::object& velocity, double far)
     return py::make_tuple(output(found.linear, {2}), found.turn, output(found.centre, {2}));
 }
 
-bool all_within(const py::object& values, double most) {
+bool none_beyond(const py::object& values, double most) {
     const char* needed = "values: an array of float64 with up to three dimensions is needed";
     if (!py::isinstance<py::array_t<double>>(values) || py::array(values).ndim() > 3) throw py::value_error(needed);
     const auto given = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
     if (!given) throw py::error_already_set();
-    const double* at = given.data();
-    bool all = true;
-    for (py::ssize_t k = 0; k < given.size(); ++k) all &= std::abs(at[k]) <= most;
-    return all;
+    return all_within(given.data(), given.size(), most);
 }
 
 }  // namespace
@@ -217,7 +214,7 @@ void bind_region(py::module_& module) {
                "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
     module.def("deepest_notch", &notch, py::arg("corners"),
                "Largest distance of one of a polygon's corners (M, 2) from the side of the convex hull that spans it.");
-    module.def("all_within", &all_within, py::arg("values"), py::kw_only(), py::arg("most") = std::numeric_limits<double>::max(),
+    module.def("all_within", &none_beyond, py::arg("values"), py::kw_only(), py::arg("most") = std::numeric_limits<double>::max(),
                "Whether no number of values, with up to three dimensions, is NaN or beyond most, by default none that is finite is.");
     module.def("planar_twist", &twist, py::arg("place"), py::arg("velocity"), py::kw_only(), py::arg("far"),
                "Velocity (2,) at the origin, angular velocity, and centre of rotation (2,), NaN for a translation, of velocity (N, 2) at\n"

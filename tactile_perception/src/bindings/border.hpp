@@ -50,14 +50,16 @@ class Input {
         py::ssize_t axis = 0;
         for (const py::ssize_t length : shape) fits = fits && (length == ANY || array.shape(axis) == length), ++axis;
         if (!fits) throw refused("the shape " + std::string(py::str(given.attr("shape"))));
-        array_ = py::array_t<T, py::array::c_style | py::array::forcecast>::ensure(array);
+        constexpr int AS_NEEDED = py::array::c_style | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
+        array_ = (array.flags() & AS_NEEDED) == AS_NEEDED ? py::reinterpret_borrow<Rows>(array) : Rows::ensure(array);
         if (!array_) throw py::error_already_set();
     }
     const T* data() const { return array_.data(); }
     py::ssize_t length(py::ssize_t axis = 0) const { return array_.shape(axis); }
 
  private:
-    py::array_t<T, py::array::c_style | py::array::forcecast> array_;
+    using Rows = py::array_t<T, py::array::c_style | py::array::forcecast>;
+    Rows array_;
 };
 
 // Returns a number within bounds, both included; NaN is never within.
