@@ -37,15 +37,27 @@ TACTILE_INLINE std::array<std::int32_t, ROWS> products(const std::int16_t* folde
 struct SeenRow {
     const std::uint8_t* middle;
     std::int16_t level;
-    TACTILE_INLINE Eight right(std::ptrdiff_t c) const { return UNITS * (Eight::of_pixels(middle + c) - level); }
-    TACTILE_INLINE Eight left(std::ptrdiff_t c) const { return UNITS * (Eight::of_pixels_back(middle - c) - level); }
+    template <std::ptrdiff_t COUNT>
+    TACTILE_INLINE Shorts<COUNT> right(std::ptrdiff_t c) const {
+        return UNITS * (Shorts<COUNT>::of_pixels(middle + c) - level);
+    }
+    template <std::ptrdiff_t COUNT>
+    TACTILE_INLINE Shorts<COUNT> left(std::ptrdiff_t c) const {
+        return UNITS * (Shorts<COUNT>::of_pixels_back(middle - c) - level);
+    }
 };
 
 // A row of a patch that was cut out.
 struct CutRow {
     const std::int16_t *values, *mirrored;
-    TACTILE_INLINE Eight right(std::ptrdiff_t c) const { return Eight(values + c); }
-    TACTILE_INLINE Eight left(std::ptrdiff_t c) const { return Eight(mirrored + c); }
+    template <std::ptrdiff_t COUNT>
+    TACTILE_INLINE Shorts<COUNT> right(std::ptrdiff_t c) const {
+        return Shorts<COUNT>(values + c);
+    }
+    template <std::ptrdiff_t COUNT>
+    TACTILE_INLINE Shorts<COUNT> left(std::ptrdiff_t c) const {
+        return Shorts<COUNT>(mirrored + c);
+    }
 };
 
 // Row r of a patch around a row of the image; of rows outside of the image, the outermost one.
@@ -71,8 +83,8 @@ TACTILE_WIDE void DiscPatch::cut(const Image& image, std::ptrdiff_t column, std:
         if (is_inside(image, column)) {
             const SeenRow seen{pixels + column, static_cast<std::int16_t>(level)};
             for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
-                seen.right(c).store(right + c);
-                seen.left(c).store(left + c);
+                seen.right<EIGHT>(c).store(right + c);
+                seen.left<EIGHT>(c).store(left + c);
             }
         } else {
             const auto at = [&](std::ptrdiff_t c) { return pixels[std::clamp<std::ptrdiff_t>(c, 0, image.columns - 1)]; };
@@ -117,18 +129,24 @@ TACTILE_WIDE void DiscPatch::subtract(double u, double v, double diameter, doubl
 
 // Sums and differences of pixels mirrored along v and along u. The middle row and column are added to themselves; the basis halves them.
 // What follows a row in the padding is overwritten by the next row, or multiplied by zeros of the basis.
+template <std::ptrdiff_t COUNT, class Row>
+TACTILE_INLINE void DiscPatch::fold_part(const Row& up, const Row& down, std::ptrdiff_t c, std::int16_t* out) const {
+    const std::ptrdiff_t next = sector_ + width_;  // sector
+    const Shorts<COUNT> above = up.template right<COUNT>(c), below = down.template right<COUNT>(c);
+    const Shorts<COUNT> above_left = up.template left<COUNT>(c), below_left = down.template left<COUNT>(c);
+    const Shorts<COUNT> even = below + above, odd = below - above, even_left = below_left + above_left, odd_left = below_left - above_left;
+    (even + even_left).store(out + c);
+    (even - even_left).store(out + next + c);
+    (odd + odd_left).store(out + 2 * next + c);
+    (odd - odd_left).store(out + 3 * next + c);
+}
+
 template <class Row>
 TACTILE_INLINE void DiscPatch::fold(const Row& up, const Row& down, std::ptrdiff_t r) {
-    const std::ptrdiff_t next = sector_ + width_;  // sector
     std::int16_t* out = folded_.data() + r * quarter_;
-    for (std::ptrdiff_t c = 0; c < width_; c += EIGHT) {
-        const Eight even = down.right(c) + up.right(c), odd = down.right(c) - up.right(c);
-        const Eight even_left = down.left(c) + up.left(c), odd_left = down.left(c) - up.left(c);
-        (even + even_left).store(out + c);
-        (even - even_left).store(out + next + c);
-        (odd + odd_left).store(out + 2 * next + c);
-        (odd - odd_left).store(out + 3 * next + c);
-    }
+    std::ptrdiff_t c = 0;
+    for (; c + SIXTEEN <= width_; c += SIXTEEN) fold_part<SIXTEEN>(up, down, c, out);
+    if (c < width_) fold_part<EIGHT>(up, down, c, out);
 }
 
 TACTILE_INLINE void DiscPatch::project(float* out) const {

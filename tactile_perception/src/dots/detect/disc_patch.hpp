@@ -31,6 +31,8 @@ class DiscPatch {
  private:
     // Whether the columns of a patch around one are inside the image.
     bool is_inside(const Image& image, std::ptrdiff_t column) const { return column >= width_ && column + width_ <= image.columns; }
+    template <std::ptrdiff_t COUNT, class Row>
+    void fold_part(const Row& up, const Row& down, std::ptrdiff_t c, std::int16_t* out) const;
     template <class Row>
     void fold(const Row& up, const Row& down, std::ptrdiff_t r);
     void project(float* out) const;
