@@ -37,6 +37,7 @@ struct Four {
     TACTILE_INLINE friend Four operator-(const Four& a, const Four& b) { return Four(a.values - b.values); }
     TACTILE_INLINE friend Four operator*(const Four& a, const Four& b) { return Four(a.values * b.values); }
     TACTILE_INLINE friend Four operator/(const Four& a, const Four& b) { return Four(a.values / b.values); }
+    TACTILE_INLINE friend Four lesser(const Four& a, const Four& b) { return Four(a.values < b.values ? a.values : b.values); }
 };
 
 constexpr std::ptrdiff_t EIGHT = 8, SIXTEEN = 16;

@@ -10,6 +10,7 @@
 #include <complex>
 #include <limits>
 
+#include "common/lanes.hpp"
 #include "common/wide.hpp"
 #include "dots/index/neighbours.hpp"
 
@@ -106,23 +107,21 @@ class CellMeans {
     std::vector<double> weights_;
 };
 
-// Least squared distance of places from (u, v). Several minima stand side by side, which an instruction compares at once.
+// Least squared distance of places from (u, v), four places at once.
 TACTILE_INLINE double least_square(const std::vector<double>& across, const std::vector<double>& down, double u, double v) {
-    constexpr std::size_t LANES = 4;
-    double least[LANES];
-    std::fill(least, least + LANES, std::numeric_limits<double>::infinity());
+    Four least(std::numeric_limits<double>::infinity());
     std::size_t j = 0;
-    for (; j + LANES <= across.size(); j += LANES) {
-        for (std::size_t lane = 0; lane < LANES; ++lane) {
-            const double x = across[j + lane] - u, y = down[j + lane] - v, square = x * x + y * y;
-            least[lane] = square < least[lane] ? square : least[lane];
-        }
+    for (; j + FOUR <= across.size(); j += FOUR) {
+        const Four x = Four(&across[j]) - u, y = Four(&down[j]) - v;
+        least = lesser(x * x + y * y, least);
     }
+    double found[FOUR];
+    least.store(found);
     for (; j < across.size(); ++j) {
         const double x = across[j] - u, y = down[j] - v;
-        least[0] = std::min(least[0], x * x + y * y);
+        found[0] = std::min(found[0], x * x + y * y);
     }
-    return *std::min_element(least, least + LANES);
+    return *std::min_element(found, found + FOUR);
 }
 
 // Median distance to the nearest other dot, px, over a sample of the dots.
@@ -145,9 +144,14 @@ std::vector<std::int32_t> mutual(const std::vector<Pair>& pairs, const std::vect
     const double never = std::numeric_limits<double>::infinity();
     std::vector<double> least_ahead(count, never), least_behind(count, never);
     std::vector<std::int32_t> ahead(count, -1), behind(count, -1), found;
+    const auto keep = [](double cost, std::size_t k, double& least, std::int32_t& best) {  // without a branch that would be mispredicted
+        const bool less = cost < least;
+        best = less ? static_cast<std::int32_t>(k) : best;
+        least = less ? cost : least;
+    };
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-        if (cost[k] < least_ahead[pairs[k].from]) least_ahead[pairs[k].from] = cost[k], ahead[pairs[k].from] = static_cast<std::int32_t>(k);
-        if (cost[k] < least_behind[pairs[k].to]) least_behind[pairs[k].to] = cost[k], behind[pairs[k].to] = static_cast<std::int32_t>(k);
+        keep(cost[k], k, least_ahead[pairs[k].from], ahead[pairs[k].from]);
+        keep(cost[k], k, least_behind[pairs[k].to], behind[pairs[k].to]);
     }
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         if (ahead[i] >= 0 && behind[pairs[ahead[i]].to] == ahead[i]) found.push_back(ahead[i]);
