@@ -63,13 +63,14 @@ std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const double* plac
     found.reserve(8 * count);
     Cells cells(places, count, reach);
     for (std::int32_t i = 0; i < count; ++i) {
+        std::int32_t near[MOST_NEIGHBOURS + 1];  // listed without a branch that would be mispredicted
         std::size_t met = 0;
         cells.around(i, [&](std::int32_t j) {
-            if (std::abs(places[2 * i] - places[2 * j]) < reach && std::abs(places[2 * i + 1] - places[2 * j + 1]) < reach &&
-                met++ < MOST_NEIGHBOURS) {
-                found.emplace_back(j, i);
-            }
+            near[met] = j;
+            met += (std::abs(places[2 * i] - places[2 * j]) < reach) & (std::abs(places[2 * i + 1] - places[2 * j + 1]) < reach) &
+                   (met < MOST_NEIGHBOURS);
         });
+        for (std::size_t n = 0; n < met; ++n) found.emplace_back(near[n], i);
         cells.put(i);
     }
     return found;
