@@ -77,8 +77,8 @@ struct Sums {
 };
 
 // Adds one polynomial's coefficients at the depth, and their change with it, times its value and slopes.
-void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x, float slope_y,
-                    const Sums& sums) {
+TACTILE_INLINE void add_polynomial(const float* now, const float* change, std::ptrdiff_t columns, float value, float slope_x,
+                                   float slope_y, const Sums& sums) {
     float* __restrict total = sums.value, * __restrict by_x = sums.by_x, * __restrict by_y = sums.by_y, * __restrict by_depth = sums.by_depth;
     for (std::ptrdiff_t c = 0; c < columns; ++c) {
         total[c] += value * now[c];
@@ -89,8 +89,9 @@ void add_polynomial(const float* now, const float* change, std::ptrdiff_t column
 }
 
 // Columns of one class at a press: (variants, columns).
-void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns, const Polynomials& along,
-         const Polynomials& across, const DepthSplines& down, const TermWeights& weights, int variants, std::vector<float>& mixed) {
+TACTILE_WIDE void mix(const SheetTable& table, const float* coefficients, int odd_x, int odd_y, std::ptrdiff_t columns,
+                      const Polynomials& along, const Polynomials& across, const DepthSplines& down, const TermWeights& weights,
+                      int variants, std::vector<float>& mixed) {
     const std::ptrdiff_t order = table.order, terms = variants == VARIANTS ? TERMS : STRAIGHT_TERMS;
     const std::ptrdiff_t of_term = order * order * columns, count = terms * of_term, stride = TERMS * of_term;
     std::vector<float> at_depth(2 * count), sums(4 * columns);
