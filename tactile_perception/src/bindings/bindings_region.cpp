@@ -124,9 +124,11 @@ py::tuple contact_of(const py::object& id, const py::object& places, const py::o
     const Input<double> dots(places, "places", {count, 3}), sides(border, "border", {ANY, 3}), surface(wide, "wide", {ANY, ANY, 3});
     const Input<bool> members(inside, "inside", {count}), held(touched, "touched", {count});
     const Input<double> pushed(force, "force", {ANY, 3});
-    if (pushed.length() != count && pushed.length() != 0) throw py::value_error("force: a row for each dot, or none, is needed");
     const Grid grid{within<std::ptrdiff_t>(rows, "rows", 1, MOST), within<std::ptrdiff_t>(columns, "columns", 1, MOST)};
     within(grid.size(), "rows * columns", 1, MOST);
+    if (pushed.length() != grid.size() && pushed.length() != 0) {
+        throw py::value_error("force: a row for each dot of the grid, or none, is needed");
+    }
     for (py::ssize_t i = 0; i < count; ++i) within(numbers.data()[i], "id", 0, static_cast<double>(grid.size() - 1));
     within(first.length(), "start", 1, 1e9);
     check_starts(first, sides.length());
@@ -209,7 +211,8 @@ void bind_region(py::module_& module) {
                "Contact point (3,), m, its covariance (3, 3), m^2, the normal (3,) of the surface wide there, depth, m, and force, N, of a "
                "region\n"
                "whose dots are inside (N,) bool; touched (N,) bool: in this or another one; id (N,) int64, places (N, 3), m, of standard\n"
-               "deviation sigma, and force (N, 3), N, or (0, 3), of all dots; border (M, 3), start (L + 1,): of its polygons. The surface at rest is a sphere's upper half. NaN: unknown.");
+               "deviation sigma; force (K, 3), N, of carried_loads, or (0, 3); border (M, 3), start (L + 1,): of its polygons. The\n"
+               "surface at rest is a sphere's upper half. NaN: unknown.");
     module.def("lie_on_a_line", &on_a_line, py::arg("points"), py::kw_only(), py::arg("thinnest"),
                "Whether the second largest extent of points (N, 3) is less than this share of the largest one.");
     module.def("deepest_notch", &notch, py::arg("corners"),

@@ -10,8 +10,8 @@
 
 namespace tactile {
 
-// The nearest region (K) of each dot, from 1, of several the first, 0 far from all; and the share (K) of the dot's force that belongs to it:
-// 1 in the region, less and less around it.
+// The nearest region (K) of each dot, from 1, of several the first, 0 far from all; and the share (K) of the dot's force that belongs to
+// it: 1 in the region, less and less around it.
 struct NearRegions {
     std::vector<std::int32_t> region;
     std::vector<double> share;

@@ -3,7 +3,8 @@
 // A face presses with the fluid's pressure up to its edge, at the share s of the way from a touched dot to a free one, and there with the
 // edge's load Q. The mesh gives each load to the two dots by the lever: over the pressure, and with half a pitch on the touched dot's other
 // side, the touched dot carries L = 1/2 + s - s^2 / 2 + Q (1 - s), the free one M = s^2 / 2 + Q s. Without Q: s^2 - 2 A s + 2 M = 0 with
-// A = L + M - 1/2. Noise and blurred ranges move load outwards or inwards: what the next dot beyond the free one carries moves the edge too.
+// A = L + M - 1/2. Noise and blurred ranges move load outwards or inwards: what the next dot beyond the free one carries moves the edge,
+// too.
 #include "touchpad/contact/edge_places.hpp"
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace {
 
 constexpr double HALF = 0.5;     // score of the border of a contact
 constexpr double BEYOND = 0.25;  // of the way, by which loads place an edge too far inside; chosen on simulated faces, rings and balls
-// Of the way, by which a load of the fluid's pressure on the next dot beyond moves the edge outwards; largest such load. Chosen on simulated
-// faces, rings, balls and edges: 0.3 to 0.8 are alike.
+// Of the way, by which a load of the fluid's pressure on the next dot beyond moves the edge outwards; largest such load. Chosen on
+// simulated faces, rings, balls and edges: 0.3 to 0.8 are alike.
 constexpr double FARTHER = 0.5, LARGEST = 1.0;
 constexpr double LEAST = 0.03, MOST = 0.97;  // of the way; chosen: an edge stays between its two dots
 constexpr double LIGHTEST = 0.05;            // least A; chosen
@@ -40,7 +41,8 @@ double edge_distance(Grid grid, std::ptrdiff_t k, const double* score, const dou
         };
         for (const std::ptrdiff_t side : {-1, 1}) {
             if (place + side < 0 || place + side >= count || (score[k + side * step] > HALF) == touched) continue;
-            distance = std::min(distance, touched ? edge_share(load[k], at(side), at(2 * side)) : 1 - edge_share(at(side), load[k], at(-side)));
+            distance = std::min(distance, touched ? edge_share(load[k], at(side), at(2 * side))
+                                                  : 1 - edge_share(at(side), load[k], at(-side)));
         }
         squares += 1 / (distance * distance);
     };

@@ -16,8 +16,8 @@ double normal_force(const RegionDots& dots, Vec3 normal) {
     for (std::ptrdiff_t i = 0; i < dots.count; ++i) region[dots.id[i]] = dots.inside[i] ? 1 : dots.touched[i] ? 2 : 0;
     const NearRegions near = near_regions(dots.grid, std::move(region));
     Vec3 total{0, 0, 0};
-    for (std::ptrdiff_t i = 0; i < dots.count; ++i) {
-        if (near.region[dots.id[i]] == 1) total = total + near.share[dots.id[i]] * vec3_at(dots.force, i);
+    for (std::ptrdiff_t k = 0; k < dots.grid.size(); ++k) {
+        if (near.region[k] == 1) total = total + vec3_at(dots.force, k);
     }
     return std::max(-dot(normal, total), 0.0);
 }

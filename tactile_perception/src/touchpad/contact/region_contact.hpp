@@ -9,8 +9,8 @@
 
 namespace tactile {
 
-// Dots of a frame: id (count), on the grid; places (count, 3), m; force (count, 3), N, null where unknown; whether inside a region (count)
-// and whether in that or another one, touched (count).
+// Dots of a frame: id (count), on the grid; places (count, 3), m; whether inside a region (count) and whether in that or another one,
+// touched (count); force, N, of carried_loads on all dots of the grid (K, 3), null where unknown.
 struct RegionDots {
     Grid grid;
     const std::int64_t* id;
@@ -25,8 +25,8 @@ struct RegionContact {
     double depth, force;
 };
 
-// wide, sigma: as for contact_point; rest: as for contact_depth. The force is that on the region's dots and, see near_regions, around
-// it, along the region's mean normal, at least 0.
+// wide, sigma: as for contact_point; rest: as for contact_depth. The force is that of all dots to which this region is the nearest, see
+// near_regions, along the region's mean normal, at least 0.
 RegionContact region_contact(const RegionDots& dots, const RegionShape& region, const Nodes& wide, const RestCap& rest, double sigma);
 
 }  // namespace tactile

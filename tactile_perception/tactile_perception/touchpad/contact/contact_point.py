@@ -34,11 +34,22 @@ def find_contact(dots: ContactDots, region: Region, cap: Cap) -> FoundContact:
     lowest point of the fitted curve; along one without curvature (a face, an edge), it is the area centroid of the region. With too few
     dots for a fit the covariance covers both cases. The depth is the distance along z by which the object must retract to just touch the
     surface at rest: the largest height of the rest shape above the deformed surface at the region's dots, by a quadratic fitted around the
-    deepest one. The force is that on the region's dots and, fading out, on those around, to which errors of the ranges move a part of the
-    border's load.
+    deepest one. The force is the part along the region's normal of that on all dots to which the region is the nearest.
     """
     moments = region.moments
     return FoundContact(*_core.region_contact(
-        dots.ids, dots.xyz, region.members, dots.score > 0.5, _NO_FORCE if dots.force is None else dots.force,
+        dots.ids, dots.xyz, region.members, dots.score > 0.5, _carried(dots),
         *joined(region.outline.loops), region.surface.wide, moments.centroid, moments.normal, rows=dots.rows, columns=dots.columns,
         area=moments.area, pitch=region.pitch, sigma=dots.sigma, centre_z=cap.centre_z, radius=cap.curvature_radius))
+
+
+def _carried(dots: ContactDots) -> np.ndarray:
+    """(K, 3) N: force that all dots of the grid carry (DotLoads.carried); that on the seen dots where no more is known; (0, 3) without
+    forces."""
+    if dots.force is None:
+        return _NO_FORCE
+    if dots.all_dots is not None:
+        return dots.all_dots[3]
+    force = np.zeros((dots.rows * dots.columns, 3))
+    force[dots.ids] = dots.force
+    return force

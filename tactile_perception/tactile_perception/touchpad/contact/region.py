@@ -28,8 +28,9 @@ class ContactDots:
 
     rows, columns: of the grid; ids: (N,) row * columns + column; xyz, rest_xyz: (N, 3) m, now and untouched, sensor frame; score: (N,),
     above 0.5 in contact; state: (N,) uint8, 0 none, 1 sticking, 2 slipping; force: (N, 3) N, object on sensor, or None; sigma: standard
-    deviation of a coordinate of xyz, m; all_dots: first positions (K, 3), m, then scores (K,), of all dots of the grid, unseen ones
-    interpolated, or None. Raises BadArgument for shapes that differ or numbers that are not finite.
+    deviation of a coordinate of xyz, m; all_dots: positions (K, 3), m, scores (K,), states and, with force, the forces (K, 3), N, that
+    they carry, of all dots of the grid, unseen ones interpolated, or None. Raises BadArgument for shapes that differ or numbers that are
+    not finite.
     """
 
     rows: int

@@ -91,10 +91,6 @@ def apart(members):
     return sum(1 - cv2.dilate(held, np.ones((2 * reach + 1,) * 2)).ravel().astype(int) for reach in range(23))
 
 
-def shares(members):
-    return np.clip((6 - apart(members)) / 4, 0, 1)
-
-
 def test_dots_between_two_regions_count_for_the_nearer_one(pad):
     dots, other = pad.disc(centre=(-5e-3, 0), radius=3e-3), pad.disc(centre=(5e-3, 0), radius=3e-3)
     dots.score = np.maximum(dots.score, other.score)
@@ -102,18 +98,18 @@ def test_dots_between_two_regions_count_for_the_nearer_one(pad):
     regions = find_regions(dots)
     assert len(regions) == 2
     for one, beside in (regions, regions[::-1]):
-        share = shares(one.members) * (apart(one.members) <= apart(beside.members))
-        assert find_contact(dots, one, pad.cap).force == pytest.approx(-one.moments.normal @ (share @ dots.force))
+        near = (apart(one.members) < 6) & (apart(one.members) <= apart(beside.members))
+        assert find_contact(dots, one, pad.cap).force == pytest.approx(-one.moments.normal @ dots.force[near].sum(axis=0))
 
 
 @pytest.mark.parametrize('seed', range(3))
-def test_the_force_is_that_on_the_dots_and_a_share_of_those_around(pad, seed):
+def test_the_force_is_that_on_the_dots_and_on_those_around(pad, seed):
     dots = pad.disc(radius=5e-3)
     dots.force = np.random.default_rng(seed).normal(0, 1e-3, (529, 3)) - [0, 0, 0.01]
     region, = find_regions(dots)
-    share = shares(region.members)
+    near = apart(region.members) < 6
     force = find_contact(dots, region, pad.cap).force
-    assert force == pytest.approx(-region.moments.normal @ (share @ dots.force)) and force > 0
+    assert force == pytest.approx(-region.moments.normal @ dots.force[near].sum(axis=0)) and force > 0
     dots.force = -dots.force
     assert find_contact(dots, region, pad.cap).force == 0
     dots.force = None
