@@ -107,7 +107,8 @@ py::tuple membrane_solution(const py::object& rays, const py::object& ranges, co
         centre(origin, "origin", {3});
     const Input<std::int64_t> numbers(id, "id", {along.length()});
     for (py::ssize_t i = 0; i < numbers.length(); ++i) within(numbers.data()[i], "id", 0, static_cast<double>(size - 1));
-    const Input<float> told(response, "response", {size, size});
+    const py::ssize_t inner = (grid.rows - 2) * (grid.columns - 2);
+    const Input<float> told(response, "response", {inner, inner});
     const GivenMembrane of(triangles, residual, grid);
     WholeFrame frame;
     MembraneSolution found;
@@ -298,8 +299,8 @@ void bind_contact(py::module_& module) {
         "outliers; unit rays (K, 3); displaced (K,), m, measured ranges less those at rest; the response of ranges (K,) and pressure to\n"
         "displaced. From ranges (N,), m, of dots id (N,) int64 along unit rays (N, 3) from origin (3,), of standard deviations sigma\n"
         "(N,), NaN: unknown; rest, places (K, 3), m: at rest and, as touched and pressure, of the last frame; fresh: there is none;\n"
-        "scale: factor on displaced; response (K, K) float32: information about each dot's load (columns) from the range of one (rows)\n"
-        "at unit weight.");
+        "scale: factor on displaced; response (I, I) float32: information about each inner dot's load (columns) from the range of one\n"
+        "(rows) at unit weight.");
     module.def(
         "scale_leaning", &leaning, py::arg("places"), py::arg("rays"), py::arg("touched"), py::arg("moved"), py::arg("triangles"),
         py::arg("residual"), py::kw_only(), py::arg("rows"), py::arg("columns"), py::arg("pressure"), py::arg("lifted"), py::arg("step"),

@@ -14,7 +14,7 @@ UP = np.tile([0.0, 0.0, 1.0], (42, 1))
 
 FRAME = {'rays': UP[:40], 'ranges': np.full(40, 0.04), 'sigma': np.full(40, 2e-5), 'id': np.arange(40), 'rest': DOTS + [0, 0, 0.04],
          'places': DOTS + [0, 0, 0.04], 'touched': np.zeros(42), 'triangles': AT_REST, 'residual': np.zeros((42, 3)),
-         'response': np.full((42, 42), 1e-9, np.float32), 'origin': np.zeros(3)}
+         'response': np.full((20, 20), 1e-9, np.float32), 'origin': np.zeros(3)}
 LEANING = {'places': DOTS, 'rays': UP, 'touched': np.zeros(42), 'moved': np.full(42, 1e-4), 'triangles': AT_REST, 'residual': 0 * UP}
 
 

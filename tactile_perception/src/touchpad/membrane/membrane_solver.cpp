@@ -99,20 +99,25 @@ class Steps {
 
     // Variance of each dot's load from the range errors, all other loads known.
     TACTILE_WIDE void load_variance() {
-        std::vector<float> information(size_);
-        for (std::ptrdiff_t j = 0; j < size_; j += 4) {  // four rows in one pass over the sums
+        std::vector<std::ptrdiff_t> inner;
+        each_dot(grid_, [&](std::ptrdiff_t k, bool is_inner) {
+            if (is_inner) inner.push_back(k);
+        });
+        const auto count = static_cast<std::ptrdiff_t>(inner.size());
+        std::vector<float> information(count);
+        for (std::ptrdiff_t j = 0; j < count; j += 4) {  // four rows in one pass over the sums
             float weight[4];
             const float* row[4];
             for (std::ptrdiff_t part = 0; part < 4; ++part) {
-                const std::ptrdiff_t at = std::min(j + part, size_ - 1);
-                weight[part] = at == j + part ? static_cast<float>(found_.weight[at]) : 0.0f;
-                row[part] = frame_.response + at * size_;
+                const std::ptrdiff_t at = std::min(j + part, count - 1);
+                weight[part] = at == j + part ? static_cast<float>(found_.weight[inner[at]]) : 0.0f;
+                row[part] = frame_.response + at * count;
             }
-            for (std::ptrdiff_t k = 0; k < size_; ++k)
+            for (std::ptrdiff_t k = 0; k < count; ++k)
                 information[k] += (weight[0] * row[0][k] + weight[1] * row[1][k]) + (weight[2] * row[2][k] + weight[3] * row[3][k]);
         }
-        variance_.resize(size_);
-        for (std::ptrdiff_t k = 0; k < size_; ++k) variance_[k] = 1 / std::max<double>(information[k], LEAST_INFORMATION);
+        variance_.assign(size_, 1 / LEAST_INFORMATION);
+        for (std::ptrdiff_t k = 0; k < count; ++k) variance_[inner[k]] = 1 / std::max<double>(information[k], LEAST_INFORMATION);
     }
 
     // One step. misfit: standard deviation of a free dot's load; classify: update the contact probabilities first; robust: ranges lose

@@ -12,8 +12,8 @@
 namespace tactile {
 
 // One frame. origin (3), m, and unit rays (K, 3); measured (K), m, and their weights (K), 1/m^2, 0 where unknown; ranges (K), m, touched
-// (K) and pressure, Pa: of the last frame, touched is null where there is none; response (K, K): information about the load on each dot
-// (columns) from the range of one (rows) at unit weight; change (K), m: of the measured ranges, whose effect is returned.
+// (K) and pressure, Pa: of the last frame, touched is null where there is none; response (I, I): information about the load on each
+// inner dot (columns) from the range of one (rows) at unit weight; change (K), m: of the measured ranges, whose effect is returned.
 struct MembraneFrame {
     const double *origin, *rays, *measured, *weight, *ranges, *touched;
     const float* response;

@@ -18,7 +18,7 @@ from .range_scale import RangeScale
 from .state import MembraneState
 
 _KNOWN = 3e-6  # m, standard deviation of a range that counts as known; chosen
-_MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense K x K matrix (64 MB)
+_MOST = 4096  # dots, 64 x 64; chosen for memory: the response is a dense matrix of the inner dots (64 MB)
 
 
 class Membrane:
@@ -72,7 +72,7 @@ class Membrane:
         return state
 
     def _squared_response(self, origin: np.ndarray) -> np.ndarray:
-        """(K, K) m^2: information about one dot's load (columns), in fluid pressures, from each dot's range (rows) at unit weight.
+        """(I, I) m^2: information about one inner dot's load (columns), in fluid pressures, from each one's range (rows) at unit weight.
 
         It is the squared displacement along the rays from origin (3,) under that load alone, reduced by what the outermost dots, which have
         no balance, can compensate.
@@ -83,14 +83,12 @@ class Membrane:
         rows = np.zeros((len(inner), size))
         rows[np.arange(len(inner))[:, None], self.mesh.stencil[inner]] = self.forces.slopes(
             self.rest, rays, self.material.rest_pressure)[inner]
-        squared = np.zeros((size, size))
-        squared[np.ix_(inner, inner)] = np.linalg.inv(rows[:, inner])**2
+        squared = np.linalg.inv(rows[:, inner])**2
         # posterior variance of each load with all others nearly fixed, then without its own balance
-        stiff = 1e-3 * np.sqrt(squared[:, inner].sum(axis=0).min())**-1 * _KNOWN
+        stiff = 1e-3 * np.sqrt(squared.sum(axis=0).min())**-1 * _KNOWN
         posterior = np.einsum('ij,ji->i', rows, np.linalg.solve(np.eye(size) / _KNOWN**2 + rows.T @ rows / stiff**2, rows.T))
         alone = 1 / (1 / posterior - 1 / stiff**2) / _KNOWN**2
-        squared[:, inner] /= alone * squared[:, inner].sum(axis=0)
-        return squared.astype(np.float32)
+        return (squared / (alone * squared.sum(axis=0))).astype(np.float32)
 
 
 def _checked_ids(ids: np.ndarray, size: int) -> np.ndarray:
