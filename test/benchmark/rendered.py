@@ -40,6 +40,10 @@ class Rendered:
     def __getattr__(self, name: str):
         return getattr(self._scene, name)
 
+    def observe_ahead(self, _number: int) -> bool:
+        """False: there is nothing to compute."""
+        return False
+
     def play(self, first: int, count: int):
         """Counts of so many samples, without truth."""
         return self._frames[np.arange(first, first + count) % len(self._frames)], None
