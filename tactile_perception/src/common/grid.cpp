@@ -128,7 +128,7 @@ std::vector<std::uint8_t> spread_mask(const std::uint8_t* mask, std::ptrdiff_t r
     }
     const Box wide = box.grown(reach, rows, columns);
     for (std::ptrdiff_t r = wide.top; r < wide.bottom; ++r) {
-        std::uint8_t* out = &near[r * columns];
+        std::uint8_t* out = near.data() + r * columns;
         for (std::ptrdiff_t at = std::max(r - reach, box.top); at < std::min(r + reach + 1, box.bottom); ++at) {
             for (std::ptrdiff_t c = wide.left; c < wide.right; ++c) out[c] |= along[at * columns + c];
         }

@@ -89,7 +89,8 @@ Edges edges_of(const Picture& picture, double steep, std::ptrdiff_t rim, std::pt
     std::vector<Edge> all;
     std::vector<double> lines(3 * columns), across(columns), down(columns), value(columns);
     for (std::ptrdiff_t r = from; r < rows - from; ++r) {
-        for (std::ptrdiff_t k = 0; k < 3; ++k) show(picture.pressure + (r + k - 1) * columns, columns, picture.scale, &lines[k * columns]);
+        for (std::ptrdiff_t k = 0; k < 3; ++k)
+            show(picture.pressure + (r + k - 1) * columns, columns, picture.scale, lines.data() + k * columns);
         slopes_of(lines.data(), columns, across.data(), down.data(), value.data());
         for (std::ptrdiff_t c = from; c < columns - from; ++c) {
             if (across[c] * across[c] + down[c] * down[c] > steep * steep) all.push_back({r, c, across[c], down[c], value[c]});

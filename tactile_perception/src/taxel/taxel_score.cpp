@@ -60,7 +60,7 @@ Values nearby(Values smooth, std::ptrdiff_t rows, std::ptrdiff_t columns, const 
         std::fill_n(line.begin(), rule.reach, here[0]);
         std::copy_n(here, columns, line.begin() + rule.reach);
         std::fill_n(line.end() - rule.reach, rule.reach, here[columns - 1]);
-        continued(line.data(), row(r - rule.reach), row(r + rule.reach), columns, rule, &found[r * columns]);
+        continued(line.data(), row(r - rule.reach), row(r + rule.reach), columns, rule, found.data() + r * columns);
     }
     return found;
 }

@@ -99,7 +99,7 @@ Values terms_of(const Values& before, const std::vector<std::uint8_t>& touched, 
             const std::ptrdiff_t k = r * columns + c;
             const float here[WIDE] = {-across[k], -down[k], along_x[k], along_y[k], y * across[k] - x * down[k],
                                       std::sqrt(across[k] * across[k] + down[k] * down[k]), before[k], 0};
-            std::copy(here, here + WIDE, &terms[WIDE * k]);
+            std::copy(here, here + WIDE, terms.data() + WIDE * k);
         }
     }
     return terms;
