@@ -43,6 +43,7 @@ class SheetSurface:
         place: (K, 2) m, apparent positions in the plane; shift: (K, 2) or (M, K, 2) m, displacements; eye: (K, 3) m. A marker that is not
         seen (NaN) is interpolated from its neighbours.
         """
+        place, shift, eye = (np.asarray(values, float) for values in (place, shift, eye))
         shifts = shift.reshape(-1, *place.shape)
         seen = np.isfinite(shifts).all(axis=(0, 2))
         if not seen.any():

@@ -49,8 +49,11 @@ class ContactDots:
         shapes = {'xyz': (count, 3), 'rest_xyz': (count, 3), 'score': (count,), 'force': (count, 3)}
         for name, shape in shapes.items():
             values = getattr(self, name)
-            if values is not None and (np.shape(values) != shape or not all_within(np.asarray(values, float))):
+            if values is None:
+                continue
+            if np.shape(values) != shape or not all_within(np.asarray(values, float)):
                 raise BadArgument(f'contact dots: {name} must be {shape} finite numbers; leave out unknown dots')
+            setattr(self, name, np.asarray(values, float))
         if np.shape(self.state) != (count,):
             raise BadArgument(f'contact dots: state must be ({count},), a number for each dot')
         if min(self.rows, self.columns) < 2 or not 0 < self.sigma < np.inf:
