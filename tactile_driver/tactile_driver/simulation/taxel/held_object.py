@@ -63,7 +63,7 @@ class HeldScene(TaxelScene):
         for k in range(1, steps + 1):
             place = self._step(begin + (time - begin) * k / steps, (time - begin) / steps)
             state = self.pad.move(self._face, place[:3], place[3])
-            self._held_by = float(state.tilt[:, 1].sum()) * self.specimen.pull * self.pad.cell
+            self._held_by = float(state.traction[:, 1].sum()) * self.pad.cell
             slipped |= state.slipping
         self._now = time
         return self._ink.read(self.pad.felt(state)), self._truth(state, slipped, place, time)

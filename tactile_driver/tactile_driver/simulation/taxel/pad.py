@@ -1,8 +1,8 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""A soft pad on a taxel array. Faces of objects press on the pad; the rubber is a set of independent threads with friction (brush model),
-whose loads spread in the pad, which is bonded to the sheet; pressure sensitive ink converts load to counts, with gains, offsets, noise,
-hysteresis and dead rows. All constants are chosen, except the 44 x 44 taxels of the sensor."""
+"""A soft pad on a taxel array. Faces of objects press on the pad, each place by its depth; along the surface the rubber is an elastic layer
+under friction; its loads spread in the pad, which is bonded to the sheet; pressure sensitive ink converts load to counts, with gains,
+offsets, noise, hysteresis and dead rows. All constants are chosen, except the 44 x 44 taxels of the sensor."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from .layer import BondedLayer
 from ...errors import BadArgument
 
 #: Height of the face above its contact point, m, inf outside the face, at x, y (m) in the object frame.
@@ -44,17 +45,18 @@ def face_named(name: str) -> Face:
     return FACES[name]
 
 
-FINE = 2  # threads along the side of a taxel
+FINE = 2  # places of the surface along the side of a taxel
 # Friction on the face of a pad that is bonded to the sheet moves the load there by the thickness times friction over pressure, which keeps
-# the balance of moments: a part of it moves a thread's load, the rest arises around, spread by so many thicknesses. Derived: an elastic
+# the balance of moments: a part of it moves a place's load, the rest arises around, spread by so many thicknesses. Derived: an elastic
 # layer's response by wave number, for Poisson's ratios of 0.4 to 0.49, within 0.05.
 _NEAR, _AROUND, _WIDTH = 0.24, 0.76, 1.54
+_SLIPS = 0.02  # of the farthest motion in a step, from which a place slips. Chosen: above what is left to converge
 
 
 @dataclass(frozen=True)
 class PadSpecimen:
     """rows, columns, pitch (m): of the taxels; thickness: of the pad, m; press: N/m^3, normal stiffness per area; pull: N/m^3, tangential
-    stiffness per area; grip: coefficient of friction; spread: m, standard deviation of a thread's load in the sheet."""
+    stiffness per area under an even traction; grip: coefficient of friction; spread: m, standard deviation of a load in the sheet."""
 
     rows: int = 44
     columns: int = 44
@@ -88,16 +90,16 @@ DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkS
 
 @dataclass(frozen=True)
 class PadState:
-    """State of the M threads. pressure: (M,) Pa; tilt: (M, 2) m, tangential displacement of the heads; touched, slipping: (M,) bool."""
+    """State of the M places of the surface. pressure: (M,) Pa; traction: (M, 2) Pa along the surface; touched, slipping: (M,) bool."""
 
     pressure: np.ndarray
-    tilt: np.ndarray
+    traction: np.ndarray
     touched: np.ndarray
     slipping: np.ndarray
 
 
-class ThreadPad:
-    """The threads of a specimen, moved in small steps. Attributes: places: (M, 2) m, rest positions; cell: m^2, area of a thread."""
+class RubberPad:
+    """The pad of a specimen, moved in small steps. Attributes: places: (M, 2) m, of the surface at rest; cell: m^2, area of each."""
 
     def __init__(self, specimen: PadSpecimen):
         self.specimen = specimen
@@ -106,7 +108,8 @@ class ThreadPad:
         x = (np.arange(specimen.columns * FINE) - 0.5 * (specimen.columns * FINE - 1)) * step
         self.places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.cell = step**2
-        self._met = np.full(self.places.shape, np.nan)  # point of the object that a head sticks to, in the object frame
+        self._layer = BondedLayer((len(y), len(x)), specimen.thickness / step, specimen.pull)
+        self._met = np.full(self.places.shape, np.nan)  # point of the object that a place sticks to, in the object frame
 
     def move(self, face: Face, pose: np.ndarray, depth: float, tilt: np.ndarray = np.zeros(2)) -> PadState:
         """Move the object with that face to pose (x, y: m, turn: rad), its contact point depth, m, below the resting surface; tilt: (2,)
@@ -119,37 +122,26 @@ class ThreadPad:
             pressed = np.maximum(depth - face(local[:, 0], local[:, 1]) - (self.places - pose[:2]) @ tilt, 0)
         touched = pressed > 0
         pressure = self.specimen.press * pressed
+        shift, traction = self._layer.shift.reshape(-1, 2), self._layer.traction.reshape(-1, 2)
         self._met[~touched] = np.nan
         fresh = touched & np.isnan(self._met[:, 0])
-        self._met[fresh] = ((self.places - pose[:2]) @ turn)[fresh]
-        tilt = np.zeros_like(self.places)
-        tilt[touched] = self._met[touched] @ turn.T + pose[:2] - self.places[touched]
-        slipping = self._let_go(tilt, pressure, turn)
-        return PadState(pressure, tilt, touched, slipping)
-
-    def _let_go(self, tilt: np.ndarray, pressure: np.ndarray, turn: np.ndarray) -> np.ndarray:
-        """Heads beyond the friction limit slip back along their tilt, in place. Returns which heads slip, (M,) bool."""
-        longest = self._softened(pressure) * (self.specimen.grip / self.specimen.pull)
-        length = np.hypot(*tilt.T)
-        slipping = length > longest + 1e-12
-        back = tilt[slipping] * (1 - longest[slipping] / length[slipping])[:, None]
-        tilt[slipping] -= back
-        self._met[slipping] -= back @ turn
-        return slipping
-
-    def _softened(self, pressure: np.ndarray) -> np.ndarray:
-        """Pressure (M,), Pa, that limits friction: reduced at the border of a face, where the rubber can yield sideways."""
-        image = pressure.reshape(self.specimen.rows * FINE, -1)
-        size = 2 * round(self.specimen.thickness / self.specimen.pitch * FINE / 2) + 1
-        return np.minimum(cv2.blur(image, (size, size), borderType=cv2.BORDER_REPLICATE).ravel(), pressure)
+        self._met[fresh] = (self.places[fresh] + shift[fresh] - pose[:2]) @ turn
+        wanted = np.where(touched[:, None], self._met @ turn.T + pose[:2] - self.places, 0)
+        went, limit = wanted - shift, self.specimen.grip * pressure
+        shape = self._layer.shift.shape
+        self._layer.move(wanted.reshape(shape), limit.reshape(shape[:2]))
+        slid = wanted - shift
+        slips = touched & (np.hypot(*traction.T) >= limit * (1 - 1e-5))
+        self._met[slips] -= slid[slips] @ turn
+        slipping = slips & (np.hypot(*slid.T) > _SLIPS * np.hypot(*went[touched].T).max(initial=0))
+        return PadState(pressure, traction.copy(), touched, slipping)
 
     def felt(self, state: PadState) -> np.ndarray:
         """Mean pressure (rows, columns), Pa, on each taxel."""
         s = self.specimen
         load = state.pressure * self.cell
-        held = self.specimen.pull * state.tilt
-        lean = np.zeros_like(state.tilt)
-        np.divide(held * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
+        lean = np.zeros_like(state.traction)
+        np.divide(state.traction * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
         shape, touched = (s.rows * FINE, s.columns * FINE), state.touched
         feet = self.places / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
         lean *= FINE / s.pitch
@@ -161,7 +153,7 @@ class ThreadPad:
 
     def force(self, state: PadState) -> np.ndarray:
         """Wrench (6,), N and N m, of the object on the pad, about the centre of its surface at rest."""
-        pushed = np.column_stack([self.specimen.pull * state.tilt, -state.pressure]) * self.cell
+        pushed = np.column_stack([state.traction, -state.pressure]) * self.cell
         (x, y), z = self.places.T, -state.pressure / self.specimen.press
         moment = [y @ pushed[:, 2] - z @ pushed[:, 1], z @ pushed[:, 0] - x @ pushed[:, 2], x @ pushed[:, 1] - y @ pushed[:, 0]]
         return np.concatenate([pushed.sum(axis=0), moment])

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 
 from ...errors import BadArgument
-from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, ThreadPad, face_named
+from .pad import FACES, FINE, Ink, InkSpecimen, PadSpecimen, PadState, RubberPad, face_named
 from ..truth import GROSS, INCIPIENT, NO_SLIP, Touch, TruthFrame
 
-STEP_S = 0.005  # step of the object's motion, small against the pitch of the threads; chosen
+STEP_S = 0.01  # step of the object's motion, small against the pitch of the places; chosen
 _INCIPIENT_FROM, _GROSS_FROM = 0.05, 0.9  # slipping fractions: the definition in truth.TruthFrame
 
 
@@ -79,7 +79,7 @@ def _tilted(face: str, tilts: tuple, down: float) -> TaxelScript:
     return TaxelScript(face, (*keys, *(Key(end + t, 0.0, 0.0, 0.0, -1e-3) for t in (0.2, 0.7))))
 
 
-_BACK_AND_FORTH = tuple((0.3 * k, 1.6e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
+_BACK_AND_FORTH = tuple((0.3 * k, 1.2e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
 _JERKS = tuple((0.25 * k, 2.5e-4 * (k // 4 * 4 + (0, 3, 3, 2)[k % 4])) for k in range(13))
 
 TAXEL_SCENES: dict[str, TaxelScript] = {
@@ -123,7 +123,7 @@ class TaxelScene:
         return math.ceil(self.duration * self.rate)
 
     def _begin(self) -> None:
-        self.pad = ThreadPad(self.specimen)
+        self.pad = RubberPad(self.specimen)
         self._ink = Ink((self.specimen.rows, self.specimen.columns), self._seed, self.rate, self._ink_specimen,
                         self._script.dead_rows)
         self._now = 0.0
@@ -185,7 +185,7 @@ class TaxelScene:
         return touches
 
     def _loops(self, touched: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Outlines and holes, lists of (n, 3), m, through the threads at the border."""
+        """Outlines and holes, lists of (n, 3), m, through the places at the border."""
         image = touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
         found, order = cv2.findContours(image, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
         outlines, holes = [], []
