@@ -58,7 +58,7 @@ def test_without_a_reflex_the_object_is_lost():
 
 
 def test_with_it_the_object_is_held_and_the_command_comes_about_the_onset():
-    """The pull grows by 3 N/s; measured: 0.06 s after a twentieth of the contact slips; it slides 0.3 mm in all."""
+    """The pull grows by 3 N/s; measured: 0.06 s after a twentieth of the contact slips; it slides 0.2 mm in all."""
     scene, truth, forces = grip(Reflex(), 4.9)
     onset = truth.index(INCIPIENT)
     closing = np.flatnonzero((np.diff(forces) > 0) & (forces[:-1] > 0)) + 1

@@ -46,6 +46,9 @@ def face_named(name: str) -> Face:
 
 
 FINE = 2  # places of the surface along the side of a taxel
+# Points in a place at a border, and their lattice, no two of which lie in a row or column (Fibonacci numbers). Chosen.
+_POINTS = 34, 21
+_NEIGHBOURS = np.ones((3, 3), np.uint8)
 # Friction on the face of a pad that is bonded to the sheet moves the load there by the thickness times friction over pressure, which keeps
 # the balance of moments: a part of it moves a place's load, the rest arises around, spread by so many thicknesses. Derived: an elastic
 # layer's response by wave number, for Poisson's ratios of 0.4 to 0.49, within 0.05.
@@ -90,12 +93,18 @@ DEVICE_B = (PadSpecimen(press=1.9e8, pull=7.4e7, grip=0.75, spread=0.9e-3), InkS
 
 @dataclass(frozen=True)
 class PadState:
-    """State of the M places of the surface. pressure: (M,) Pa; traction: (M, 2) Pa along the surface; touched, slipping: (M,) bool."""
+    """State of the M places of the surface. pressure: (M,) Pa; traction: (M, 2) Pa along the surface; covered: (M,) part of each that
+    is touched; slipping: (M,) bool, of those that are touched by half or more."""
 
     pressure: np.ndarray
     traction: np.ndarray
-    touched: np.ndarray
+    covered: np.ndarray
     slipping: np.ndarray
+
+    @property
+    def touched(self) -> np.ndarray:
+        """(M,) bool: whether half of a place or more is touched."""
+        return self.covered >= 0.5
 
 
 class RubberPad:
@@ -109,6 +118,8 @@ class RubberPad:
         self.places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         self.cell = step**2
         self._layer = BondedLayer((len(y), len(x)), specimen.thickness / step, specimen.pull)
+        number = np.arange(_POINTS[0])
+        self._points = step * (np.column_stack([number, number * _POINTS[1] % _POINTS[0]]) / _POINTS[0] - 0.5 + 0.5 / _POINTS[0])
         self._met = np.full(self.places.shape, np.nan)  # point of the object that a place sticks to, in the object frame
 
     def move(self, face: Face, pose: np.ndarray, depth: float, tilt: np.ndarray = np.zeros(2)) -> PadState:
@@ -116,10 +127,7 @@ class RubberPad:
         slopes of the object along x and y, about its contact point."""
         cosine, sine = np.cos(pose[2]), np.sin(pose[2])
         turn = np.array([[cosine, -sine], [sine, cosine]])
-        pressed = np.zeros(len(self.places))
-        if depth > 0:
-            local = (self.places - pose[:2]) @ turn
-            pressed = np.maximum(depth - face(local[:, 0], local[:, 1]) - (self.places - pose[:2]) @ tilt, 0)
+        pressed, covered = self._pressed(lambda at: depth - face(*((at - pose[:2]) @ turn).T) - (at - pose[:2]) @ tilt, depth)
         touched = pressed > 0
         pressure = self.specimen.press * pressed
         shift, traction = self._layer.shift.reshape(-1, 2), self._layer.traction.reshape(-1, 2)
@@ -134,7 +142,18 @@ class RubberPad:
         slips = touched & (np.hypot(*traction.T) >= limit * (1 - 1e-5))
         self._met[slips] -= slid[slips] @ turn
         slipping = slips & (np.hypot(*slid.T) > _SLIPS * np.hypot(*went[touched].T).max(initial=0))
-        return PadState(pressure, traction.copy(), touched, slipping)
+        return PadState(pressure, traction.copy(), covered, slipping & (covered >= 0.5))
+
+    def _pressed(self, depth_at: Callable[[np.ndarray], np.ndarray], depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Mean depth (M,), m, and touched part (M,) of each place, by the depth at points (N, 2); a place at a border is looked at in
+        many points, else straight edges along the rows would touch a whole row at once. depth: the largest."""
+        pressed = np.maximum(depth_at(self.places), 0) if depth > 0 else np.zeros(len(self.places))
+        covered = (pressed > 0).astype(float)
+        image = covered.reshape(self._layer.traction.shape[:2])
+        border = np.flatnonzero(cv2.dilate(image, _NEIGHBOURS) > cv2.erode(image, _NEIGHBOURS))
+        inside = np.maximum(depth_at((self.places[border, None] + self._points).reshape(-1, 2)).reshape(-1, len(self._points)), 0)
+        pressed[border], covered[border] = inside.mean(axis=1), (inside > 0).mean(axis=1)
+        return pressed, covered
 
     def felt(self, state: PadState) -> np.ndarray:
         """Mean pressure (rows, columns), Pa, on each taxel."""
@@ -142,7 +161,7 @@ class RubberPad:
         load = state.pressure * self.cell
         lean = np.zeros_like(state.traction)
         np.divide(state.traction * s.thickness, state.pressure[:, None], out=lean, where=state.pressure[:, None] > 0)
-        shape, touched = (s.rows * FINE, s.columns * FINE), state.touched
+        shape, touched = (s.rows * FINE, s.columns * FINE), state.pressure > 0
         feet = self.places / (s.pitch / FINE) + 0.5 * np.array([s.columns * FINE - 1, s.rows * FINE - 1])
         lean *= FINE / s.pitch
         image = _splat((feet + _NEAR * lean)[touched], load[touched], shape)

@@ -79,7 +79,7 @@ def _tilted(face: str, tilts: tuple, down: float) -> TaxelScript:
     return TaxelScript(face, (*keys, *(Key(end + t, 0.0, 0.0, 0.0, -1e-3) for t in (0.2, 0.7))))
 
 
-_BACK_AND_FORTH = tuple((0.3 * k, 1.2e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
+_BACK_AND_FORTH = tuple((0.3 * k, 1e-4 * (0, 1, 0, -1)[k % 4]) for k in range(9))
 _JERKS = tuple((0.25 * k, 2.5e-4 * (k // 4 * 4 + (0, 3, 3, 2)[k % 4])) for k in range(13))
 
 TAXEL_SCENES: dict[str, TaxelScript] = {
@@ -152,9 +152,8 @@ class TaxelScene:
         frame = TruthFrame(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 3)), np.zeros(0, np.uint8), wrench=self.pad.force(state))
         if not state.touched.any():
             return frame
-        places = self.pad.places[state.touched]
-        frame.area, frame.normal = len(places) * self.pad.cell, np.array([0.0, 0.0, 1.0])
-        frame.centroid = np.array([*places.mean(axis=0), 0.0])
+        frame.area, frame.normal = float(state.covered.sum()) * self.pad.cell, np.array([0.0, 0.0, 1.0])
+        frame.centroid = np.array([*np.average(self.pad.places, axis=0, weights=state.covered), 0.0])
         frame.outlines, frame.holes = self._loops(state.touched)
         frame.slipping_fraction = float(slipped[state.touched].mean())
         frame.slip_state = GROSS if frame.slipping_fraction >= _GROSS_FROM else \
@@ -174,12 +173,12 @@ class TaxelScene:
             frame.rotation_center = np.array([-at_origin[1] / rate[2], at_origin[0] / rate[2], 0.0])
 
     def _touches(self, state: PadState, place: np.ndarray) -> list[Touch]:
-        image = state.touched.reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
+        image = (state.covered > 0).reshape(self.specimen.rows * FINE, -1).astype(np.uint8)
         count, labels = cv2.connectedComponents(image)
         touches = []
         for label in range(1, count):
             mine = labels.ravel() == label
-            middle = self.pad.places[mine].mean(axis=0)
+            middle = np.average(self.pad.places[mine], axis=0, weights=state.covered[mine])
             force = float(state.pressure[mine].sum() * self.pad.cell)
             touches.append(Touch(np.array([*middle, -place[3]]), np.array([0.0, 0.0, 1.0]), float(place[3]), force))
         return touches

@@ -19,10 +19,10 @@ def played(until, grip=0.0):
 
 
 def test_what_is_gripped_firmly_stays_and_carries_the_pull():
-    scene, told = played(3.5, grip=12.0)
+    scene, told = played(3.5, grip=18.0)
     assert not scene.lost and scene.slid < 0.3e-3
     assert told[-1].wrench[1] == pytest.approx(scene.pull(3.5), rel=0.02) and scene.pull(3.5) == 3.0
-    assert told[-1].wrench[2] == pytest.approx(-13.5, rel=0.02)
+    assert told[-1].wrench[2] == pytest.approx(-19.5, rel=0.02)
     assert {frame.slip_state for frame in told[170:]} == {NO_SLIP}
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_driver.errors import BadArgument
-from tactile_driver.simulation.taxel.pad import DEVICE_B, InkSpecimen, PadSpecimen
+from tactile_driver.simulation.taxel.pad import DEVICE_B, FACES, InkSpecimen, PadSpecimen, RubberPad
 from tactile_driver.simulation.taxel.scene import TAXEL_SCENES, TaxelScene, open_taxel_scene
 from tactile_driver.simulation.truth import GROSS, INCIPIENT, NO_SLIP
 
@@ -43,6 +43,14 @@ def test_a_drag_sticks_then_slips_at_the_rim_then_as_a_whole():
     assert first[0] < first[1] and max(states[:first[0]]) == NO_SLIP
     gross = truths[first[1] + 5]
     assert 0.4 < np.hypot(*gross.wrench[:2]) / -gross.wrench[2] <= 0.55 and gross.velocity[0] > 0
+
+
+def test_an_edge_along_the_rows_moves_evenly():
+    """A bar turns through the direction of the rows without friction: the picture changes by about as much in each step."""
+    pad = RubberPad(PadSpecimen(grip=0.0))
+    pictures = [pad.felt(pad.move(FACES['bar'], np.array([0, 0, 0.003 * k + 0.001]), 3e-4)) for k in range(-15, 16)]
+    steps = np.abs(np.diff(np.array(pictures), axis=0)).sum(axis=(1, 2))
+    assert steps.max() < 2 * np.median(steps) and steps.min() > 0.5 * np.median(steps)
 
 
 def test_a_turn_has_its_centre_and_a_moment():
