@@ -214,9 +214,10 @@ class TaxelEstimator:
     def _wrench(self, regions: Regions, normal: list[float], pressure: np.ndarray) -> np.ndarray:
         if not regions.all:
             return np.zeros(6) if self.settings.response.known or math.isfinite(self.grasped.depth) else np.full(6, np.nan)
-        mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         if self.settings.response.known:
-            mean = under_friction(mean, sum(normal), self._friction(), self.pad)
+            mean = under_friction(pressure, regions.touched, self._friction(), self.array, self.pad)
+        else:
+            mean = pressure_centre(pressure, regions.touched, self.array, self.pad)
         contact = regions.total.centroid.copy()
         contact[2] = -self.grasped.depth if math.isfinite(self.grasped.depth) else 0.0
         return wrench_of(sum(normal), mean, contact, self.grasped)

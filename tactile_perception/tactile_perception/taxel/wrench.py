@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import taxel_load
+from .._core import taxel_load, taxel_pull_pressure
 from .array import SoftPad, TaxelArray
+from .shear import SPREADS
 
-_REACH = 1.5  # thicknesses around a face, in which pressure counts. Chosen: from 1 to 2 a grasp's moment changes by half a percent
+_REACH = 2.5  # thicknesses around a face, in which pressure counts. Chosen: beyond the wider of SPREADS
+_LITTLE = 0.02  # friction over load, below which it moves no pressure to speak of. Chosen
+_UNSEEN = 0.5  # of a tension, up to which the pressure there says that there is one. Chosen
 
 
 @dataclass(frozen=True)
@@ -34,17 +37,33 @@ def normal_force(area: float, depth: float, pad: SoftPad) -> float:
 def pressure_centre(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
     """(2,) m, where pressure (rows, columns) float32 acts that faces over touched (rows, columns) bool make on the taxels, under them and
     around; NaN without load."""
-    _, row, column, _ = taxel_load(pressure, touched, around=min(round(_REACH * pad.thickness / array.pitch), max(array.shape)))
-    return array.pitch * np.array([column - 0.5 * (array.columns - 1), row - 0.5 * (array.rows - 1)])
+    return _seen(pressure, touched, array, pad)[1]
 
 
-def under_friction(centre: np.ndarray, normal: float, friction: np.ndarray, pad: SoftPad) -> np.ndarray:
-    """(2,) m, where pressure acts on the pad's surface, of that which acts on the taxels at centre (2,) m.
+def under_friction(pressure: np.ndarray, touched: np.ndarray, friction: np.ndarray, array: TaxelArray, pad: SoftPad) -> np.ndarray:
+    """(2,) m, where pressure acts on the pad's surface, of which pressure (rows, columns) float32, Pa, acts on the taxels.
 
-    normal: N; friction: (2,) N of the object on the pad. Friction on the surface has a moment about the taxels, a thickness below, which
-    only pressure that moves along it can balance, whatever the pad is made of.
+    touched: (rows, columns) bool; friction: (2,) N of the object on the pad. Friction on the surface has a moment about the taxels, a
+    thickness below, which only pressure that moves along it can balance, whatever the pad is made of. A part of that is tension behind the
+    object, of which taxels show nothing: it is that of an even traction under the object. NaN for more friction than the load can hold.
     """
-    return centre - pad.thickness * friction / normal if normal > 0 else centre
+    load, centre = _seen(pressure, touched, array, pad)
+    if not (load > 0 and np.hypot(*friction) > _LITTLE * load):
+        return centre
+    thickness = pad.thickness / array.pitch
+    even = touched / np.float32(np.count_nonzero(touched) * array.taxel_area)
+    caused = taxel_pull_pressure(friction.astype(np.float32)[:, None, None] * even, gain=0.5 * thickness,
+                                 spreads=np.array(SPREADS) * [1, thickness])
+    tension = array.taxel_area * np.where(~touched & (caused < 0) & (pressure < _UNSEEN * -caused), caused, 0)
+    moment = load * centre + [tension.sum(axis=0) @ array.x, tension.sum(axis=1) @ array.y]
+    normal = load + float(tension.sum())
+    return (moment - pad.thickness * friction) / normal if normal > 0 else np.full(2, np.nan)
+
+
+def _seen(pressure: np.ndarray, touched: np.ndarray, array: TaxelArray, pad: SoftPad) -> tuple[float, np.ndarray]:
+    """N, and (2,) m, where it acts, of the pressure under a face and around."""
+    load, row, column, _ = taxel_load(pressure, touched, around=min(round(_REACH * pad.thickness / array.pitch), max(array.shape)))
+    return load * array.taxel_area, array.pitch * np.array([column - 0.5 * (array.columns - 1), row - 0.5 * (array.rows - 1)])
 
 
 def wrench_of(normal: float, pressure_centre: np.ndarray, contact: np.ndarray, grasped: GraspedObject) -> np.ndarray:

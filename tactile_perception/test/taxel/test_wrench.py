@@ -1,5 +1,6 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import cv2
 import numpy as np
 import pytest
 from taxel_pictures import ARRAY, bar, picture
@@ -25,11 +26,28 @@ def test_pressure_acts_where_the_load_is():
     assert np.isnan(pressure_centre(np.zeros((44, 44), np.float32), everywhere, ARRAY, PAD)).all()
 
 
-def test_moments_about_the_taxels_balance_under_friction():
-    pad, normal, friction, centre = SoftPad(thickness=0.002), 10.0, np.array([3.0, -1.0]), np.array([4e-3, 1e-3])
-    about_taxels = normal * centre + pad.thickness * friction  # of what acts on the surface, a thickness above
-    assert under_friction(about_taxels / normal, normal, friction, pad) == pytest.approx(centre)
-    assert under_friction(centre, 0.0, friction, pad) is centre
+@pytest.mark.parametrize('thickness', [1e-3, 3e-3])
+def test_moments_about_the_taxels_balance_under_friction_though_no_tension_is_seen(thickness):
+    pad, friction = SoftPad(thickness=thickness), np.array([4.0, -2.0])
+    touched = np.zeros((44, 44), bool)
+    touched[16:26, 18:36] = True
+    load = cv2.GaussianBlur(5e4 * touched.astype(np.float32), (0, 0), 0.7)
+    centre, normal = pressure_centre(load, touched, ARRAY, PAD), 1e-6 * float(load.sum())
+    even = cv2.GaussianBlur(touched / np.float32(touched.sum() * 1e-6), (0, 0), 1.2e3 * thickness)
+    slopes = friction[0] * np.gradient(even, axis=1) + friction[1] * np.gradient(even, axis=0)
+    shown = np.maximum(load - thickness * 1e3 * slopes, 0).astype(np.float32)
+    found = under_friction(shown, touched, friction, ARRAY, pad)
+    arm = thickness * np.hypot(*friction) / normal
+    by_the_seen_alone = pressure_centre(shown, touched, ARRAY, pad) - thickness * friction / normal
+    assert np.hypot(*(found - centre)) < 0.06 * arm and np.hypot(*(by_the_seen_alone - centre)) > 0.1 * arm
+
+
+def test_without_friction_or_load_pressure_acts_where_it_is():
+    touched = picture(bar()) > 0.5
+    none = under_friction(picture(bar()), touched, np.zeros(2), ARRAY, PAD)
+    assert none == pytest.approx(pressure_centre(picture(bar()), touched, ARRAY, PAD))
+    assert np.isnan(under_friction(np.zeros((44, 44), np.float32), touched, np.ones(2), ARRAY, PAD)).all()
+    assert np.isnan(under_friction(picture(bar()), touched, np.full(2, 1e6), ARRAY, PAD)).all()
 
 
 def test_each_finger_holds_half_of_the_weight():
