@@ -41,7 +41,7 @@ def test_rolling_is_quiet_and_sliding_of_a_sphere_is_not():
 
 
 @pytest.mark.full
-def test_a_smooth_bar_that_slides_is_told_soon_on_most_specimens():
+def test_a_smooth_bar_that_slides_is_told_soon_on_each_specimen():
     delays = []
     for specimen, ink in taxel_latency.DEVICES.values():
         for seed in range(5):
@@ -49,7 +49,7 @@ def test_a_smooth_bar_that_slides_is_told_soon_on_most_specimens():
             score = taxel_latency.Score()
             score.add(true, found['mechanics'])
             delays += score.delays['gross slip']
-    assert len(delays) == 10 and np.median(delays) <= 0.08 and max(delays) <= 0.4
+    assert len(delays) == 10 and max(delays) <= 0.06
 
 
 @pytest.mark.full
