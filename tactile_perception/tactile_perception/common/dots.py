@@ -24,6 +24,9 @@ class Dots:
         return len(self.uv)
 
 
+_REAL = frozenset(('uv', 'area', 'sigma', 'duv', 'xyz'))  # of DotTracks, in double precision
+
+
 @dataclass
 class DotTracks:
     """Dots with persistent ids; entry k of each array belongs to the same dot.
@@ -31,7 +34,8 @@ class DotTracks:
     rows, columns: of the printed grid (0 for an irregular pattern); id: (N,) int64, row * columns + column on a grid, a track
     number elsewhere;
     uv, duv: (N, 2) float64, position and displacement from the untouched reference, px; area: (N,) px^2; sigma: (N,) px per axis;
-    xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are absent.
+    xyz: (N, 3) float64, sensor frame, m, or None without a surface model. Dots that are not seen are absent. Numbers of single precision
+    are taken, too, and kept in double.
     """
 
     rows: int
@@ -42,6 +46,9 @@ class DotTracks:
     sigma: np.ndarray
     duv: np.ndarray
     xyz: np.ndarray | None = None
+
+    def __setattr__(self, name: str, value) -> None:
+        object.__setattr__(self, name, np.asarray(value, float) if name in _REAL and value is not None else value)
 
     def __len__(self) -> int:
         return len(self.id)

@@ -91,7 +91,7 @@ class ContactStage:
         """Ids (N,), positions (N, 3) m and rest positions (N, 3) m of the dots that have both positions."""
         rest_xyz = self._rest.xyz.take(tracks.id, axis=0)
         reach = _FARTHEST * self._sensor.cap.curvature_radius
-        if all_within(np.asarray(tracks.xyz, float), most=reach) and all_within(rest_xyz):
+        if all_within(tracks.xyz, most=reach) and all_within(rest_xyz):
             return tracks.id, tracks.xyz, rest_xyz
         usable = ((np.abs(tracks.xyz) <= reach) & np.isfinite(rest_xyz)).all(axis=1)
         if not usable.any():

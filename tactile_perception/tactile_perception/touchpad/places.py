@@ -36,8 +36,7 @@ class RestPlaces:
 
     def update(self, tracks: DotTracks) -> bool:
         """Take the rest positions of the dots in tracks; whether any has moved or is new."""
-        uv, duv = np.asarray(tracks.uv, float), np.asarray(tracks.duv, float)
-        if not rest_moved(tracks.id, uv, duv, self.uv, limit=_MOVED):
+        if not rest_moved(tracks.id, tracks.uv, tracks.duv, self.uv, limit=_MOVED):
             return False
         rest = tracks.rest_uv
         known = np.isfinite(rest).all(axis=1)
@@ -74,7 +73,7 @@ class DotPlaces:
         """Positions (N, 3), m, sensor frame, of tracks in image (H, W, 3) or (H, W) uint8; NaN for dots without a rest position and in a
         grey image. Raises BadFrame if too few dots have a rest position.
         """
-        if image.ndim == 3 and len(tracks) and all_within(np.asarray(tracks.uv, float)):
+        if image.ndim == 3 and len(tracks) and all_within(tracks.uv):
             return self._located(image, tracks)
         seen, xyz = np.isfinite(tracks.uv).all(axis=1), np.full((len(tracks), 3), np.nan)
         if image.ndim == 3 and seen.any():
