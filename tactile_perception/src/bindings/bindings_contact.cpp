@@ -8,9 +8,8 @@
 #include "touchpad/contact/carried_loads.hpp"
 #include "touchpad/contact/contact_score.hpp"
 #include "touchpad/contact/dot_loads.hpp"
-#include "touchpad/contact/edge_places.hpp"
+#include "touchpad/contact/edge_distance.hpp"
 #include "touchpad/contact/seen_loads.hpp"
-#include "touchpad/contact/smooth_edges.hpp"
 #include "touchpad/contact/stick_slip.hpp"
 #include "touchpad/membrane/membrane_forces.hpp"
 #include "touchpad/membrane/membrane_frame.hpp"
@@ -159,25 +158,16 @@ py::array_t<double> score(const py::object& load, const py::object& places, cons
     return output(found, {grid.size()});
 }
 
-py::array_t<double> with_edges(const py::object& score, const py::object& load, int rows, int columns) {
-    const Input<double> given(score, "score", {ANY});
-    const Grid grid = grid_of(given, "score", rows, columns);
-    const Input<double> carried(load, "load", {grid.size()});
+py::array_t<double> with_edges(const py::object& score, const py::object& load, const py::object& places, const py::object& normals, int rows,
+                              int columns, double pitch) {
+    const Input<double> given(places, "places", {ANY, 3});
+    const Grid grid = grid_of(given, "places", rows, columns);
+    const Input<double> likely(score, "score", {grid.size()}), carried(load, "load", {grid.size()}), up(normals, "normals", {grid.size(), 3});
+    within(pitch, "pitch", 1e-9, 1e9);
     std::vector<double> found;
     {
         py::gil_scoped_release others_run;
-        found = place_edges(grid, given.data(), carried.data());
-    }
-    return output(found, {grid.size()});
-}
-
-py::array_t<double> with_smooth_edges(const py::object& score, int rows, int columns) {
-    const Input<double> given(score, "score", {ANY});
-    const Grid grid = grid_of(given, "score", rows, columns);
-    std::vector<double> found;
-    {
-        py::gil_scoped_release others_run;
-        found = smooth_edges(grid, given.data());
+        found = edge_distance(grid, likely.data(), carried.data(), given.data(), up.data(), pitch);
     }
     return output(found, {grid.size()});
 }
@@ -314,12 +304,10 @@ void bind_contact(py::module_& module) {
         "Score (K,) of each dot, 0 free to 1 well inside, above 0.5 in contact, from loads (K,) float64 over the fluid's pressure, places\n"
         "(K, 3), m, and normals (K, 3) of the surface; pitch: of the dots, m.");
     module.def(
-        "place_edges", &with_edges, py::arg("score"), py::arg("load"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-        "Scores (K,) float64 above 0.5 where score (K,) is; beside an edge of a contact the mean of score and of what the dot's distance\n"
-        "from the edge says, by the loads (K,) over the fluid's pressure on the dots at its sides.");
-    module.def("smooth_edges", &with_smooth_edges, py::arg("score"), py::kw_only(), py::arg("rows"), py::arg("columns"),
-               "Scores (K,) float64, above 0.5 in contact, of which a dot that sticks out of its region gets less, and one that dents it\n"
-               "more, where the score hardly decides.");
+        "edge_distance", &with_edges, py::arg("score"), py::arg("load"), py::arg("places"), py::arg("normals"), py::kw_only(),
+        py::arg("rows"), py::arg("columns"), py::arg("pitch"),
+        "Scores (K,) float64: half the distance of each dot from a contact's border, pitches, plus 1/2, 0 to 1; 0 where score (K,), of\n"
+        "contact_score, says that no contact is near. Loads, places, normals and pitch: of contact_score.");
     module.def(
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),

@@ -61,9 +61,9 @@ CALLS = {
         **LEANING | arrays, pressure=2000.0, lifted=10.0, step=0.01, spread=0.2, scale=1.0, **GRID), LEANING),
     'contact_score': (lambda load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
         _core.contact_score(load, places, normals, pitch=1.3e-3, **GRID)], {'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
-    'smooth_edges': (lambda score=np.linspace(0, 1, 42): [_core.smooth_edges(score, **GRID)], {'score': np.linspace(0, 1, 42)}),
-    'place_edges': (lambda score=np.linspace(0, 1, 42), load=np.linspace(0, 2, 42): [_core.place_edges(score, load, **GRID)],
-                    {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42)}),
+    'edge_distance': (lambda score=np.linspace(0, 1, 42), load=np.linspace(0, 2, 42), places=DOTS, normals=UP: [
+        _core.edge_distance(score, load, places, normals, pitch=1.3e-3, **GRID)],
+        {'score': np.linspace(0, 1, 42), 'load': np.linspace(0, 2, 42), 'places': DOTS, 'normals': UP}),
     'stick_slip': (call_stick_slip, STICKING),
     'grid_normals': (lambda xyz=WIDE: [_core.grid_normals(xyz)], {'xyz': WIDE}),
     'extend_surface': (lambda xyz=WIDE: [_core.extend_surface(xyz)], {'xyz': WIDE}),

@@ -53,18 +53,6 @@ std::vector<double> load_share(Grid grid, const double* load) {
     return share;
 }
 
-// Sets the score of isolated dots above 0.5 to 0.5: a single dot is an error of its range.
-void drop_single_dots(Grid grid, std::vector<double>& score) {
-    std::vector<std::ptrdiff_t> single;
-    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
-        if (!(score[k] > HALF)) continue;
-        int others = 0;
-        beside(grid, k, [&](std::ptrdiff_t j) { others += score[j] > HALF; });
-        if (others == 0) single.push_back(k);
-    }
-    for (const std::ptrdiff_t k : single) score[k] = HALF;
-}
-
 // A paraboloid, fitted robustly to the places of a patch's dots.
 class Face {
  public:
@@ -153,6 +141,17 @@ double on_face(const Face& face, Grid grid, std::ptrdiff_t k, const double* plac
 }
 
 }  // namespace
+
+void drop_single_dots(Grid grid, std::vector<double>& score) {
+    std::vector<std::ptrdiff_t> single;
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (!(score[k] > HALF)) continue;
+        int others = 0;
+        beside(grid, k, [&](std::ptrdiff_t j) { others += score[j] > HALF; });
+        if (others == 0) single.push_back(k);
+    }
+    for (const std::ptrdiff_t k : single) score[k] = HALF;
+}
 
 std::vector<double> contact_score(Grid grid, const double* load, const double* places, const double* normals, double pitch) {
     std::vector<double> score = load_share(grid, load);

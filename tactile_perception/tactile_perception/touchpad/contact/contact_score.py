@@ -12,15 +12,14 @@ from .loads import DotLoads
 
 
 def contact_score(membrane: Membrane, state: DotLoads) -> np.ndarray:
-    """Score (K,) of each dot, 0 free to 1 well inside: its load over that further inside, reduced at a patch's edge by its height above a
-    paraboloid fitted to the patch. More height is allowed to a heavier dot, and where the free skin beside it rises more steeply. Beside
-    the edge a score also follows the dot's distance from it, which the loads on both its sides tell (lever rule). Where that hardly
-    decides, the four dots next to it do: outlines are smooth.
+    """Score (K,) of each dot: half its distance from the contact's border, pitches, plus 1/2, cut to 0, free, and 1, well inside.
 
-    Above 0.5 the dot is in contact. The outermost dots of the grid have no balance and score 0; a single dot is an error of its range and
-    scores 0.5.
+    Above 0.5 the dot is in contact. First a score by the dot's load over that further inside, reduced at a patch's edge by its height above
+    a paraboloid fitted to the patch; more height is allowed to a heavier dot, and where the free skin beside it rises more steeply. Then
+    the distance from the border, by loads, scores and bends of the skin around the dot: src/touchpad/contact/edge_distance.cpp.
+    The outermost dots of the grid have no balance and score 0 at first; a single dot is an error of its range and scores 0.5 at most.
     """
     mesh = membrane.mesh
-    score = _core.contact_score(state.load, state.xyz, state.normal, rows=mesh.rows, columns=mesh.columns, pitch=membrane.pitch)
-    score = _core.place_edges(score, state.load, rows=mesh.rows, columns=mesh.columns)
-    return _core.smooth_edges(score, rows=mesh.rows, columns=mesh.columns)
+    seen = {'rows': mesh.rows, 'columns': mesh.columns, 'pitch': membrane.pitch}
+    score = _core.contact_score(state.load, state.xyz, state.normal, **seen)
+    return _core.edge_distance(score, state.load, state.xyz, state.normal, **seen)

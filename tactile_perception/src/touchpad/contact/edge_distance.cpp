@@ -1,0 +1,125 @@
+// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// A network of two hidden layers (rectified linear units) tells a dot's distance from the border: from the loads within two dots, and from
+// the scores and the skin's bends within one. It was fitted to the true outlines of simulated contacts of random tools
+// (test/benchmark/fit_contact_score.py). Its mean over the grid's eight symmetries does not depend on how the grid is turned.
+#include "touchpad/contact/edge_distance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "common/vectors.hpp"
+#include "common/wide.hpp"
+#include "touchpad/contact/contact_score.hpp"
+#include "touchpad/contact/edge_weights.hpp"
+
+namespace tactile {
+namespace {
+
+constexpr std::ptrdiff_t REACH = 2, SIDE = 2 * REACH + 1;                         // dots, of the loads that are fed in
+constexpr std::ptrdiff_t LOADS = SIDE * SIDE, NEXT = 9, FED = LOADS + 2 * NEXT;   // numbers fed in
+constexpr std::ptrdiff_t FIRST = 24, SECOND = 12, SYMMETRIES = 8;                 // units of the hidden layers
+constexpr double HALF = 0.5;                                                      // score of the border of a contact
+constexpr double NEAR = 0.25;  // score from which a dot and those beside it are judged. Chosen, as are the limits below
+constexpr double LIGHTEST = -1, HEAVIEST = 4, STEEPEST = 0.5, HEIGHT_SCALE = 4;
+static_assert(sizeof edge::WEIGHTS_1 == FED * FIRST * sizeof(double) && sizeof edge::WEIGHTS_2 == FIRST * SECOND * sizeof(double));
+
+double limited(double value, double least, double most) {
+    return value > least ? std::min(value, most) : value <= least ? least : 0;  // 0 of NaN
+}
+
+// Values (rows, columns) with REACH zeros around them.
+struct Padded {
+    std::ptrdiff_t width;
+    std::vector<double> values;
+    explicit Padded(Grid grid) : width(grid.columns + 2 * REACH), values((grid.rows + 2 * REACH) * width) {}
+    std::ptrdiff_t place(Grid grid, std::ptrdiff_t k) const { return (k / grid.columns + REACH) * width + k % grid.columns + REACH; }
+};
+
+// How far the four dots next to an inner dot stand out of its tangent plane, pitches.
+double bend(Grid grid, std::ptrdiff_t k, const double* places, const double* normals, double pitch) {
+    const Vec3 here = vec3_at(places, k), beside = vec3_at(places, k - 1) + vec3_at(places, k + 1) +
+                                                   vec3_at(places, k - grid.columns) + vec3_at(places, k + grid.columns);
+    return dot(beside - 4.0 * here, vec3_at(normals, k)) / pitch;
+}
+
+// Offsets in padded values of what is fed in, for each symmetry of the square.
+struct Offsets {
+    std::ptrdiff_t load[SYMMETRIES][LOADS], next[SYMMETRIES][NEXT];
+    explicit Offsets(std::ptrdiff_t width) {
+        for (int way = 0; way < SYMMETRIES; ++way) {
+            fill(load[way], REACH, way, width);
+            fill(next[way], 1, way, width);
+        }
+    }
+    static void fill(std::ptrdiff_t* offsets, std::ptrdiff_t reach, int way, std::ptrdiff_t width) {
+        for (std::ptrdiff_t row = -reach; row <= reach; ++row) {
+            for (std::ptrdiff_t column = -reach; column <= reach; ++column) {
+                const std::ptrdiff_t down = (way & 1) ? -row : row, across = (way & 2) ? -column : column;
+                *offsets++ = (way & 4) ? across * width + down : down * width + across;
+            }
+        }
+    }
+};
+
+// The network's answer, pitches, to the numbers fed in.
+TACTILE_INLINE double answer(const double* fed) {
+    double first[FIRST], second[SECOND], distance = edge::BIASES_3[0];
+    std::copy(edge::BIASES_1, edge::BIASES_1 + FIRST, first);
+    std::copy(edge::BIASES_2, edge::BIASES_2 + SECOND, second);
+    for (std::ptrdiff_t j = 0; j < FED; ++j) {
+        for (std::ptrdiff_t i = 0; i < FIRST; ++i) first[i] += fed[j] * edge::WEIGHTS_1[j * FIRST + i];
+    }
+    for (std::ptrdiff_t j = 0; j < FIRST; ++j) {
+        const double unit = first[j] > 0 ? first[j] : 0;
+        for (std::ptrdiff_t i = 0; i < SECOND; ++i) second[i] += unit * edge::WEIGHTS_2[j * SECOND + i];
+    }
+    for (std::ptrdiff_t j = 0; j < SECOND; ++j) distance += (second[j] > 0 ? second[j] : 0) * edge::WEIGHTS_3[j];
+    return distance;
+}
+
+TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const Padded& load, const Padded& score, const Padded& bends,
+                        double* found) {
+    const Offsets offsets(load.width);
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        if (!near[k]) continue;
+        const std::ptrdiff_t at = load.place(grid, k);
+        double total = 0, fed[FED];
+        for (int way = 0; way < SYMMETRIES; ++way) {
+            for (std::ptrdiff_t j = 0; j < LOADS; ++j) fed[j] = load.values[at + offsets.load[way][j]];
+            for (std::ptrdiff_t j = 0; j < NEXT; ++j) {
+                fed[LOADS + j] = score.values[at + offsets.next[way][j]];
+                fed[LOADS + NEXT + j] = bends.values[at + offsets.next[way][j]];
+            }
+            total += answer(fed);
+        }
+        found[k] = std::clamp(HALF + total / (2 * SYMMETRIES), 0.0, 1.0);
+    }
+}
+
+}  // namespace
+
+std::vector<double> edge_distance(Grid grid, const double* score, const double* load, const double* places, const double* normals,
+                                  double pitch) {
+    std::vector<double> found(grid.size());
+    std::vector<std::uint8_t> near(grid.size());
+    bool any = false;
+    for (std::ptrdiff_t k = 0; k < grid.size(); ++k) {
+        any |= score[k] > HALF;
+        if (score[k] > NEAR) around(grid, k, [&](std::ptrdiff_t j) { near[j] = 1; });
+    }
+    if (!any) return found;
+    Padded loads(grid), scores(grid), bends(grid);
+    each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
+        const std::ptrdiff_t at = loads.place(grid, k);
+        loads.values[at] = limited(load[k], LIGHTEST, HEAVIEST);
+        scores.values[at] = limited(score[k], 0, 1);
+        if (inner) bends.values[at] = HEIGHT_SCALE * limited(bend(grid, k, places, normals, pitch), -STEEPEST, STEEPEST);
+    });
+    judge(grid, near, loads, scores, bends, found.data());
+    drop_single_dots(grid, found);
+    return found;
+}
+
+}  // namespace tactile

@@ -1,0 +1,245 @@
+# Copyright 2026 The tactile authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fits the weights by which the touchpad tells how far each dot is from a contact's border; writes them as a C++ header.
+
+    python test/benchmark/fit_contact_score.py [--scenes 240] [--seed 7000] [--out out/edge_weights.hpp]
+
+The scenes are random: tools, sizes, places, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
+rectified linear units, Adam, Huber loss) learns each dot's signed distance from the true outline, cut at a pitch, from what the estimator
+knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes ten minutes.
+"""
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+from tactile_driver.parameters.table import defaults
+from tactile_driver.simulation.optics.rendering import Imaging
+from tactile_driver.simulation.optics.water_light import Lighting
+from tactile_driver.simulation.scene.scene import Scene
+from tactile_driver.simulation.scene.specimen import act, one_after_the_other
+from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
+from tactile_driver.simulation.skin.motion import Motion
+from tactile_driver.simulation.skin.tools import Tool, block, disc, edge, ring, sphere
+from tactile_perception import _core
+from tactile_perception.parameters.touchpad import DOT_PARAMETERS
+from tactile_perception.pipeline.dot_stage import make_tracker
+from tactile_perception.touchpad.contact.loads import LoadEstimator
+from tactile_perception.touchpad.places import DotPlaces, RestPlaces
+from tactile_perception.touchpad.sensor import Touchpad
+
+import sys  # noqa: E402
+sys.path.insert(0, str(Path(__file__).parent))
+from sources import scene_parameters  # noqa: E402
+
+RATE, UNTOUCHED = 10.0, 0.4  # frames/s; s
+HIDDEN = 24, 12
+EPOCHS, BATCH, FASTEST, DECAY, HUBER = 80, 512, 4e-3, 1e-4, 0.5
+OUTWARDS = 0.05  # pitches, added to what is learnt: regions drawn a little too large overlap more than those drawn too small
+NEAR = 0.25  # score from which a dot and those beside it are judged, as in the kernel
+LIGHTEST, HEAVIEST, STEEPEST, HEIGHT_SCALE = -1.0, 4.0, 0.5, 4.0  # limits and scale of what is fed, as in the kernel
+KINDS = 'block', 'disc', 'ring', 'ball', 'edge', 'balls', 'light', 'tilted'
+
+
+def random_tool(kind: str, rng: np.random.Generator) -> Tool:
+    """A tool of that kind and of a random size."""
+    u = rng.uniform
+    if kind == 'block':
+        return Tool(kind, (partial(block, half_x=u(0.004, 0.008), half_y=u(0.003, 0.006), rounding=u(2e-4, 8e-4)),))
+    if kind == 'ring':
+        inner = u(0.003, 0.0055)
+        return Tool(kind, (partial(ring, inner=inner, outer=inner + u(0.002, 0.0035), rounding=u(3e-4, 7e-4)),))
+    if kind == 'edge':
+        return Tool(kind, (partial(edge, half_angle=u(0.6, 1.0), rounding=u(5e-4, 15e-4), half_length=u(0.006, 0.012)),))
+    if kind == 'balls':
+        radius = u(0.003, 0.0055)
+        return Tool(kind, (partial(sphere, radius=radius),) * 2,
+                    ((-u(0.0055, 0.007), u(-0.001, 0.001), 0.0), (u(0.0055, 0.007), 0.0, u(0, 5e-4))), radius)
+    if kind == 'ball' or kind == 'light' and u() < 0.6:
+        radius = u(0.003, 0.012)
+        return Tool(kind, (partial(sphere, radius=radius),), tip_radius=radius)
+    return Tool(kind, (partial(disc, radius=u(0.0035, 0.0075), rounding=u(2e-4, 8e-4)),))
+
+
+def random_scene(number: int, seed: int) -> Scene:
+    """A tool is pressed in, moved and lifted; one scene in six has glare."""
+    rng, kind = np.random.default_rng([seed, number]), KINDS[number % len(KINDS)]
+    u = rng.uniform
+    imaging = replace(Imaging(), blur=0.8 + u(-0.15, 0.15), read_noise=u(0.6, 1.2))
+    lighting = Lighting()
+    if number % 6 == 5:
+        imaging = replace(imaging, drift=u(0, 0.03))
+        lighting = replace(lighting, gloss=u(300, 900), gloss_width=0.01, sheen=u(0.05, 0.15), sheen_width=0.05)
+    specimen = touchpad(seed + number, 640, lighting, imaging)
+    far = 0.001 if kind == 'balls' else 0.003
+    x, y, depth = u(-far, far), u(-far, far), u(0.0006, 0.0014) if kind == 'light' else u(0.0022, 0.0038)
+    turn = {'pitch': u(-0.12, 0.12), 'roll': u(-0.12, 0.12)} if kind == 'tilted' else {}
+    move = {'x': x + u(-0.003, 0.003), 'y': y + u(-0.003, 0.003), 'yaw': u(-0.6, 0.6), **turn}
+    acts = one_after_the_other([lambda start: act(kind, start, {'t': 0.6, 'press': depth}, {'t': 1.5, **move},
+                                                  {'t': 1.9, 'press': 0.0}, x=x, y=y)], untouched=UNTOUCHED)
+    motions = [Motion(random_tool(kind, rng), keys, specimen.skin) for _, keys in acts]
+    return Scene(specimen, motions, motions[-1].times[-1] + 0.15, RATE, u(0.2, 0.6))
+
+
+def is_inside(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
+    """(K,) bool: which points (K, 2) an odd number of loops (M, >= 2) encloses."""
+    crossed = np.zeros(len(points), int)
+    for loop in loops:
+        here, there = loop[:, :2], np.roll(loop[:, :2], -1, axis=0)
+        x, y = points[:, 0, None], points[:, 1, None]
+        rise = np.where(there[:, 1] == here[:, 1], 1e-12, there[:, 1] - here[:, 1])
+        at = here[:, 0] + (y - here[:, 1]) / rise * (there[:, 0] - here[:, 0])
+        crossed += (((here[:, 1] > y) != (there[:, 1] > y)) & (x < at)).sum(axis=1)
+    return crossed % 2 == 1
+
+
+def signed_distance(loops: list[np.ndarray], points: np.ndarray) -> np.ndarray:
+    """(K,) m, distances of points (K, 2) from the outlines loops (M, >= 2), seen along z; positive inside."""
+    nearest = np.full(len(points), np.inf)
+    for loop in loops:
+        here, way = loop[:, :2], np.roll(loop[:, :2], -1, axis=0) - loop[:, :2]
+        off = points[:, None] - here
+        part = np.clip((off * way).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-15), 0, 1)
+        nearest = np.minimum(nearest, np.linalg.norm(off - part[..., None] * way, axis=2).min(axis=1))
+    return np.where(is_inside(loops, points), nearest, -nearest)
+
+
+def heights(places: np.ndarray, normals: np.ndarray, pitch: float) -> np.ndarray:
+    """(rows, columns): how far the four dots next to each stand out of its tangent plane, pitches, cut and scaled; 0 at the border."""
+    rise, inner = np.zeros(places.shape[:2]), np.s_[1:-1, 1:-1]
+    off = places[:-2, 1:-1] + places[2:, 1:-1] + places[1:-1, :-2] + places[1:-1, 2:] - 4 * places[inner]
+    rise[inner] = (off * normals[inner]).sum(axis=2) / pitch
+    return HEIGHT_SCALE * np.clip(np.nan_to_num(rise), -STEEPEST, STEEPEST)
+
+
+def windows(values: np.ndarray, reach: int) -> np.ndarray:
+    """(K, 2 reach + 1, 2 reach + 1): values (rows, columns) around each dot, 0 outside."""
+    side = 2 * reach + 1
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, reach), (side, side)).reshape(-1, side, side)
+
+
+def surroundings(load, score, rise) -> np.ndarray:
+    """(8, K, 43): load within two dots, score and rise within one (all (rows, columns)), of each dot, in the grid's eight symmetries."""
+    parts = [windows(np.clip(np.nan_to_num(load), LIGHTEST, HEAVIEST), 2), windows(np.nan_to_num(score), 1), windows(rise, 1)]
+    turned = [[np.rot90(part if way < 4 else part.transpose(0, 2, 1), way % 4, axes=(1, 2)) for part in parts] for way in range(8)]
+    return np.stack([np.concatenate([part.reshape(len(part), -1) for part in some], axis=1) for some in turned])
+
+
+def examples(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Surroundings (8, N, 43) and signed distances (N,), pitches, of the dots near the contacts that are found in a scene; and how many
+    (N,) there are of them in the same frame."""
+    values = {**defaults(DOT_PARAMETERS), **scene_parameters(scene)}
+    sensor = Touchpad.from_parameters(values)
+    camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
+    tracker, places = make_tracker(sensor, values), DotPlaces(sensor, camera)
+    rest, balance = RestPlaces(sensor.cap, camera, ROWS, COLUMNS), LoadEstimator(ROWS, COLUMNS, sensor.material, camera.centre)
+    fed, told, crowd = [np.zeros((8, 0, 43), np.float32)], [np.zeros(0, np.float32)], [np.zeros(0, np.float32)]
+    for number in range(scene.frames):
+        frame = scene.render(number / RATE)
+        tracks = tracker.process(frame.image, 1 + number / RATE)
+        tracks.xyz = places.locate(frame.image, tracks)
+        if rest.update(tracks):
+            balance.set_rest(rest.xyz)
+        known = np.isfinite(tracks.xyz).all(axis=1) & np.isfinite(rest.xyz[tracks.id]).all(axis=1)
+        loads, pitch = balance.loads(tracks.id[known], tracks.xyz[known]), balance.membrane.pitch
+        if loads.none:
+            continue
+        score = _core.contact_score(loads.load, loads.xyz, loads.normal, rows=ROWS, columns=COLUMNS, pitch=pitch)
+        near = np.flatnonzero(cv2.dilate((score > NEAR).reshape(ROWS, COLUMNS).astype(np.uint8), np.ones((3, 3), np.uint8)))
+        loops = frame.truth.outlines + frame.truth.holes
+        if (score > 0.5).any():
+            rise = heights(loads.xyz.reshape(ROWS, COLUMNS, 3), loads.normal.reshape(ROWS, COLUMNS, 3), pitch)
+            fed.append(surroundings(loads.load.reshape(ROWS, COLUMNS), score.reshape(ROWS, COLUMNS), rise)[:, near].astype(np.float32))
+            distance = signed_distance(loops, frame.truth.dot_xyz[near, :2]) / pitch if loops else np.full(len(near), -1.0)
+            told.append(np.clip(distance, -1, 1).astype(np.float32))
+            crowd.append(np.full(len(near), len(near), np.float32))
+    return np.concatenate(fed, axis=1), np.concatenate(told), np.concatenate(crowd)
+
+
+def fit(fed: np.ndarray, told: np.ndarray, crowd: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+    """Weights (in, out) of each layer and after them its biases (out,): Adam, with a rate that falls as a cosine. Dots of large contacts
+    weigh less, by their number crowd (N,): each frame counts."""
+    weight = 1 / crowd / np.mean(1 / crowd)
+    sizes = [fed.shape[2], *HIDDEN, 1]
+    weights = [rng.normal(0, np.sqrt(2 / a), (a, b)).astype(np.float32) for a, b in zip(sizes, sizes[1:])]
+    known = weights + [np.zeros(size, np.float32) for size in sizes[1:]]
+    mean, square = ([np.zeros_like(part) for part in known] for _ in range(2))
+    step = 0
+    for epoch in range(EPOCHS):
+        rate = FASTEST * 0.5 * (1 + np.cos(np.pi * epoch / EPOCHS)) + 1e-5
+        order = rng.permutation(len(told))
+        for start in range(0, len(told), BATCH):
+            some = order[start:start + BATCH]
+            step += 1
+            for j, slope in enumerate(_slopes(known, fed[rng.integers(8, size=len(some)), some], told[some], weight[some])):
+                mean[j] += 0.1 * (slope - mean[j])
+                square[j] += 0.001 * (slope**2 - square[j])
+                change = mean[j] / (1 - 0.9**step) / (np.sqrt(square[j] / (1 - 0.999**step)) + 1e-8)
+                known[j] -= np.float32(rate) * change.astype(np.float32)
+    known[-1] = known[-1] + np.float32(OUTWARDS)
+    return [part for pair in zip(known[:len(weights)], known[len(weights):]) for part in pair]
+
+
+def _slopes(known: list[np.ndarray], fed: np.ndarray, told: np.ndarray, weight: np.ndarray) -> list[np.ndarray]:
+    """Derivatives of the weighted mean Huber loss by weights and biases (back-propagation)."""
+    layers = len(known) // 2
+    outputs = [fed]
+    for k in range(layers):
+        output = outputs[-1] @ known[k] + known[layers + k]
+        outputs.append(np.maximum(output, 0) if k + 1 < layers else output)
+    back = (weight * np.clip(outputs[-1][:, 0] - told, -HUBER, HUBER))[:, None] * 2 / len(told)
+    weights, biases = [], []
+    for k in reversed(range(layers)):
+        weights.insert(0, outputs[k].T @ back + DECAY * known[k])
+        biases.insert(0, back.sum(axis=0))
+        back = (back @ known[k].T) * (outputs[k] > 0)
+    return weights + biases
+
+
+HEADER = '''// Copyright 2026 The tactile authors
+// SPDX-License-Identifier: Apache-2.0
+// Weights and biases of edge_distance.cpp, a row for each number that is fed in; fitted by test/benchmark/fit_contact_score.py.
+#pragma once
+
+namespace tactile::edge {
+
+'''
+
+
+def as_header(layers: list[np.ndarray]) -> str:
+    """The C++ header; numbers are rounded to 1e-4."""
+    text = HEADER
+    for k, part in enumerate(layers):
+        flat = [f'{value:.4f}'.rstrip('0').rstrip('.') for value in part.ravel()]
+        lines, line = [], '   '
+        for number in flat:
+            if len(line) + len(number) + 2 > 138:
+                lines.append(line)
+                line = '   '
+            line += f' {number},'
+        name = f'{"BIASES" if k % 2 else "WEIGHTS"}_{k // 2 + 1}'
+        text += f'constexpr double {name}[{len(flat)}] = {{\n' + '\n'.join([*lines, line]) + '\n};\n'
+    return text + '\n}  // namespace tactile::edge\n'
+
+
+def main() -> None:
+    """Simulate, fit, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--scenes', type=int, default=240)
+    parser.add_argument('--seed', type=int, default=7000)
+    parser.add_argument('--out', type=Path, default=Path('out/edge_weights.hpp'))
+    given = parser.parse_args()
+    cv2.setNumThreads(1)
+    found = [examples(random_scene(number, given.seed)) for number in range(given.scenes)]
+    fed, (told, crowd) = np.concatenate([one[0] for one in found], axis=1), (np.concatenate([one[k] for one in found]) for k in (1, 2))
+    print(f'{len(told)} dots in {given.scenes} scenes')
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    given.out.write_text(as_header(fit(fed, told, crowd, np.random.default_rng(given.seed))))
+
+
+if __name__ == '__main__':
+    main()
