@@ -20,9 +20,10 @@ constexpr double MOST_ROOM = 3, MOST_CONTACT = 0.5;  // parts of the room's ligh
                                                      // object. Chosen
 constexpr double ALIKE = 0.05;                       // part of a lamp's light by which it may change until the object goes. Chosen
 constexpr double LEFT = 0.7;                         // part of an object's light that is left at most after it is gone. Chosen
-// Part of the room's light that an object shades, and its standard deviation, before it is measured. Chosen: it hides a tenth at most.
+// Part of the room's light that an object shades, and its standard deviation, before it is measured: of what the room has beyond that of
+// the calibration. Chosen: it hides a tenth at most.
 constexpr double SHADE_EXPECTED = 0.05, SHADE = 0.05;
-constexpr double SHADE_LEAST = 0.01;  // smallest standard deviation: objects differ. Chosen
+constexpr double SHADE_LEAST = 0.01;  // smallest standard deviation, of all of the room's light: objects differ. Chosen
 constexpr double SHADE_MOST = 0.3;    // largest part. Chosen
 constexpr double TWO = 4;             // standard deviations of the cross term, beyond which it is that of two contacts. Chosen
 constexpr double ONSET = 0.03;        // s of a contact in which it grows. Chosen
@@ -60,6 +61,13 @@ bool is_doubtful(const FingerSums& light, const FingerSums& doubtful, double sig
     return doubtful[TOTAL] > CERTAIN * sigma && std::all_of(apart.begin(), apart.end(), [most](double d) { return std::abs(d) < most; });
 }
 
+// Information on the shaded part of the room's light before it is measured.
+double known_beforehand(const HeldState& state) {
+    const double beyond = std::abs(state.expected[TOTAL]) / SHADE_EXPECTED, all = std::max(std::abs(state.room[TOTAL]), 1e-9);
+    const double sigma = std::max(SHADE * std::min(beyond / all, 1.0), SHADE_LEAST);
+    return 1 / (sigma * sigma);
+}
+
 // What the object shades of the room's light.
 FingerSums shaded(const HeldState& state, double shade) {
     FingerSums light;
@@ -81,13 +89,13 @@ void measure_shade(HeldState& state, const FingerSums& light, double count, doub
     const double missing = missing_cross(light, shaded(state, state.shade), finger.table);
     const double slope = (missing_cross(light, shaded(state, state.shade + SHADE_LEAST), finger.table) - missing) / SHADE_LEAST;
     const double each = finger.noise[4 * CROSS + CROSS] / count, model = finger.cross_volts * finger.cross_volts;
-    const double before = 1 / (SHADE * SHADE) + state.gained, variance = each + model * MODEL / seconds;
+    const double known = known_beforehand(state), before = known + state.gained, variance = each + model * MODEL / seconds;
     if (!(missing * missing <= TWO * TWO * (each + model + slope * slope / before))) return;
-    const double after = std::min(before + slope * slope / variance, 1 / (SHADE_LEAST * SHADE_LEAST));
+    const double after = std::min(before + slope * slope / variance, std::max(before, 1 / (SHADE_LEAST * SHADE_LEAST)));
     const double shade = state.shade - slope * missing / variance / after;
     if (std::isnan(shade)) return;
     const double least = -state.expected[TOTAL] / std::max(state.room[TOTAL], state.expected[TOTAL]);  // no object adds light
-    state.gained = after - 1 / (SHADE * SHADE);
+    state.gained = after - known;
     state.shade = std::min(std::max(shade, std::min(least, 0.0)), SHADE_MOST);
 }
 
@@ -181,7 +189,7 @@ void interrupt_held(HeldState& state) {
 }
 
 double shaded_volts(const HeldState& state) {
-    return std::abs(state.room[TOTAL]) / std::sqrt(1 / (SHADE * SHADE) + std::max(state.gained, 0.0));
+    return std::abs(state.room[TOTAL]) / std::sqrt(known_beforehand(state) + std::max(state.gained, 0.0));
 }
 
 bool follow_held(HeldState& state, double* sums, const std::uint8_t* in_contact, const std::uint8_t* saturated, std::ptrdiff_t count,

@@ -16,6 +16,7 @@ _SLOW_S = 0.1  # s of the fastest drift that are no object. Chosen: 10 mV of 0.1
 _UNSEEN_S = 0.5  # s, longest time for which drift goes on under a contact. Chosen: a lasting one tells nothing of it
 _BEFORE = 3  # updates before a contact that may hold the object's shade. Chosen: 60 ms, in which it comes near
 _SHADE = 0.15  # part of the light that an object shades at most. Chosen
+_EVIDENT = 3.0  # standard deviations of the offsets' sum, from which it has become darker. Chosen
 _FAST_S = 0.02  # s, time constant of falling light, which no contact causes. Chosen: one update
 _NOISE_S = 5.0  # s, time constant of the noise. Chosen
 _STEP_S = 0.02  # s, between updates. Chosen: two periods of lamps on 50 Hz mains
@@ -94,10 +95,12 @@ class Reference:
                 self._use(self._drift)
 
     def recall(self) -> None:
-        """A contact begins: return to the offset before the object came near and shaded a part of the ambient light."""
+        """A contact begins: return to the offset before the object came near, if it has shaded an evident part of the ambient light since.
+        Else the latest offset is the best known."""
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
         before, now = self._earlier[0][1], self.offset
-        if (self._drift.weights @ before[0]).sum() * (1 - _SHADE) < now.sum():
+        was = (self._drift.weights @ before[0]).sum()
+        if was * (1 - _SHADE) < now.sum() < was - _EVIDENT * self.uncertainty:
             self._drift.recall(before, sum(seconds for seconds, _ in list(self._earlier)[1:]))
             self._use(self._drift)
 

@@ -24,7 +24,7 @@ _MOST_ROOM, _MOST_CONTACT = 3.0, 0.5  # parts of the room's light, and of the co
 _LEFT = 0.7  # part of an object's light that is left at most after it is gone. Chosen
 # Part of the room's light that an object shades, and its standard deviation, before it is measured. Chosen: it hides a tenth at most.
 _SHADE_EXPECTED, _SHADE = 0.05, 0.05
-_SHADE_LEAST = 0.01  # smallest standard deviation: objects differ. Chosen
+_SHADE_LEAST = 0.01  # smallest standard deviation, of all of the room's light: objects differ. Chosen
 _SHADE_MOST = 0.3  # largest part. Chosen
 _ALIKE = 0.05  # part of a lamp's light by which it may change until the object goes. Chosen
 _TWO = 4.0  # standard deviations of the cross term, beyond which it is that of two contacts. Chosen
@@ -45,7 +45,7 @@ class HeldLight:
 
     def __init__(self, cross: Callable[[np.ndarray], np.ndarray] | None, cross_volts: float):
         self._cross, self._cross_volts = cross, cross_volts
-        self.shade, self._information = 0.0, 1 / _SHADE**2
+        self.shade, self._gained = 0.0, 0.0
         self.begin(np.zeros(4), np.zeros(4))
 
     def begin(self, offset: np.ndarray, calibrated: np.ndarray) -> None:
@@ -125,17 +125,19 @@ class HeldLight:
     def _measure_shade(self, light: np.ndarray, count: int, noise: np.ndarray, seconds: float) -> None:
         """Update the shaded part by the cross term of light (4,), the mean sums of count samples: least squares with a known variance."""
         step = max(_SHADE_LEAST, 1e-3)
+        beyond = abs(self._expected[TOTAL]) / _SHADE_EXPECTED / max(abs(self._room[TOTAL]), 1e-9)
+        known = max(_SHADE * min(beyond, 1.0), _SHADE_LEAST) ** -2
         tried = light + self._expected + np.array([self.shade, self.shade + step])[:, None] * self._room
         if not (light[TOTAL] > 0 and (tried[:, TOTAL] > 0).all()):
             return
         missing = tried[:, CROSS] - self._cross(np.clip(position(tried), -1, 1)) * tried[:, TOTAL]
         slope = (missing[1] - missing[0]) / step
         each = noise[CROSS, CROSS] / count
-        if missing[0] ** 2 > _TWO**2 * (each + self._cross_volts**2 + slope * slope / self._information):
+        if missing[0] ** 2 > _TWO**2 * (each + self._cross_volts**2 + slope * slope / (known + self._gained)):
             return
         variance = each + self._cross_volts**2 * _MODEL_S / seconds
-        gained = slope * slope / variance
-        self._information = min(self._information + gained, 1 / _SHADE_LEAST**2)
+        information = min(known + self._gained + slope * slope / variance, max(known + self._gained, 1 / _SHADE_LEAST**2))
+        self._gained = information - known
         least = min(-self._expected[TOTAL] / max(self._room[TOTAL], self._expected[TOTAL]), 0.0)  # no object adds light
-        self.shade = min(max(self.shade - slope * missing[0] / variance / self._information, least), _SHADE_MOST)
+        self.shade = min(max(self.shade - slope * missing[0] / variance / information, least), _SHADE_MOST)
         self._shaded = self._expected + self.shade * self._room

@@ -71,6 +71,20 @@ def test_falling_light_is_tracked_at_once_and_constant_light_after_a_while():
     assert reference.offset.sum() == pytest.approx(OFFSET.sum() + 0.3, abs=0.03)
 
 
+def test_a_contact_begins_from_the_light_before_an_evident_shade_and_else_from_the_latest():
+    rng = np.random.default_rng(2)
+    for seed in range(5):
+        reference = taken(rng)
+        follow(reference, rest(1000, rng))
+        latest = reference.offset.copy()
+        reference.recall()
+        assert (reference.offset == latest).all()
+        follow(reference, rest(40, rng, np.full(40, -0.06)))  # an object shades an eighth
+        shaded = reference.offset.sum()
+        reference.recall()
+        assert shaded < OFFSET.sum() - 0.03 and reference.offset.sum() == pytest.approx(OFFSET.sum(), abs=6e-3)
+
+
 def test_noise_is_tracked():
     rng = np.random.default_rng(0)
     reference = taken(rng)
