@@ -3,6 +3,7 @@
 // Python bindings of the taxel array's kernels, in the manner of bindings.cpp.
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
+#include "bindings/taxel_bounds.hpp"
 #include "taxel/taxel_load.hpp"
 #include "taxel/taxel_quiet.hpp"
 #include "taxel/taxel_regions.hpp"
@@ -13,8 +14,7 @@
 namespace tactile::border {
 namespace {
 
-constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6;  // of a side; taxels, of a width. Chosen: far beyond any array
-constexpr double MOST_HELD = 0.9;  // of a load, that a sensing layer hides. Chosen: beyond, noise is ten times as large
+constexpr double MOST_HELD = 0.999;  // of a load, that a sensing layer hides. Derived: what it shows is divided by the rest
 
 py::array_t<float> score_of_taxels(const py::object& pressure, double smooth, int reach, double least, double share, double ramp) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});
@@ -201,7 +201,7 @@ void bind_taxels(py::module_& module) {
         "taxel_undone", &undo_hysteresis, py::arg("pressure"), py::arg("last"), py::arg("held"), py::kw_only(), py::arg("share"),
         py::arg("reach"), py::arg("relative"), py::arg("crept"), py::arg("smooth"),
         "The load (rows, columns) float32 behind pressure (rows, columns) float32 that a sensing layer shows, and the held load after\n"
-        "the load last and held (rows, columns) float32 of the last frame, NaN where unknown. share, from 0 to 0.9: of the held load in what is shown; reach, in\n"
+        "the load last and held (rows, columns) float32 of the last frame, NaN where unknown. share, from 0 to 0.999: of the held load in what is shown; reach, in\n"
         "the pressure's unit, and relative, of the load, from 0 to 1: farthest distance of load and held load; crept: part of the way\n"
         "to the load that the held load goes between frames; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
     module.def(

@@ -3,6 +3,7 @@
 // Python bindings of the kernels that follow an object on a taxel array, in the manner of bindings.cpp.
 #include "bindings/bindings.hpp"
 #include "bindings/border.hpp"
+#include "bindings/taxel_bounds.hpp"
 #include "taxel/taxel_load.hpp"
 #include "taxel/taxel_motion.hpp"
 #include "taxel/taxel_registration.hpp"
@@ -11,8 +12,6 @@
 
 namespace tactile::border {
 namespace {
-
-constexpr double MOST_TAXELS = 1e4, LONGEST = 1e6;  // of a side; taxels, of a width. Chosen: far beyond any array
 
 py::tuple edges_of_taxels(const py::object& pressure, double scale, double steep, int rim, int most) {
     const Input<float> given(pressure, "pressure", {ANY, ANY});

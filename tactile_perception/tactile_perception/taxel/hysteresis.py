@@ -18,12 +18,14 @@ from ..errors import BadArgument
 
 # Tried in the fit: parts held; reaches, of the largest load, and of each load; s. Chosen: of a layer that holds more than half of its
 # changes a frame shows too little to tell the load; one that comes back through less than the whole range shows its reach.
-_SHARES, _REACHES = (0.5, 0.25, 0.12, 0.06), (0.0, 0.005, *np.geomspace(0.01, 0.32, 11).tolist())
+_HARD, _SOFT = 0.5, (0.25, 0.12, 0.06)
+_REACHES = (0.0, 0.005, *np.geomspace(0.01, 0.32, 11).tolist())
 _RELATIVE = (0.0, 0.04, 0.08, 0.16, 0.32)
+_MOST_HELD = 0.9  # largest share of a loop. Chosen: beyond, noise is ten times as large
 _FARTHEST = 0.5  # of the largest load, up to which both reaches together are tried. Derived: farther, it is not seen on the way back
 _RELAXATIONS = np.geomspace(0.1, 10, 9).tolist()
 _BETTER = 0.7  # of the residuals without a loop, below which those with one must be. Chosen: noise alone gains a few percent
-# Of the residuals of the largest share, below which those of a smaller one must be. Chosen: a fitted curve that is not quite that of the
+# Of the residuals of _HARD, below which those of a smaller one must be. Chosen: a fitted curve that is not quite that of the
 # layer looks like a small share with a far reach.
 _SOFTER = 0.8
 _RESTED_S = 1e6  # s, before the first load
@@ -45,9 +47,9 @@ class Loop:
     relaxation: float = 1.0
 
     def __post_init__(self):
-        if not (0 <= self.share <= 0.9 and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
-            raise BadArgument(f'taxel response: a loop needs a share from 0 to 0.9, a reach of at least 0, a relative reach from 0 to 1 '
-                              f'and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
+        if not (0 <= self.share <= _MOST_HELD and 0 <= self.reach < np.inf and 0 <= self.relative <= 1 and 0 < self.relaxation < np.inf):
+            raise BadArgument(f'taxel response: a loop needs a share from 0 to {_MOST_HELD}, a reach of at least 0, a relative reach from '
+                              f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
 
     def width(self, load: float) -> float:
         """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
@@ -81,15 +83,14 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
 
     def left(loop: Loop) -> float:
         return nnls(terms / unit * weights[:, None], loop.shown(loads, intervals) * weights)[1]
-    best: list[tuple[float, Loop]] = []
-    tried = [one for one in product(_REACHES, _RELATIVE, _RELAXATIONS) if 0 < one[0] + one[1] <= _FARTHEST]
-    for share in _SHARES:
-        loops = [Loop(share, most * reach, relative, relaxation) for reach, relative, relaxation in tried]
+
+    def best(shares: tuple) -> tuple[float, Loop]:
+        loops = [Loop(share, most * reach, relative, relaxation) for share, reach, relative, relaxation in
+                 product(shares, _REACHES, _RELATIVE, _RELAXATIONS) if 0 < reach + relative <= _FARTHEST]
         residuals = [left(loop) for loop in loops]
-        best.append((min(residuals), loops[int(np.argmin(residuals))]))
-    least, loop = min(best[1:], key=lambda one: one[0])
-    if least > _SOFTER * best[0][0]:
-        least, loop = best[0]
+        return min(residuals), loops[int(np.argmin(residuals))]
+    hard, soft = best((_HARD,)), best(_SOFT)
+    least, loop = soft if soft[0] <= _SOFTER * hard[0] else hard
     return loop if least < _BETTER * left(Loop()) else Loop()
 
 
