@@ -15,8 +15,6 @@ from ..skin.motion import Motion
 from .specimen import Specimen
 from ..truth import SimulatedFrame, TruthFrame
 
-#: In node spacings: larger motions of a tool between two frames are split into steps; chosen.
-_LONGEST_STEP = 0.95
 #: Node spacings per unit of the Frobenius norm of a change of rotation; chosen.
 _TOOL_SIZE = 7.1
 
@@ -96,13 +94,13 @@ class Scene:
         return motion
 
     def _follow(self, motion: Motion, start: float, end: float):
-        """Move one tool from the time start to the time end, s, in steps of at most _LONGEST_STEP, and along the skin of at most its
-        longest_slide (at most 40 steps)."""
+        """Move one tool from the time start to the time end, s, in steps of at most the skin's longest_step, and along the skin of at most
+        its longest_slide (at most 40 steps)."""
         first, last = motion.pose(start), motion.pose(end)
         way = (np.linalg.norm(last.origin - first.origin) + np.linalg.norm(last.other - first.other)) / self.membrane.spacing
         way += _TOOL_SIZE * np.linalg.norm(last.turn - first.turn)
         slide = np.linalg.norm((last.origin - first.origin)[:2]) / self.membrane.spacing
-        steps = min(max(math.ceil(way / _LONGEST_STEP), math.ceil(slide / self.membrane.longest_slide), 1), 40)
+        steps = min(max(math.ceil(way / self.membrane.longest_step), math.ceil(slide / self.membrane.longest_slide), 1), 40)
         before = first
         for part in range(1, steps + 1):
             now = motion.pose(start + (end - start) * part / steps)

@@ -1,11 +1,17 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from sheets_seen import bright_spots
 
+from tactile_driver.simulation.optics.pattern import SurfaceSampler
+from tactile_driver.simulation.scene.specimen import Script, one_after_the_other, press
+from tactile_driver.simulation.sensors import scenes
+from tactile_driver.simulation.sensors.air_cushion import air_cushion
 from tactile_driver.simulation.sensors.scenes import open_scene
 
 
@@ -33,6 +39,39 @@ def test_circles_are_seen_where_the_truth_says(scene, deepest):
         image, uv = scene.render_clean(number / scene.rate).image, scene.observe(number).truth.dot_uv
         found, _ = bright_spots(image, uv, 9)
         assert np.median(np.linalg.norm(found - uv, axis=1)) < 0.25
+
+
+def test_circles_are_seen_at_the_centroid_of_their_bent_area(scene, deepest):
+    """That is the mean over many small parts of a circle, weighed by the area of their image."""
+    membrane, camera, pattern = scene.membrane, scene.camera, scene._pattern
+    pressed = open_scene('air_cushion_press', rate=20.0, seed=3)
+    pressed.observe(deepest)
+    shape = pressed._contact.state.shape
+    radius, turn = np.sqrt((np.arange(12) + 0.5) / 12), np.arange(24) * np.pi / 12
+    disc = (radius[:, None] * np.exp(1j * turn)).ravel()
+    rest = pattern.sampler.places(membrane.rest)
+    aside = np.linalg.qr(pattern.sampler.tangents(membrane.rest))[0]
+    parts = (rest[:, None] + np.einsum('k,kij,jp->kpi', pattern.radius, aside, [disc.real, disc.imag])).reshape(-1, 3)
+    sampler = SurfaceSampler(membrane.square_of(parts), membrane.nodes)
+    uv, slope = camera.project_with_slope(sampler.places(shape))
+    printed = np.linalg.norm(np.cross(*np.moveaxis(sampler.tangents(membrane.rest), -1, 0)), axis=-1)
+    weight = (np.abs(np.linalg.det(slope @ sampler.tangents(shape))) / printed).reshape(len(rest), -1)
+    true = np.einsum('kp,kpi->ki', weight, uv.reshape(len(rest), -1, 2)) / weight.sum(axis=1, keepdims=True)
+    places, seen, _ = pattern.seen(shape, camera)
+    off, of_centres = (np.linalg.norm(at - true, axis=1) for at in (seen, camera.project(places)))
+    assert of_centres.max() > 0.2 and off.max() < 0.03 and np.sqrt(np.mean(off**2)) < 0.005
+
+
+def test_a_press_hardly_depends_on_the_frames_it_is_seen_in(monkeypatch):
+    """Friction depends on the path: a tip that goes far in one step of contact would touch the skin too late."""
+    act = partial(press, 'ball_30mm', 0.03, -0.02, 0.035, move=0.5, hold=1.0)
+    monkeypatch.setitem(scenes.SCENES, 'one press', Script(air_cushion, one_after_the_other([act], untouched=0.0)))
+    places = []
+    for rate in (2.0, 40.0):
+        seen = open_scene('one press', rate=rate, seed=3)
+        number = max(range(seen.frames), key=lambda k: max([touch.depth for touch in seen.observe(k).truth.contacts], default=0.0))
+        places.append(seen.observe(number).truth.dot_xyz)
+    assert np.linalg.norm(places[0] - places[1], axis=1).max() < 1.5e-4
 
 
 def test_light_is_low_and_noise_high(scene):

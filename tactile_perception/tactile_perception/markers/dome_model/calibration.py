@@ -4,15 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from ...errors import BadCalibration
 from .identification import DomeNumbers, identify
-from .library import DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
+from .library import RADIUS_SPREAD, DomeLibrary, DomePlan, build_library, library_from_numbers, library_numbers
 from .membrane import DomeMaterial
-from .solver import DEPTH, DomeFound, DomeInverse, FieldNoise
+from .outlines import centres_of
+from .solver import DEPTH, RADIUS, X, Y, DomeFound, DomeInverse, FieldNoise
 from ..published.marker_depth import common_rest
 from ..touches.presses import Presses
 from ..view.sensor import MarkerSensor, dome_cap, first_touch_height, rest_points
@@ -27,7 +28,8 @@ TOP = 0.35            # of the rim's radius: markers nearer to the axis tell the
 STILL = 2e-5          # m, noise without untouched frames. Chosen
 SHARES = 0.003, 0.002  # least model error over a marker's displacement, and over the greatest. Chosen
 SHALLOW = 0.2         # of the deepest press: deeper ones tell the remaining errors. Chosen
-NUMBERS = 'place_error', 'depth_share', 'wider', 'deeper', 'deeper_far', 'deepest', 'farthest', 'quiet'
+NUMBERS = ('place_error', 'depth_share', 'wider', 'rounder', 'rounder_shallow', 'deeper', 'deeper_far', 'deeper_shallow', 'deepest',
+           'farthest', 'quiet')
 MOST = 60             # presses that tell the noise, at most. Chosen
 REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 
@@ -36,9 +38,8 @@ REWEIGHTED = 20       # times that the least absolute errors are weighed. Chosen
 class DomeCalibration:
     """library; material; rest: (K, 2) m, and eyes (K, 3) m, untouched markers in the viewing plane and their cameras; noise: of fields,
     with the model error; place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth;
-    wider: fitted distance from the axis over the true one; deeper, deeper_far: fitted depth over the true one on the axis and at the
-    farthest (see depth_scale); deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an
-    untouched frame.
+    wider: fitted distance from the axis over the true one; rounder, rounder_shallow: see radius_scale; deeper, deeper_far, deeper_shallow:
+    see depth_scale; deepest, farthest: m, calibrated depth, and distance from the axis; quiet: greatest match of an untouched frame.
     """
 
     library: DomeLibrary
@@ -49,19 +50,33 @@ class DomeCalibration:
     place_error: float
     depth_share: float
     wider: float
+    rounder: float
+    rounder_shallow: float
     deeper: float
     deeper_far: float
+    deeper_shallow: float
     deepest: float
     farthest: float
     quiet: float
 
     def points(self, sensor: MarkerSensor) -> np.ndarray:
         """(K, 3) m, places of the untouched markers; NaN unknown."""
-        return rest_points(self.rest, self.eyes, sensor)
+        return centres_of(self.rest, self.eyes, self.library.plan.marker, sensor)
 
-    def depth_scale(self, place: np.ndarray) -> float:
-        """Fitted depth over the true one at a place (2,), m."""
-        return float(_depth_scale(place, self.deeper, self.deeper_far, self.farthest))
+    def radius_scale(self, depth: float) -> float:
+        """Fitted tip radius over the true one at a fitted depth, m."""
+        return float(np.exp(self.rounder + self.rounder_shallow * _shallowness(depth, self.deepest)))
+
+    def place_of(self, press: np.ndarray) -> np.ndarray:
+        """(2,) m, where the tip of a fitted press (7,) is, but for `wider`: what markers tell is where it touches the dome first."""
+        fitted, curvature = self.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]), self.library.plan.cap.curvature_radius
+        return press[[X, Y]] * (curvature + fitted / self.radius_scale(np.exp(press[DEPTH]))) / (curvature + fitted)
+
+    def depth_scale(self, place: np.ndarray, depth: float) -> float:
+        """Fitted depth over the true one at a place (2,), m, and a fitted depth, m."""
+        far = min(place @ place / self.farthest**2, 1.0)
+        shallow = self.deeper_shallow * _shallowness(depth, self.deepest)
+        return float(self.deeper + (self.deeper_far - self.deeper) * far + shallow)
 
     def numbers(self) -> dict:
         """As plain numbers, for a calibration file."""
@@ -96,24 +111,26 @@ def calibrate_dome(presses: Presses, sensor: MarkerSensor, known: DomeCalibratio
     library, material = (known.library, known.material) if known else _simulated(straight, rest, eyes, sensor, deepest, reached)
     still = [field for field, on in zip(presses.fields, presses.touching) if not on]
     noise = FieldNoise(_still(still), *SHARES)
-    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, 1.0, 1.0, deepest, reached + max(sensor.pitch), 0.0)
+    first = DomeCalibration(library, material, rest, eyes, noise, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, deepest,
+                            reached + max(sensor.pitch), 0.0)
     some = straight.select(np.isin(np.arange(len(straight)), np.linspace(0, len(straight) - 1, MOST).astype(int)))
     inverse = _inverse(first, noise, sensor)
     inverse = _inverse(first, noise := _with_model_error(inverse, some), sensor)
     quiet = max((inverse.score(field, inverse.match(field)) for field in still), default=0.0)
-    errors = _remaining_errors([inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)], some, first.farthest)
-    return DomeCalibration(library, material, rest, eyes, noise, *errors, deepest, first.farthest, float(quiet))
+    found = [inverse.solve(field, _true(place, depth)) for field, place, depth in _rows(some)]
+    return replace(_with_remaining_errors(first, found, some), noise=noise, quiet=float(quiet))
 
 
 def _simulated(presses: Presses, rest: np.ndarray, eyes: np.ndarray, sensor: MarkerSensor, deepest: float,
                reached: float) -> tuple[DomeLibrary, DomeMaterial]:
     """Library and material of the dome."""
-    points, cap = rest_points(rest, eyes, sensor), dome_cap(sensor)
-    marker = _marker_radius(presses, points, eyes, sensor)
+    marker, cap = _marker_radius(presses, rest_points(rest, eyes, sensor), eyes, sensor), dome_cap(sensor)
+    points = centres_of(rest, eyes, marker, sensor)
     start = DomeNumbers(LIKELY, _tip_radius(presses, sensor))
     found = identify(presses, points, np.nan_to_num(eyes), cap, sensor.plane_z, marker, start)
     reach = min(reached + FARTHER * max(sensor.pitch), 0.9 * sensor.rim_radius)
-    plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker)
+    eye = float(np.nanmedian(eyes[:, 2]))
+    plan = DomePlan(sensor.rim_radius, sensor.height, found.radius, found.material.friction, DEEPER * deepest, reach, marker, eye)
     return build_library(plan, found.material), found.material
 
 
@@ -165,34 +182,38 @@ def _with_model_error(inverse: DomeInverse, presses: Presses) -> FieldNoise:
     return FieldNoise(inverse.noise.still, max(SHARES[0], 0.7 * share), max(SHARES[1], 0.7 * share))
 
 
-def _remaining_errors(found: list[DomeFound], presses: Presses, farthest: float) -> tuple[float, float, float, float, float]:
-    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances and scales; and the scales: see
-    _scales."""
+def _with_remaining_errors(known: DomeCalibration, found: list[DomeFound], presses: Presses) -> DomeCalibration:
+    """The calibration with scales that most presses show, and with the standard deviations of place and of depth over depth that the
+    estimates show beyond their covariances and scales.
+
+    Tip radius, depth and distance from the axis are told together: a tip that is taken for a larger one is taken for one that is farther
+    out and less deep. Errors of the model show there, most where a press is shallow. One exact press at the farthest is added: presses
+    near the axis hardly tell what is there.
+    """
     deep = presses.depth > SHALLOW * presses.depth.max()
-    told, true = np.array([one.presses[0, :2] for one in found])[deep], presses.position[deep, :2]
-    ratio = np.exp([one.presses[0, DEPTH] for one in found])[deep] / presses.depth[deep]
-    wider, deeper, deeper_far = _scales(told, true, ratio, farthest)
+    told, true = np.array([one.presses[0] for one in found])[deep], presses.position[deep, :2]
+    away, depth = np.maximum(np.hypot(*true.T), 1e-9), np.exp(told[:, DEPTH])
+    shallow = _shallowness(depth, known.deepest)
+    rounder, rounder_shallow = _least_absolute(np.column_stack([np.ones(len(true)), shallow]), RADIUS_SPREAD * told[:, RADIUS])
+    scaled = replace(known, rounder=float(rounder), rounder_shallow=float(rounder_shallow))
+    places = np.array([scaled.place_of(press) for press in told])
+    out, far, shallow = (np.append(part, end) for part, end in ((np.sum(places * true, axis=1) / away, known.farthest),
+                                                                 (away, known.farthest), (shallow, SHALLOW)))
+    wider, = _least_absolute(far[:, None], out)
+    deeper, change, deeper_shallow = _least_absolute(np.column_stack([np.ones(len(far)), (far / known.farthest)**2, shallow]),
+                                                     np.append(depth / presses.depth[deep], 1.0))
+    scaled = replace(scaled, wider=float(wider), deeper=float(deeper), deeper_far=float(deeper + change),
+                     deeper_shallow=float(deeper_shallow))
     variance = np.array([np.diag(one.covariance)[:3] * max(1.0, one.misfit) for one in found])[deep]
-    place = np.median(np.mean((told / wider - true)**2 - variance[:, :2], axis=1))
-    share = np.median((ratio - _depth_scale(true, deeper, deeper_far, farthest))**2 - variance[:, 2])
-    return float(np.sqrt(max(place, 0.0))), float(np.sqrt(max(share, 0.0))), wider, deeper, deeper_far
+    scale = np.array([scaled.depth_scale(place, fitted) for place, fitted in zip(true, depth)])
+    place = np.median(np.mean((places / wider - true)**2 - variance[:, :2], axis=1))
+    share = np.median((depth / presses.depth[deep] - scale)**2 - variance[:, 2])
+    return replace(scaled, place_error=float(np.sqrt(max(place, 0.0))), depth_share=float(np.sqrt(max(share, 0.0))))
 
 
-def _depth_scale(place: np.ndarray, deeper: float, deeper_far: float, farthest: float) -> np.ndarray:
-    """(...) fitted depth over the true one at places (..., 2), m: it changes with the square of the distance from the axis up to the
-    farthest, m."""
-    return deeper + (deeper_far - deeper) * np.minimum(np.sum(np.square(place), axis=-1) / farthest**2, 1.0)
-
-
-def _scales(told: np.ndarray, true: np.ndarray, ratio: np.ndarray, farthest: float) -> tuple[float, float, float]:
-    """Distance from the axis over the true one, and depth over the true one on the axis and at the farthest, m, that most presses show;
-    told, true: (N, 2) m, places; ratio: (N,) of depths. One exact press at the farthest is added: presses near the axis hardly tell it."""
-    there = np.array([[farthest, 0.0]])
-    told, true, ratio = np.concatenate([told, there]), np.concatenate([true, there]), np.append(ratio, 1.0)
-    away = np.maximum(np.hypot(*true.T), 1e-9)
-    wider, = _least_absolute(away[:, None], np.sum(told * true, axis=1) / away)
-    deeper, change = _least_absolute(np.column_stack([np.ones(len(away)), (away / farthest)**2]), ratio)
-    return float(wider), float(deeper), float(deeper + change)
+def _shallowness(depth: np.ndarray, deepest: float) -> np.ndarray:
+    """(...) of fitted depths (...), m: 1 for those up to SHALLOW of the deepest, from there on in inverse proportion to depth."""
+    return SHALLOW * deepest / np.maximum(depth, SHALLOW * deepest)
 
 
 def _least_absolute(matrix: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -11,9 +11,9 @@ import numpy as np
 from ...common.parallel import in_parallel
 from ...common.spherical_cap import Cap
 from ...errors import BadCalibration
-from .library import averages
 from .membrane import DomeMaterial, press_dome
 from .mesh import DomeMesh, MeshPlan, evaluate, shift_of
+from .outlines import appear_at, outlines
 from ..touches.presses import Presses
 
 LOAD_STEPS = 36         # of a press to the deepest. Chosen: friction depends on the path
@@ -144,10 +144,14 @@ def _residuals(case: tuple[_Place, np.ndarray], points: np.ndarray, eyes: np.nda
     pressed = press_dome(mesh, steps, numbers.radius, numbers.material, drags=False).straight[np.searchsorted(steps, place.depths)]
     cos, sin = np.cos(place.turn), np.sin(place.turn)
     turned = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    smooth, left = averages(mesh, marker, odd=False), []
-    for field, shift, weight in zip(pressed @ smooth.T, place.shifts, place.weights):
-        moved = evaluate(field, mesh, np.nan_to_num(points) @ turned.T) @ turned
-        left.append((seen_at(points + moved, eyes, plane_z) - seen_at(points, eyes, plane_z) - shift).ravel() * weight)
+    known = np.isfinite(points).all(axis=1)
+    rest, eyes, left = outlines(points[known], marker, cap), eyes[known], []
+    before, away = appear_at(rest, eyes), plane_z - eyes[:, 2:]
+    for field, shift, weight in zip(pressed, place.shifts, place.weights):
+        moved = evaluate(field, mesh, rest.reshape(-1, 3) @ turned.T) @ turned
+        off = np.full(shift.shape, np.nan)
+        off[known] = (appear_at(rest + moved.reshape(rest.shape), eyes) - before) * away - shift[known]
+        left.append(off.ravel() * weight)
     return np.concatenate(left)
 
 

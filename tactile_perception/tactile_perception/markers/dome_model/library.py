@@ -17,7 +17,8 @@ from ...common.spherical_cap import Cap
 from ...errors import BadCalibration
 from ..mechanics.reduced_model import pack, unpack
 from .membrane import DomeMaterial, PressedDome, press_dome
-from .mesh import DomeMesh, MeshPlan, disc_scale, shift_of
+from .mesh import DomeMesh, MeshPlan, disc_scale, evaluate, shift_of
+from .outlines import STRETCH, appear_at, outlines
 
 RADIUS_SPREAD = np.log(2.2)    # simulated log tip radii, to either side of the middle one. Chosen
 FRICTION_SPREAD = np.log(2.5)  # simulated log friction, to either side of the middle one. Chosen
@@ -26,14 +27,15 @@ DEPTH_POWER = 1.5              # grading of the depths: denser at first contact.
 TRUE = 1.5e-6                  # m: modes below this RMS are left out. Chosen: below the noise of a marker
 UNSOLVED = 0.2                 # largest share of presses that do not converge, as deep ones of a large tip near the rim. Chosen
 UNIFORM = MeshPlan(even=1, rings=1, width=1.0, harmonics=0)  # of what is the same all over the dome
-_DISC = np.sqrt(0.5) * np.exp(0.5j * np.pi * np.arange(4))  # quadrature points of a unit disc, exact to cubic terms
+_EDGE = 0.5 / STRETCH**2        # weight of the outline in the mean of a disc, for which that is exact to cubic terms
+DRAGGED = 0.5                  # way of a drag over its depth, for which what markers show of it is exact. Chosen
 
 
 @dataclass(frozen=True)
 class DomePlan:
     """rim_radius, height: m, of the dome; radius: m, the middle tip's; friction: the middle one; depth: m, deepest; reach: m, largest
-    distance of a tip from the axis; marker: m, radius of a marker; order: places simulated along a meridian; levels: of depth; substeps:
-    load steps between two levels.
+    distance of a tip from the axis; marker: m, radius of a marker; eye: m, height of the camera, taken on the axis; order: places simulated
+    along a meridian; levels: of depth; substeps: load steps between two levels.
     """
 
     rim_radius: float
@@ -43,7 +45,8 @@ class DomePlan:
     depth: float
     reach: float
     marker: float
-    order: int = 4
+    eye: float
+    order: int = 6
     levels: int = 14
     substeps: int = 3
 
@@ -73,8 +76,8 @@ class DomeLibrary:
 
     even_table: (levels + 3, 4, 2 order, RADII, even): coefficients of straight presses by powers of friction, and of drags along the
     meridian as far as the tip is deep, over even_modes (even, rings + 1, 3, harmonics + 1); odd_table (levels + 3, 2 order, RADII, odd)
-    and odd_modes: of drags across it. The displacement is the mean over a marker. pushes: the forces of the tips over the shear modulus
-    and thickness, as displacements that are the same all over the dome.
+    and odd_modes: of drags across it. The displacement is what a marker shows: see AsSeen. pushes: the forces of the tips over the shear
+    modulus and thickness, as displacements that are the same all over the dome.
     """
 
     def __init__(self, plan: DomePlan, mesh: MeshPlan, even: tuple[np.ndarray, np.ndarray], odd: tuple[np.ndarray, np.ndarray],
@@ -124,42 +127,59 @@ def _assembled(plan: DomePlan, mesh: MeshPlan, fields: list[np.ndarray], pushes:
 
 
 def _pressed(plan: DomePlan, material: DomeMaterial, mesh_plan: MeshPlan, case: tuple[float, float, float]) -> PressedDome:
-    """Fields at the levels of one press, averaged over a marker; case: shift of the mesh, log radius and log friction over the spreads."""
+    """Fields at the levels of one press, as markers show them; case: shift of the mesh, log radius and log friction over the spreads."""
     shift, radius, friction = case
     mesh = DomeMesh(shift, plan.cap, mesh_plan)
     rough = DomeMaterial(material.squeeze, material.gas, plan.friction * np.exp(FRICTION_SPREAD * friction))
     found = press_dome(mesh, plan.load_steps, plan.radius * np.exp(RADIUS_SPREAD * radius), rough, drags=friction == 0)
-    even, odd = averages(mesh, plan.marker, odd=False), averages(mesh, plan.marker, odd=True)
     level = slice(plan.substeps - 1, None, plan.substeps)
-    return PressedDome(found.straight[level] @ even.T, found.along[level] @ even.T, found.across[level] @ odd.T, found.push[level],
-                       found.push_along[level], found.push_across[level])
+    shown = AsSeen(mesh, plan.marker, plan.eye).fields(found.straight[level], found.along[level], found.across[level])
+    return PressedDome(*shown, found.push[level], found.push_along[level], found.push_across[level])
 
 
-def averages(mesh: DomeMesh, marker: float, odd: bool) -> np.ndarray:
-    """(size, size): from a field to that of its means over discs of radius marker, m, on the skin."""
-    edges, order = mesh.plan.edges, np.arange(mesh.plan.harmonics + 1)
-    count = 2 * mesh.plan.harmonics + 2
-    phi = (np.arange(count) + 0.5) * np.pi / count
-    centres = edges[:, None] * np.exp(1j * phi)
-    cap, scale = mesh.cap, disc_scale(mesh.cap)
-    moved = scale * (centres + mesh.shift) / (1 + mesh.shift * centres)
-    length = 2 * cap.curvature_radius * scale * (1 - mesh.shift**2) / np.abs(1 + mesh.shift * centres)**2 / (1 + np.abs(moved)**2)
-    around = centres[..., None] + marker / length[..., None] * _DISC
-    radius, turn = np.minimum(np.abs(around), 1.0), np.angle(around)
-    low = np.clip(np.searchsorted(edges, radius) - 1, 0, mesh.n - 1)
-    part = (radius - edges[low]) / (edges[low + 1] - edges[low])
-    matrix = np.zeros((mesh.n + 1, 3, len(order), mesh.n + 1, 3, len(order)))
-    ring = np.arange(mesh.n + 1)[:, None, None] + 0 * low
-    for axis in range(3):
-        wave = np.sin if (axis == 1) != odd else np.cos
+class AsSeen:
+    """From fields of a mesh to those that a marker of radius marker, m, shows: along the axis its mean, and aside what moves its centroid
+    as a camera on the axis at the height eye, m, sees it."""
+
+    def __init__(self, mesh: DomeMesh, marker: float, eye: float):
+        self._mesh, order = mesh, np.arange(mesh.plan.harmonics + 1)
+        count = 2 * mesh.plan.harmonics + 2
+        phi = (np.arange(count) + 0.5) * np.pi / count
+        points = mesh.points(mesh.plan.edges[:, None] * np.exp(1j * phi)).reshape(-1, 3)
+        self._points, self._eye = points, np.array([0.0, 0.0, eye])
+        self._outlines = outlines(points, marker, mesh.cap)
         norm = np.where(order == 0, 1.0, 2.0) / count
-        onto = wave(np.outer(phi, order)) * norm  # (count, H): projection onto harmonics
-        shown = wave(turn[..., None] * order) / len(_DISC)  # (rings, count, 4, H)
-        for node, share in ((low, 1 - part), (low + 1, part)):
-            local = onto[None, :, None, :, None] * (share[..., None] * shown)[..., None, :]
-            np.add.at(matrix[:, axis, :, :, axis], (ring.ravel(), slice(None), node.ravel()), local.reshape(-1, *local.shape[3:]))
-    matrix[0, :, 1:] = matrix[-1] = 0.0
-    return matrix.reshape(mesh.plan.size, mesh.plan.size)
+        self._onto = [wave(np.outer(phi, order)) * norm for wave in (np.cos, np.sin)]  # (count, harmonics + 1)
+        offset = points - self._eye
+        self._still = offset[:, :2] / offset[:, 2:] - appear_at(self._outlines, self._eye)
+
+    def fields(self, straight: np.ndarray, along: np.ndarray, across: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of PressedDome, (D, size) each; drags change them linearly, as at DRAGGED of their way."""
+        shown = np.full((3, *straight.shape), np.nan)
+        for k in np.flatnonzero(np.isfinite(straight[:, 0])):
+            base = self._displaced(straight[k], False)
+            shown[0, k] = self._field(self._shown(base), False)
+            for kind, way in ((1, along[k]), (2, across[k])):
+                aside = DRAGGED * self._displaced(way, kind == 2)
+                shown[kind, k] = self._field(self._shown(base + aside) - self._shown(base - aside), kind == 2) / (2 * DRAGGED)
+        return tuple(shown)
+
+    def _displaced(self, field: np.ndarray, odd: bool) -> np.ndarray:
+        """(N, COUNT + 1, 3) m, displacement of the outlines under a field (size,)."""
+        return evaluate(field, self._mesh, self._outlines.reshape(-1, 3), odd).reshape(self._outlines.shape)
+
+    def _shown(self, moved: np.ndarray) -> np.ndarray:
+        """(N, 3) m, displacement that markers show whose outlines moved by (N, COUNT + 1, 3), m."""
+        up = (1 - _EDGE) * moved[:, 0, 2] + _EDGE * moved[:, 1:, 2].mean(axis=1)
+        seen = self._still + appear_at(self._outlines + moved, self._eye)
+        aside = seen * (self._points[:, 2] + up - self._eye[2])[:, None] - self._points[:, :2]
+        return np.column_stack([aside, up])
+
+    def _field(self, shown: np.ndarray, odd: bool) -> np.ndarray:
+        """(size,) of displacements (N, 3) at the mesh's rings and directions."""
+        at = shown.reshape(self._mesh.n + 1, -1, 3)
+        field = np.stack([at[..., axis] @ self._onto[(axis == 1) != odd] for axis in range(3)], axis=1)
+        return np.where(self._mesh.free(odd), field.ravel(), 0.0)
 
 
 def _filled(fields: np.ndarray, plan: DomePlan) -> np.ndarray:

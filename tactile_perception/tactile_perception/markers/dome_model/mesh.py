@@ -89,12 +89,23 @@ class DomeMesh:
     def _place(self, z: np.ndarray) -> None:
         """Places of the points z of the disc, and their derivatives along the radius and along the circle."""
         scale, along = disc_scale(self.cap), z / np.abs(z)
-        moved = scale * (z + self.shift) / (1 + self.shift * z)
+        moved = self._projected(z)
         slope = scale * (1 - self.shift**2) / (1 + self.shift * z)**2 * along
         square, size = np.abs(moved)**2, self.cap.curvature_radius
-        self.rest = _stacked(2 * moved / (1 + square), 2 / (1 + square) - 1) * size + [0.0, 0.0, self.cap.centre_z]
+        self.rest = self.points(z)
         self.scale = 2 * size * np.abs(slope) / (1 + square)
         self.along, self.across = (self._pushed(moved, way, square) * size for way in (slope, 1j * slope))
+
+    def _projected(self, z: np.ndarray) -> np.ndarray:
+        """Stereographic projections of the points z of the disc."""
+        return disc_scale(self.cap) * (z + self.shift) / (1 + self.shift * z)
+
+    def points(self, z: np.ndarray) -> np.ndarray:
+        """(..., 3) m: the places on the cap of points z (...) of the disc, complex."""
+        moved = self._projected(z)
+        square = np.abs(moved)**2
+        unit = _stacked(2 * moved / (1 + square), 2 / (1 + square) - 1)
+        return unit * self.cap.curvature_radius + [0.0, 0.0, self.cap.centre_z]
 
     @staticmethod
     def _pushed(at: np.ndarray, way: np.ndarray, square: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ BETTER = 0.5         # largest misfit of two presses over that of one
 APART = 2.0          # least distance of two tips, of the smaller radius
 SLIGHT = 0.1         # least depth of the shallower of two presses over the deeper
 DRAGS = 0.5 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])  # way over depth of the starts of drags
-NOT_LINEAR = 0.12    # error of place and depth over the way of a drag, which is linearised
+NOT_LINEAR = 0.12, 0.2  # error of place, and of depth, over the way of a drag, which is linearised
 SCALED = 0.5         # error of a scale over the correction that the calibrated tip needs: another tip may need another
 SAME_TIP = 0.05      # standard deviation of the log radius, over the library's spread, that the model's error adds to a tip known before
 UNEXPLAINED = 12.0   # misfit from which an estimate is ambiguous
@@ -160,19 +160,18 @@ class DomeModelMethod:
     def _touch(self, found: DomeFound, number: int) -> TouchEstimate:
         press, calibration = found.presses[number], self.calibration
         part = slice(PRESS * number, PRESS * (number + 1))
-        radius = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS]))
-        sunk = self._sunk(found, number, radius)
-        first, pressed = press[[X, Y]] / calibration.wider, float(np.exp(press[DEPTH]))
-        scale = calibration.depth_scale(first)
+        fitted, pressed = float(calibration.library.plan.radius * np.exp(RADIUS_SPREAD * press[RADIUS])), float(np.exp(press[DEPTH]))
+        radius, first = fitted / calibration.radius_scale(pressed), calibration.place_of(press) / calibration.wider
+        sunk, scale = self._sunk(found, number, fitted), calibration.depth_scale(first, pressed)
         low = first_touch_height(self._inside(first), radius, self.sensor)[0] - pressed / scale - sunk
         place = self._inside(first + pressed * press[DRAG])  # where the drag has carried it
         depth = float(first_touch_height(place, radius, self.sensor)[0] - low)
         onto = self._onto(press, radius, scale)
         covariance = onto @ found.covariance[part, part] @ onto.T * max(1.0, found.misfit)
-        dragged = NOT_LINEAR * pressed * float(np.hypot(*press[DRAG]))
+        aside, deeper = (share * pressed * float(np.hypot(*press[DRAG])) for share in NOT_LINEAR)
         share = calibration.depth_share + SCALED * abs(scale - 1)
-        aside = calibration.place_error + SCALED * abs(calibration.wider - 1) * float(np.hypot(*first)) + dragged
-        extra = np.array([aside, aside, share * depth + abs(sunk) + dragged])
+        aside += calibration.place_error + SCALED * float(np.hypot(*(first - press[[X, Y]])))
+        extra = np.array([aside, aside, share * depth + abs(sunk) + deeper])
         covariance = covariance + np.diag(extra**2)
         if not np.isfinite(covariance).all():
             covariance = np.diag([self.sensor.rim_radius**2] * 3)

@@ -6,7 +6,9 @@ from dome_library import MATERIAL, library_field, press, small_library
 from dome_scenes import DOME, EYE, FEW, PX, dome_presses, markers
 from tactile_perception.errors import BadCalibration
 from tactile_perception.markers.dome_model import calibration
-from tactile_perception.markers.dome_model.calibration import calibrate_dome
+from tactile_perception.markers.dome_model.calibration import DomeCalibration, calibrate_dome
+from tactile_perception.markers.dome_model.library import RADIUS_SPREAD
+from tactile_perception.markers.dome_model.solver import DomeFound, FieldNoise
 from tactile_perception.markers.touches.presses import Presses
 from tactile_perception.markers.view.sensor import MARKER_SENSORS
 
@@ -26,12 +28,36 @@ def test_noise_and_errors_are_those_of_the_presses(monkeypatch):
     assert quick.library is found.library and quick.noise == found.noise
 
 
-def test_scales_of_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
-    true = np.random.default_rng(1).uniform(-0.05, 0.05, (200, 2))
-    ratio = 1.1 - 0.2 * np.sum(true**2, axis=1) / 0.08**2
-    assert calibration._scales(0.95 * true, true, ratio, 0.08) == pytest.approx((0.95, 1.1, 0.9), abs=0.03)
-    near = true[:6] * 1e-3
-    assert calibration._scales(0.5 * near, near, np.full(6, 1.1), 0.08) == pytest.approx((1.0, 1.1, 1.0), abs=0.02)
+@pytest.mark.full  # simulates a small library
+def test_scales_of_tip_place_and_depth_are_those_of_the_presses_and_none_where_they_were_not():
+    rng, deepest, farthest = np.random.default_rng(1), 0.04, 0.08
+    known = DomeCalibration(small_library(), MATERIAL, np.zeros((0, 2)), np.zeros((0, 3)), FieldNoise(1e-5, 0.0, 0.0), 0.0, 0.0, 1.0,
+                            0.0, 0.0, 1.0, 1.0, 0.0, deepest, farthest, 0.0)
+    curvature, tip = small_library().plan.cap.curvature_radius, small_library().plan.radius
+
+    def scaled(places, wider, rounder, deeper):
+        """With presses told so much farther out, and with tips and depths that are functions of depth, m, and of place (2,), m."""
+        depths = rng.uniform(0.01, deepest, len(places))
+        fitted = [depth * deeper(place, depth) for place, depth in zip(places, depths)]
+        told = [np.array([*place * wider * (curvature + tip * rounder(depth)) / (curvature + tip), np.log(depth),
+                          np.log(rounder(depth)) / RADIUS_SPREAD, 0, 0, 0]) for place, depth in zip(places, fitted)]
+        found = [DomeFound(one[None], 1e-12 * np.eye(7), 0.5) for one in told]
+        count = len(places)
+        presses = Presses((None,) * count, np.column_stack([places, np.zeros(count)]), depths, np.arange(count), np.zeros((count, 6)),
+                          np.full(count, tip))
+        return calibration._with_remaining_errors(known, found, presses), told, places, depths
+
+    places = rng.uniform(-0.05, 0.05, (200, 2))
+    shallow = lambda depth: 0.2 * deepest / depth  # noqa: E731
+    found, told, _, depths = scaled(places, 0.95, lambda depth: 1.02 * np.exp(0.2 * shallow(depth)),
+                                    lambda place, depth: 1.1 - 0.2 * place @ place / farthest**2 - 0.1 * shallow(depth))
+    assert (found.wider, found.rounder, found.rounder_shallow) == pytest.approx((0.95, np.log(1.02), 0.2), abs=0.01)
+    for one, place, depth in zip(told, places, depths):
+        assert found.place_of(one) / found.wider == pytest.approx(place, abs=5e-4)
+        assert np.exp(one[2]) / found.depth_scale(place, np.exp(one[2])) == pytest.approx(depth, rel=0.02)
+    near, *_ = scaled(places[:6] * 1e-3, 0.5, lambda depth: 1.0, lambda place, depth: 1.0)
+    assert near.wider == pytest.approx(1.0, abs=0.02) and near.depth_scale(np.zeros(2), 0.02) == pytest.approx(1.0, abs=0.01)
+    assert near.radius_scale(0.02) == pytest.approx(1.0, abs=0.01)
 
 
 def test_a_sheet_and_too_few_presses_are_refused():

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from dome_library import EYES, MATERIAL, MESH, PLAN, POINTS, press, small_library
 from tactile_perception.errors import BadCalibration
-from tactile_perception.markers.dome_model.library import RADIUS_SPREAD, averages, library_from_numbers, library_numbers
+from tactile_perception.markers.dome_model.library import RADIUS_SPREAD, AsSeen, library_from_numbers, library_numbers
 from tactile_perception.markers.dome_model.membrane import DomeMaterial, press_dome
-from tactile_perception.markers.dome_model.mesh import DomeMesh, evaluate, shift_of
+from tactile_perception.markers.dome_model.mesh import DomeMesh, MeshPlan, evaluate, shift_of
+from tactile_perception.markers.dome_model.outlines import appear_at, outlines
 
 pytestmark = pytest.mark.full  # simulates a small library
 KNOWN = np.isfinite(POINTS).all(1)
@@ -22,7 +23,8 @@ def test_presses_between_the_simulated_ones_are_interpolated():
     mesh = DomeMesh(shift_of(across, PLAN.radius * np.exp(RADIUS_SPREAD * radius), PLAN.cap), PLAN.cap, MESH)
     direct = press_dome(mesh, PLAN.load_steps[:10], PLAN.radius * np.exp(RADIUS_SPREAD * radius), MATERIAL, drags=False).straight[-1]
     turned = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    expected = evaluate(averages(mesh, PLAN.marker, odd=False) @ direct, mesh, POINTS[KNOWN] @ turned.T) @ turned
+    shown = AsSeen(mesh, PLAN.marker, PLAN.eye).fields(*(direct[None] for _ in range(3)))[0][0]
+    expected = evaluate(shown, mesh, POINTS[KNOWN] @ turned.T) @ turned
     found = moved(press(across * np.cos(turn), across * np.sin(turn), step, radius))
     assert np.sqrt(np.mean((found - expected)**2)) < 0.02 * np.abs(expected).max()
 
@@ -52,12 +54,30 @@ def test_deeper_presses_of_larger_tips_move_more():
     assert size[0] < size[1] < size[2]
 
 
-def test_a_mean_over_a_marker_leaves_what_is_straight_and_rounds_what_is_bent():
+def test_a_field_becomes_that_which_moves_the_outlines_of_markers():
+    """Also dragged along and across: what a marker shows at its place moves it as its outline's centroid moves."""
+    mesh, marker, eye = DomeMesh(shift_of(0.04, 0.025, PLAN.cap), PLAN.cap, MeshPlan()), 5e-3, np.array([0.0, 0.0, -0.045])
+    found = press_dome(mesh, np.linspace(0.002, 0.03, 12), 0.025, MATERIAL)
+    parts = found.straight[-1:], found.along[-1:], found.across[-1:]
+    shown = AsSeen(mesh, marker, eye[2]).fields(*parts)
+    points = POINTS[KNOWN]
+    round_it = outlines(points, marker, PLAN.cap)
+    for kind, part in ((1, 0.0), (1, 0.5), (2, 0.5)):
+        field, seen = (sum(share * evaluate(of[k][0], mesh, at.reshape(-1, 3), k == 2).reshape(at.shape)
+                           for k, share in ((0, 1), (kind, part))) for of, at in ((parts, round_it), (shown, points)))
+        true = appear_at(round_it + field, eye) - appear_at(round_it, eye)
+        told, plain = ((points + by - eye)[:, :2] / (points + by - eye)[:, 2:] - (points - eye)[:, :2] / (points - eye)[:, 2:]
+                       for by in (seen, field[:, 0]))
+        off, of_centres = (np.sqrt(np.mean((told - true)**2)) * 0.165 for told in (told, plain))
+        assert off < 2e-5 and off < 0.2 * of_centres
+
+
+def test_depressions_are_rounded_by_the_size_of_a_marker():
     mesh = DomeMesh(0.0, PLAN.cap, MESH)
     field = np.zeros((MESH.rings + 1, 3, MESH.harmonics + 1))
-    field[:, 0, 0], field[:, 2, 0] = 1.0, 1 - MESH.edges**2
-    mean = (averages(mesh, 0.01, odd=False) @ field.ravel()).reshape(field.shape)
-    assert np.allclose(mean[:-2, 0, 0], 1.0, atol=1e-9) and mean[0, 2, 0] < 1.0 and mean[0, 2, 0] > 0.99
+    field[:, 2, 0] = -0.02 * (1 - MESH.edges**2)
+    shown = AsSeen(mesh, 0.01, -0.045).fields(*(field.ravel()[None] for _ in range(3)))[0].reshape(field.shape)
+    assert -0.02 < shown[0, 2, 0] < -0.0195 and np.allclose(shown[0, :2], 0.0, atol=1e-9)
 
 
 def test_numbers_of_the_calibration_file_give_it_back():
