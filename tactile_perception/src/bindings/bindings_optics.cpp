@@ -72,24 +72,22 @@ py::tuple light_on_skin(const py::object& path, const py::object& places, const 
 }
 
 py::tuple lengths_of_colours(const py::object& ratios, const py::object& count, const py::object& patchiness, const py::object& excess,
-                             const py::object& excess_sigma, std::array<double, 2> constants, std::array<double, 2> absorptions,
-                             std::array<double, 4> noise, double probability, double size, std::array<double, 2> colour) {
+                             const py::object& excess_sigma, const py::object& colour, std::array<double, 2> constants,
+                             std::array<double, 2> absorptions, std::array<double, 4> noise, double probability, double size) {
     const Input<double> logs(ratios, "ratios", {ANY, 2});
     const py::ssize_t dots = logs.length();
     const Input<std::int64_t> points(count, "count", {dots});
     const Input<double> patchy(patchiness, "patchiness", {dots}), bright(excess, "excess", {dots}),
-        sigma(excess_sigma, "excess_sigma", {dots});
+        sigma(excess_sigma, "excess_sigma", {dots}), tints(colour, "colour", {dots, 2});
     const WaterColour water{{constants[0], constants[1]},
                             {within(absorptions[0], "absorptions", 1e-6, 1e6), within(absorptions[1], "absorptions", 1e-6, 1e6)},
                             {noise[0], noise[1], noise[2], noise[3]}};
     within(noise[0] * noise[3] - noise[1] * noise[2], "noise", 1e-300, 1e300);
-    const Glare glare{within(probability, "probability", 1e-6, 1),
-                      within(size, "size", 1e-6, 1e3),
-                      {within(colour[0], "colour", 0, 1e3), within(colour[1], "colour", 0, 1e3)}};
+    const Glare glare{within(probability, "probability", 1e-6, 1), within(size, "size", 1e-6, 1e3)};
     WaterLengths found;
     {
         py::gil_scoped_release others_run;
-        found = water_lengths(water, glare, {logs.data(), points.data(), patchy.data(), bright.data(), sigma.data(), dots});
+        found = water_lengths(water, glare, {logs.data(), points.data(), patchy.data(), bright.data(), sigma.data(), tints.data(), dots});
     }
     return py::make_tuple(output(found.lengths, {dots}), output(found.sigma, {dots}));
 }
@@ -184,13 +182,13 @@ void bind_optics(py::module_& module) {
                "path: as for path_lengths; border_normals: (K, 3), unit, of places at the grid's border or with a missing neighbour.");
     module.def(
         "water_lengths", &lengths_of_colours, py::arg("ratios"), py::arg("count"), py::arg("patchiness"), py::arg("excess"),
-        py::arg("excess_sigma"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"), py::arg("probability"),
-        py::arg("size"), py::arg("colour"),
+        py::arg("excess_sigma"), py::arg("colour"), py::kw_only(), py::arg("constants"), py::arg("absorptions"), py::arg("noise"),
+        py::arg("probability"), py::arg("size"),
         "Path lengths (N,), m, in the water, and their standard deviations (N,).\n\n"
         "ratios (N, 2), count (N,) int64, patchiness (N,): of ring_colours; excess: (N,) ln of the red light over that expected without\n"
-        "glare, with excess_sigma (N,), NaN: unknown; constants, absorptions (1/m), noise (4,): of the water's log ratios; probability: "
-        "of\n"
-        "glare; size: standard deviation of red glare over scattered red; colour: (2,) its ratios over those of scattered light.");
+        "glare, with excess_sigma (N,), and colour: (N, 2) ratios of glare over those of scattered light, NaN: unknown; constants,\n"
+        "absorptions (1/m), noise (4,): of the water's log ratios; probability: of glare; size: standard deviation of red glare over\n"
+        "scattered red.");
     module.def(
         "water_ranges", &ranges, py::arg("path"), py::arg("lengths"), py::kw_only(), py::arg("rays"), py::arg("id"), py::arg("rest_ranges"),
         py::arg("rest_normals"), py::arg("rows"), py::arg("columns"), py::arg("ring_share"),

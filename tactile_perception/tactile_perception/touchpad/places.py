@@ -126,7 +126,7 @@ class DotPlaces:
         glare = find_glare(self._water, image, self._camera)
         self._glare = None
         if glare is not None:
-            self._glare = GlaringPad(glare, self._water.path, self._water.absorptions[0], self._sensor.rows, self._sensor.columns)
+            self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)
             self._glare.set_rest(self._rest.xyz, self._water.at_rest(self._rest.xyz).normals)
         colours, rays = log_ratios(image, tracks.uv, self._water.ring), self._camera.rays(tracks.uv)
         bled, self._bled = self._water.bled(image, tracks, self._camera, self._glaring(colours, rays, tracks)), None

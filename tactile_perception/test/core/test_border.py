@@ -45,7 +45,7 @@ LIGHT = {'path': PATH, 'places': np.random.default_rng(5).normal(0, 0.004, (12, 
 
 SKIN = {'path': PATH, 'places': PAD['rays'] * 0.05, 'border_normals': PAD['rest_normals']}
 SEEN = {'ratios': np.random.default_rng(6).normal(-1.5, 0.1, (12, 2)), 'count': np.full(12, 16), 'patchiness': np.zeros(12),
-        'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02)}
+        'excess': np.linspace(-0.1, 0.2, 12), 'excess_sigma': np.full(12, 0.02), 'colour': np.full((12, 2), 0.5)}
 
 
 def call_skin_light(**arrays):
@@ -56,7 +56,7 @@ def call_skin_light(**arrays):
 def call_water_lengths(**arrays):
     """Path lengths with glare, with the arrays given in place of the good ones."""
     return _core.water_lengths(**{**SEEN, **arrays}, constants=(-0.5, -0.4), absorptions=(35.0, 27.0), noise=(1e-5, 5e-6, 5e-6, 1e-5),
-                               probability=0.3, size=0.1, colour=(0.5, 0.6))
+                               probability=0.3, size=0.1)
 
 
 def call_ring_colours(image=COLOURS, uv=PLACES):

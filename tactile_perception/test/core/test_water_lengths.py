@@ -16,8 +16,8 @@ PATH = np.array([-0.005, -0.038, 0.018, 0.2, 0.0, 0.0, -0.04])
 def lengths_of(ratios, excess, sigma=0.02, probability=0.3, size=0.1, colour=(0.5, 0.6), count=16, patchiness=0.0):
     """Length and standard deviation, m, of one dot."""
     found = water_lengths(np.array([ratios], float), np.array([count]), np.array([patchiness]), np.array([excess]), np.array([sigma]),
-                          constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(), probability=probability, size=size,
-                          colour=colour)
+                          np.array([colour], float), constants=CONSTANTS, absorptions=ABSORPTIONS, noise=NOISE.ravel(),
+                          probability=probability, size=size)
     return found[0][0], found[1][0]
 
 
@@ -86,6 +86,12 @@ def test_where_glare_and_shape_cannot_be_told_apart_the_deviation_says_so():
     assert doubtful[1] > 2.5 * usual and abs(doubtful[0] - 0.033) < 2 * doubtful[1]
 
 
+@pytest.mark.parametrize('colour', [np.nan, -1.0, 1e4, np.inf])
+def test_glare_of_an_unknown_colour_is_not_taken_off(colour):
+    ratios = mirrored(0.033, 0.2)
+    assert lengths_of(ratios, np.log1p(0.2), colour=(0.5, colour)) == lengths_of(ratios, np.nan)
+
+
 def test_the_light_on_a_skin_is_that_of_each_place_with_its_normal():
     y, x = np.meshgrid(*[1e-3 * np.arange(-3, 4)] * 2, indexing='ij')
     places = np.stack([x, y, 0.01 + 0.2 * x], axis=-1).reshape(-1, 3)
@@ -101,9 +107,8 @@ def test_the_light_on_a_skin_is_that_of_each_place_with_its_normal():
     assert np.abs(wrong_border[0] - irradiance.reshape(7, 7)[0]).min() > 0
 
 
-@pytest.mark.parametrize('wrong', [{'probability': 0.0}, {'size': 0.0}, {'absorptions': (0.0, 1.0)}, {'noise': (1.0, 1.0, 1.0, 1.0)},
-                                   {'colour': (-1.0, 1.0)}])
+@pytest.mark.parametrize('wrong', [{'probability': 0.0}, {'size': 0.0}, {'absorptions': (0.0, 1.0)}, {'noise': (1.0, 1.0, 1.0, 1.0)}])
 def test_numbers_of_water_lengths_are_checked(wrong):
-    numbers = {'constants': (0, 0), 'absorptions': (35, 27), 'noise': NOISE.ravel(), 'probability': 0.3, 'size': 0.1, 'colour': (1, 1)}
+    numbers = {'constants': (0, 0), 'absorptions': (35, 27), 'noise': NOISE.ravel(), 'probability': 0.3, 'size': 0.1}
     with pytest.raises(ValueError, match=f'^{next(iter(wrong))}: '):
-        water_lengths(np.zeros((2, 2)), np.full(2, 16), np.zeros(2), np.zeros(2), np.ones(2), **numbers | wrong)
+        water_lengths(np.zeros((2, 2)), np.full(2, 16), np.zeros(2), np.zeros(2), np.ones(2), np.ones((2, 2)), **numbers | wrong)

@@ -16,6 +16,7 @@ constexpr double DISAGREE = 2.5;  // standard deviations between the two ratios 
 // Times the noise's variance of a ring point above which blue / red around a ring shows glare or an edge. Chosen.
 constexpr double PATCHY = 2.5;
 constexpr int STEPS = 5;             // Gauss-Newton steps for the share; chosen: it then changes by less than 1e-4
+constexpr double STRONGEST = 1e3;    // colour, beyond which it is unknown. Chosen
 constexpr double LARGEST_SHARE = 2;  // chosen: with more, the ring is saturated
 
 // Weighted least squares of the length from two log ratios.
@@ -56,14 +57,14 @@ Estimate without_glare(const Ratios& ratios, const double* fallen, double points
 // The most likely length with glare whose share is normally distributed about 0 with the standard deviation size, and the logarithm of the
 // evidence for such glare over none (Laplace's approximation). Gauss-Newton steps for the share alone, since the length follows from it,
 // with the ratios' disagreement, the excess of brightness ln(1 + share), and the distribution of shares as data.
-Estimate with_glare(const Ratios& ratios, const Glare& glare, const double* fallen, double points, double excess, double sigma, double size,
-                    double& evidence) {
+Estimate with_glare(const Ratios& ratios, const double* colour, const double* fallen, double points, double excess, double sigma,
+                    double size, double& evidence) {
     double share = std::clamp(std::expm1(excess), 0.0, LARGEST_SHARE);
     for (int step = 0;; ++step) {
         double scattered[2], slope[2];
         for (int c = 0; c < 2; ++c) {
-            scattered[c] = fallen[c] + tint(glare.colour[c], share);
-            slope[c] = tint_slope(glare.colour[c], share);
+            scattered[c] = fallen[c] + tint(colour[c], share);
+            slope[c] = tint_slope(colour[c], share);
         }
         Estimate found = without_glare(ratios, scattered, points);
         const double by_ratios = (ratios.apart[0] * slope[0] + ratios.apart[1] * slope[1]) * std::sqrt(points);
@@ -112,9 +113,11 @@ WaterLengths water_lengths(const WaterColour& water, const Glare& glare, const D
         const double fallen[2] = {water.constants[0] - seen.ratios[2 * k], water.constants[1] - seen.ratios[2 * k + 1]};
         const double points = std::max<double>(static_cast<double>(seen.count[k]), 1) / POINTS;
         Estimate best = without_glare(ratios, fallen, points);
-        if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0) {
+        const double* colour = seen.colour + 2 * k;
+        const bool known = colour[0] >= 0 && colour[0] <= STRONGEST && colour[1] >= 0 && colour[1] <= STRONGEST;
+        if (std::isfinite(seen.excess[k]) && seen.excess_sigma[k] > 0 && known) {
             double evidence;
-            const Estimate other = with_glare(ratios, glare, fallen, points, seen.excess[k], seen.excess_sigma[k], glare.size, evidence);
+            const Estimate other = with_glare(ratios, colour, fallen, points, seen.excess[k], seen.excess_sigma[k], glare.size, evidence);
             const double p = 1 / (1 + unlikely * std::exp(-evidence)), apart = other.length - best.length;
             best.variance = (1 - p) * best.variance + p * other.variance + p * (1 - p) * apart * apart;
             best.length += p * apart;

@@ -30,6 +30,7 @@ struct DotColours {
     const double* ratios;
     const std::int64_t* count;
     const double *patchiness, *excess, *excess_sigma;
+    const double* colour;  // (N x 2) blue/red and green/red of glare over those of the scattered light
     std::ptrdiff_t dots;
 };
 
@@ -37,10 +38,9 @@ struct DotColours {
 struct Glare {
     double probability;  // of a dot to have glare, before it is measured
     double size;         // standard deviation of the shares
-    double colour[2];    // blue/red and green/red of the glare over those of the scattered light
 };
 
-// Path lengths (N) and their standard deviations (N), m. Dots whose excess is unknown are taken to have no glare.
+// Path lengths (N) and their standard deviations (N), m. Dots whose excess or colour is unknown are taken to have no glare.
 struct WaterLengths {
     std::vector<double> lengths, sigma;
 };

@@ -109,5 +109,5 @@ class WaterModel:
         """
         excess, sigma, size, colour = glare or no_glare(len(colours.count))
         return water_lengths(
-            colours.ratios, colours.count, colours.patchiness, excess, sigma, constants=self.constants,
-            absorptions=self.absorptions, noise=np.ravel(self.noise), probability=PROBABILITY, size=size, colour=colour)
+            colours.ratios, colours.count, colours.patchiness, excess, sigma, colour, constants=self.constants,
+            absorptions=self.absorptions, noise=np.ravel(self.noise), probability=PROBABILITY, size=size)

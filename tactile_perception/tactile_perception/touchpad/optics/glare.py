@@ -17,7 +17,7 @@ import numpy as np
 
 from .light_path import LightPath
 from ..._core import skin_light
-from ...common.statistics import SIGMA_PER_MAD
+from ...common.statistics import SIGMA_PER_MAD, robust_sigma
 
 BRIGHT = 3.0  # standard deviations above the smooth light from which a place has glare; chosen
 LEAST_BRIGHT = 0.01  # the same, at least, of ln(red); chosen: glare of less changes a range by less than 0.1 mm
@@ -26,22 +26,26 @@ _ROUNDS, _FINAL = 30, 20  # rounds of reweighting, and from which on bright plac
 RED = 0.15, 0.1  # absorption of red over that of blue minus red, and its standard deviation: dyes that look red absorb red least; chosen
 SHADING = 0.015  # standard deviation of ln(red) by errors of the surface's shape; chosen
 PROBABILITY = 0.3  # of glare at a dot of a pad that shows some; chosen: it appears where the untouched pad has none, too
+LEAST_COLOUR = 0.01  # of glare over scattered light; chosen: less, or more than its inverse, is noise
+MOST_DYED = 5.0  # largest that the water takes from a log ratio; chosen: more leaves no light
 _AGREE = 0.4  # share of the dots that tell a frame's gain: those that agree best; chosen
 
 
 @dataclass(frozen=True)
 class Glare:
     """colour: (2,) blue/red and green/red of glare over those of the scattered light; size: root mean square share, red glare over
-    scattered red, of places with glare; field: (7,) ln(red) less ln(irradiance) over the image, as of smooth_light."""
+    scattered red, of places with glare; field: (7,) ln(red) less ln(irradiance) over the image, as of smooth_light; dry: the glare does
+    not pass the water, and colour is that over scattered light before the water has dyed it."""
 
     colour: np.ndarray
     size: float
     field: np.ndarray
+    dry: bool = False
 
 
 class SeenGlare(NamedTuple):
-    """Of N dots of one frame. excess: ln(red) over that expected without glare, sigma: its standard deviation; size, colour:
-    of Glare."""
+    """Of N dots of one frame. excess: ln(red) over that expected without glare, sigma: its standard deviation; size: of
+    Glare; colour: (N, 2) of the glare over the light that each dot scatters."""
 
     excess: np.ndarray
     sigma: np.ndarray
@@ -52,7 +56,7 @@ class SeenGlare(NamedTuple):
 @lru_cache(maxsize=8)
 def no_glare(count: int) -> SeenGlare:
     """Of count dots whose glare is unknown: they are taken to have none."""
-    return SeenGlare(*np.full((2, count), np.nan), 1.0, np.ones(2))
+    return SeenGlare(*np.full((2, count), np.nan), 1.0, np.ones((count, 2)))
 
 
 def terms(rays: np.ndarray) -> np.ndarray:
@@ -79,11 +83,12 @@ def smooth_light(rays: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, 
     return field, excess, excess > limit
 
 
-def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray) -> Glare | None:
+def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dyed: np.ndarray) -> Glare | None:
     """The glare of an untouched pad, None where there is next to none.
 
     rays: (N, 3) unit, to places all over the pad; brightness: (N,) ln(red) less ln(irradiance); tinted: (N, 2) log ratios less those of the
-    water.
+    water; dyed: (N, 2) what the water takes from the log ratios of scattered light. Glare has passed the water, or it has not: that by
+    which its colour is more even.
     """
     field, excess, bright = smooth_light(rays, brightness)
     bright &= np.isfinite(tinted).all(axis=1)
@@ -92,14 +97,19 @@ def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray) ->
     share = np.expm1(excess[bright])
     colour = ((1 + share)[:, None] * np.exp(tinted[bright]) - 1) / share[:, None]  # inverse of a mixture's log ratio
     most = share > np.median(share)  # smaller shares tell the colour less well
-    return Glare(np.clip(np.median(colour[most], axis=0), 0, 100), float(np.sqrt(np.mean(share**2))), field)
+    tint = np.log(np.clip(colour[most], LEAST_COLOUR, 1 / LEAST_COLOUR))
+    before = tint - dyed[bright][most]
+    uneven = [robust_sigma(some - np.median(some, axis=0), axis=0) for some in (before, tint)]
+    dry = bool((uneven[0] < uneven[1]).all())
+    found = np.exp(np.median(before, axis=0)) if dry else np.clip(np.median(colour[most], axis=0), 0, 1 / LEAST_COLOUR)
+    return Glare(found, float(np.sqrt(np.mean(share**2))), field, dry)
 
 
 class GlaringPad:
-    """A pad with glare, frame by frame. absorption: 1/m, of blue minus that of red."""
+    """A pad with glare, frame by frame. absorptions: (2,) 1/m, of blue and green minus that of red."""
 
-    def __init__(self, glare: Glare, path: LightPath, absorption: float, rows: int, columns: int):
-        self._glare, self._path, self._absorption, self._shape = glare, path, absorption, (rows, columns)
+    def __init__(self, glare: Glare, path: LightPath, absorptions: np.ndarray, rows: int, columns: int):
+        self._glare, self._path, self._absorptions, self._shape = glare, path, np.asarray(absorptions), (rows, columns)
         self._rest: np.ndarray | None = None
 
     def set_rest(self, places: np.ndarray, normals: np.ndarray) -> None:
@@ -111,11 +121,17 @@ class GlaringPad:
         """Glare at dots ids (N,) seen with ln(red) brightness (N,) along unit rays (N, 3), of a skin through places (K, 3), m."""
         irradiance, lengths = (part[ids] for part in self._light(places))
         longer = lengths - self._rest[ids]
-        expected = terms(rays) @ self._glare.field + np.log(irradiance) - RED[0] * self._absorption * longer
+        expected = terms(rays) @ self._glare.field + np.log(irradiance) - RED[0] * self._absorptions[0] * longer
         excess = brightness - expected
         excess -= _gain(excess)
-        sigma = np.hypot(SHADING, RED[1] * self._absorption * longer)
-        return SeenGlare(excess, sigma, self._glare.size, self._glare.colour)
+        sigma = np.hypot(SHADING, RED[1] * self._absorptions[0] * longer)
+        return SeenGlare(excess, sigma, self._glare.size, self._colour(lengths))
+
+    def _colour(self, lengths: np.ndarray) -> np.ndarray:
+        """Colour (N, 2) of the glare over light that has gone lengths (N,), m, through the water."""
+        if self._glare.dry:
+            return self._glare.colour * np.exp(np.clip(self._absorptions * lengths[:, None], 0, MOST_DYED))
+        return np.tile(self._glare.colour, (len(lengths), 1))
 
     def _light(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Irradiance (K,), and lengths (K,), m, of light's paths. Kernel: src/touchpad/optics/glare.cpp."""

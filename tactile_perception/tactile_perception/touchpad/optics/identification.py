@@ -168,7 +168,8 @@ def find_glare(model: WaterModel, image: np.ndarray, camera: CameraModel) -> Gla
     ground = _ground(image, camera, model.cap, model.ring)
     q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
     tinted = ground.ratios - predict(q, ground.places, ground.normals, camera.centre)
-    return learn_glare(ground.rays, ground.brightness - np.log(model.path.irradiance(ground.places, ground.normals)), tinted)
+    dyed = model.absorptions * model.path.lengths(ground.places, ground.normals)[0][:, None]
+    return learn_glare(ground.rays, ground.brightness - np.log(model.path.irradiance(ground.places, ground.normals)), tinted, dyed)
 
 
 

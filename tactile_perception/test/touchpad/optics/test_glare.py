@@ -30,6 +30,11 @@ def lobe(rays, at=0.17, width=0.04, peak=0.14):
     return peak * np.exp(-(np.hypot(x, y) - at)**2 / (2 * width**2))
 
 
+def dyed_at(rays):
+    """What water of two absorptions takes from log ratios (N, 2), on paths that grow to a side of the image."""
+    return (0.025 + 0.02 * rays[:, :1]) * [60.0, 45.0]
+
+
 @pytest.mark.parametrize('peak', [0.05, 0.14, 0.4])
 def test_smooth_light_is_found_below_glare(peak):
     rays = rays_of()
@@ -52,15 +57,32 @@ def test_colour_and_size_are_learnt_from_the_untouched_pad(colour):
     rays, rng = rays_of(), np.random.default_rng(1)
     share = lobe(rays)
     tinted = np.log((1 + share[:, None] * colour) / (1 + share)[:, None]) + rng.normal(0, 0.003, (len(rays), 2))
-    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted)
-    assert glare.colour == pytest.approx(colour, rel=0.1)
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed_at(rays))
+    assert not glare.dry and glare.colour == pytest.approx(colour, rel=0.1)
     assert 0.5 * 0.14 < glare.size < 0.14
+
+
+def test_white_glare_that_does_not_pass_the_water_is_known_by_its_colour_and_stands_out_more_on_long_paths():
+    rays, rng = rays_of(), np.random.default_rng(1)
+    share, dyed, white = lobe(rays), dyed_at(rays), np.array([1.5, 1.3])
+    colour = white * np.exp(dyed)
+    tinted = np.log((1 + share[:, None] * colour) / (1 + share)[:, None]) + rng.normal(0, 0.003, (len(rays), 2))
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share) + rng.normal(0, 0.003, len(rays)), tinted, dyed)
+    assert glare.dry and glare.colour == pytest.approx(white, rel=0.1)
+    side = 21
+    few = rays_of(side)
+    pad = GlaringPad(glare, PATH, np.array([60.0, 45.0]), side, side)
+    rest = np.array(PATH.centre) + 0.05 * few / few[:, 2:]
+    pad.set_rest(rest, np.tile([0.0, 0.0, 1.0], (side * side, 1)))
+    far, near = (pad.seen(scattered(few), few, np.arange(side * side), places).colour for places in (rest, rest - [0, 0, 2e-3]))
+    change = np.log(far / near)[side * side // 2]
+    assert change[0] == pytest.approx(60 / 45 * change[1]) and 0.2 < change[0] < 0.3
 
 
 def test_a_pad_without_glare_has_none():
     rays, rng = rays_of(), np.random.default_rng(2)
     light = scattered(rays) + rng.normal(0, 0.003, len(rays))
-    assert learn_glare(rays, light, rng.normal(0, 0.003, (len(rays), 2))) is None
+    assert learn_glare(rays, light, rng.normal(0, 0.003, (len(rays), 2)), dyed_at(rays)) is None
 
 
 def test_glare_of_unknown_dots_is_unknown():
@@ -76,8 +98,8 @@ def test_excess_is_the_glare_of_a_dented_skin_whatever_the_gain(gain):
     share = lobe(rest - np.array(PATH.centre))
     brightness = scattered(rays) + np.log(PATH.irradiance(rest, up))
     tinted = np.log((1 + share[:, None] * 0.5) / (1 + share)[:, None]) * np.ones(2)
-    glare = learn_glare(rays, scattered(rays) + np.log1p(share), tinted)
-    pad = GlaringPad(glare, PATH, 0.0, side, side)
+    glare = learn_glare(rays, scattered(rays) + np.log1p(share), tinted, dyed_at(rays))
+    pad = GlaringPad(glare, PATH, np.zeros(2), side, side)
     pad.set_rest(rest, up)
     dented = rest - [0, 0, 1e-3] * np.exp(-(rest[:, :2]**2).sum(1, keepdims=True) / (2 * 0.004**2))
     moved = dented - np.array(PATH.centre)
