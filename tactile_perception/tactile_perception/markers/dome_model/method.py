@@ -145,10 +145,12 @@ class DomeModelMethod:
         return list(starts[:, None])
 
     def _two(self, field: MarkerField, match: np.ndarray, one: DomeFound) -> DomeFound:
-        """Two presses, from the best pair of starts, or from one press and the best start for what it leaves."""
+        """Two presses, from the best pair of starts, or from one press and the best start for what it leaves: straight, and dragged from
+        there. Drags from the start might end far off, at small depths with long ways."""
         left = replace(field, shift=field.shift - self.solver.appear(one.presses))
         starts = self.solver.start_of_two(match), np.concatenate([one.presses, self.solver.start(self.solver.match(left))])
-        return min((self.solver.solve(field, start, DRAGGED) for start in starts), key=lambda both: both.misfit)
+        straight = min((self.solver.solve(field, start) for start in starts), key=lambda both: both.misfit)
+        return min(straight, self.solver.solve(field, straight.presses, DRAGGED), key=lambda both: both.misfit)
 
     def _are_two(self, one: DomeFound, two: DomeFound) -> bool:
         """Whether two presses explain the field much better and are distinct."""
