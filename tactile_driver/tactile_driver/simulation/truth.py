@@ -30,7 +30,8 @@ def _nan3() -> np.ndarray:
 class TruthFrame:
     """Ground truth of one frame, in the sensor frame.
 
-    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, image of the dot's centre; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
+    dot_id: (K,) int64, row * columns + column; dot_uv: (K, 2) px, image of the dot's centre, of wide
+    markers the centroid of its image; dot_xyz: (K, 3) m; dot_state: (K,) uint8,
     NON_CONTACT, STICKING or SLIPPING over the interval since the previous frame; outlines, holes: lists of (n, 3) arrays, m;
     area: m^2, without holes; centroid (3,) m and normal (3,) of the region, NaN without contact; contacts: list of Touch;
     slip_state: NO_SLIP (under 5 % of the contact area slips), INCIPIENT or GROSS (from 90 %); slipping_fraction: of the contact area;

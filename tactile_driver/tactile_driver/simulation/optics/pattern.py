@@ -103,6 +103,41 @@ class LargeDots(DotPattern):
         return places, np.einsum('kp,kpi->ki', weight, uv.reshape(*weight.shape, 2)) / weight.sum(axis=1, keepdims=True), spread
 
 
+#: Corners of the polygon that stands for a disc, and its circumradius over that of the disc, for which its second moments over its area
+#: are the disc's, 1/4 (regular polygon: (2 + cos(2 pi / corners)) / 12 of the circumradius squared).
+_CORNERS = 8
+_AROUND = np.sqrt(3 / (2 + np.cos(2 * np.pi / _CORNERS)))
+
+
+class WidePattern(DotPattern):
+    """As LargeDots, by the outline instead of points inside, and with the area of the image too: methods for sheets read it."""
+
+    def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
+        super().__init__(skin, places, radius, numbers, rows, columns)
+        angle = np.arange(_CORNERS) * 2 * np.pi / _CORNERS
+        outline = _AROUND * radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        steps = outline @ self.painted.transpose(0, 2, 1)
+        square = np.clip(skin.square_of(places)[:, None] + steps * 2 / (skin.nodes - 1), -1, 1)
+        self._outline = SurfaceSampler(square.reshape(-1, 2), skin.nodes)
+        self._flat = _AROUND**2 * _CORNERS / 2 * np.sin(2 * np.pi / _CORNERS) * radius**2
+
+    def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
+        """As DotPattern.seen."""
+        places, _, spread = super().seen(shape, camera, correct)
+        outline = self._outline.places(shape)
+        if correct is not None:
+            outline = correct(outline)
+        corner = camera.project(outline).reshape(-1, _CORNERS, 2)
+        centre = corner.mean(axis=1, keepdims=True)
+        a = corner - centre
+        b = np.roll(a, -1, axis=1)
+        twice = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+        area = twice.sum(axis=1)
+        uv = centre[:, 0] + np.einsum('kc,kci->ki', twice, a + b) / (3 * area[:, None])
+        size = np.abs(area / (2 * self._flat * np.linalg.det(spread)))
+        return places, uv, spread * np.sqrt(size)[:, None, None]
+
+
 def uneven(radius: float, spread: float, count: int, rng: np.random.Generator) -> np.ndarray:
     """Random radii (count,), m, with mean radius, m, and relative standard deviation spread: printed dots vary in size."""
     return radius * (1 + spread * np.clip(rng.standard_normal(count), -2.5, 2.5))

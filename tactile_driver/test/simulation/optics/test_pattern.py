@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tactile_driver.simulation.optics.pattern import SurfaceSampler
+from tactile_driver.simulation.optics.pattern import SurfaceSampler, WidePattern
 from tactile_driver.simulation.sensors.touchpad import touchpad_camera, touchpad_dots
 from tactile_driver.simulation.skin.dome import Membrane
+from tactile_driver.simulation.skin.sheet import Sheet
 
 
 @pytest.fixture(scope='module')
@@ -58,3 +59,25 @@ def test_places_may_be_corrected_before_they_are_seen(membrane, pattern):
     places, uv, _ = pattern.seen(membrane.rest, camera, lambda p: p + [1e-4, 0, 0])
     np.testing.assert_allclose(uv, camera.project(places))
     np.testing.assert_allclose(places, pattern.sampler.places(membrane.rest) + [1e-4, 0, 0])
+
+
+def test_a_wide_disc_on_a_bent_sheet_appears_at_the_centroid_of_its_image():
+    sheet, camera = Sheet(0.133, 0.091, 70.0, 1.25, 3.5e-4, 97), touchpad_camera()
+    centre, radius = np.array([[0.004, 0.003, 0.0], [-0.012, 0.006, 0.0]]), np.array([2.1e-3, 1.9e-3])
+
+    def bent(xyz):
+        return xyz - [0, 0, 2.5e-3] * np.exp(-(xyz[..., :2]**2).sum(axis=-1, keepdims=True) / 0.008**2)
+
+    pattern = WidePattern(sheet, centre, radius, np.arange(2))
+    _, uv, spread = pattern.seen(bent(sheet.rest), camera)
+    share = (np.arange(200) + 0.5) / 200
+    ring, turn = np.meshgrid(np.sqrt(share), 2 * np.pi * share)
+    for k in range(2):
+        inside = centre[k] + radius[k] * np.stack([ring * np.cos(turn), ring * np.sin(turn), 0 * ring], axis=-1).reshape(-1, 3)
+        step = 1e-6 * np.eye(3)[:2]
+        seen, right, down = (camera.project(bent(inside + move)) for move in (0 * step[0], *step))
+        size = np.abs(np.linalg.det(np.stack([right - seen, down - seen], axis=-1))) / 1e-12
+        off = uv[k] - (size[:, None] * seen).sum(axis=0) / size.sum()
+        assert np.linalg.norm(off) < 0.03
+        assert np.abs(np.linalg.det(spread[k])) == pytest.approx(size.mean(), rel=2e-3)
+    assert np.linalg.norm(uv[0] - camera.project(bent(centre[0]))) > 0.5

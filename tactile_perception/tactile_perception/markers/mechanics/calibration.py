@@ -21,7 +21,8 @@ from ..view.sensor import MarkerSensor
 
 DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
 LIKELY_RADIUS = 7.5e-3  # m, of a fingertip: start of the fit. Chosen
-SCALE = 8e-3          # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
+SCALE = 10e-3         # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
+SMALL = 0.355         # of the half side: largest scale, so that the mesh may be centred at three quarters of the way to the clamp. Chosen
 STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # noise without untouched frames. Chosen
 STILL_SHARE = 0.05    # of the depth: markers displaced by less show the model error that comes with depth. Chosen
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
@@ -85,7 +86,7 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibrat
         raise BadCalibration(f'the sheet model needs a flat sheet and {FEWEST_TOUCHING} presses at known places, got '
                              f'{presses.touching.sum()} on {sensor.type}')
     half, deepest = np.array(sensor.size) / 2, float(presses.depth.max())
-    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, 0.4 * float(half.min())), **FINE)
+    plan = LibraryPlan(tuple(half.tolist()), LIKELY_RADIUS, DEEPER * deepest, min(SCALE, SMALL * float(half.min())), **FINE)
     usable = presses.touching & may_be_pressed(presses.position[:, :2], half, plan.scale)
     if usable.sum() < FEWEST_TOUCHING:
         raise BadCalibration(f'{usable.sum()} presses are farther than {least_length(plan.scale) * 1e3:.1f} mm from the clamp; '

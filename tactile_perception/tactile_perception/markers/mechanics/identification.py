@@ -56,6 +56,8 @@ SHARE = 2e-3           # model error over depth (of growth: per mm). Chosen
 PRIOR = {'radius': (7.5e-3, 0.7), 'stretch': (0.03, 0.7), 'friction': (0.5, 0.5), 'bending': (2.5e-7, 0.7)}  # median; sigma of log
 MOVE = 0.1             # finite difference of a log parameter, and its unit. Chosen
 LARGEST = 0.7          # limit of one step of a log parameter. Chosen
+SHORTEST = 0.05        # of it: a step that fails is halved down to this. Chosen
+STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times PRIOR's medians: a thin sheet to a thick one. Chosen
 FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
 EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
 
@@ -85,8 +87,8 @@ class SheetNumbers:
 def fit_numbers(presses: Presses, plan: LibraryPlan) -> SheetNumbers:
     """Maximum a posteriori parameters for the presses, with a weak prior for a rubber sheet and a fingertip.
 
-    Gauss-Newton with a Jacobian by finite differences at the start and at convergence and Broyden updates in between; on a coarse mesh but
-    for the last step.
+    Gauss-Newton from the best of STARTS, with a Jacobian by finite differences at the start and at convergence and Broyden updates in
+    between; on a coarse mesh but for the last step.
     Raises BadCalibration where there are no presses within plan.reach, or the simulation does not converge.
     """
     groups, marker, eyes = chosen_places(presses, plan), marker_radius(presses), EyeShifts.of(presses.fields[0])
@@ -158,6 +160,11 @@ class _NumbersFit:
         eyes = replace(self.eyes, shifts=values[4:].reshape(-1, 2))
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
 
+    def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
+        """The residual at each of several values."""
+        self._solve(several)  # together: all cores are busy
+        return [self.residual(values) for values in several]
+
     def slopes(self, values: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Derivatives (N, V) of the residual (N,) at values (V,), by small steps."""
         moved = values + np.diag(self.unit)
@@ -219,8 +226,11 @@ class _GaussNewton:
         middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
         self.middle = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
         self.prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
-        self._fit, self.values = fit, self.middle
-        self._residual = fit.residual(self.values)
+        self._fit, self._longest = fit, LARGEST
+        starts = [np.concatenate([np.log(np.multiply(middle, times)), self.middle[4:]]) for times in STARTS]
+        residuals = fit.residuals(starts)
+        best = int(np.argmin([self._cost(values, residual) for values, residual in zip(starts, residuals)]))
+        self.values, self._residual = starts[best], residuals[best]
         self._slopes, self._fresh = fit.slopes(self.values, self._residual), True
 
     @property
@@ -238,12 +248,13 @@ class _GaussNewton:
             self._slopes += np.outer(residual - self._residual - self._slopes @ way, scaled / self._fit.unit) / (scaled @ scaled)
         if gain > 0:
             self.values, self._residual, self._fresh = values, residual, False
+        self._longest = LARGEST if gain > 0 else self._longest / 2
         return gain
 
     def renew(self) -> bool:
-        """Renew the Jacobian by finite differences; False where it is up to date."""
+        """Renew the Jacobian by finite differences; False where it is up to date and no shorter step is left to try."""
         if self._fresh:
-            return False
+            return SHORTEST * LARGEST < self._longest < LARGEST
         self._slopes, self._fresh = self._fit.slopes(self.values, self._residual), True
         return True
 
@@ -255,7 +266,7 @@ class _GaussNewton:
         rows = np.concatenate([residual, (self.values - self.middle) * self.prior])
         step = np.linalg.lstsq(np.vstack([self._slopes, np.diag(self.prior)]), -rows, rcond=None)[0]
         reach = FARTHEST / self.prior
-        return np.clip(self.values + np.clip(step, -LARGEST, LARGEST), self.middle - reach, self.middle + reach)
+        return np.clip(self.values + np.clip(step, -self._longest, self._longest), self.middle - reach, self.middle + reach)
 
     def _cost(self, values: np.ndarray, residual: np.ndarray) -> float:
         return float(residual @ residual + np.sum(((values - self.middle) * self.prior)**2))
