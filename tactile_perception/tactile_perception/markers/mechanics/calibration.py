@@ -35,8 +35,7 @@ FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
 class SheetCalibration:
     """library: centred on the calibrated tip radius; material; marker_radius: m; eyes; noise: of fields, with the model error;
     place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
-    calibrated minimum and maximum of x and y; deepest: m, calibrated; offset: (2,) m, bias of places in x and y, from markers printed
-    off their nominal positions.
+    calibrated minimum and maximum of x and y; deepest: m, calibrated; offset: (2,) m, bias of places in x and y that is left.
     """
 
     library: SheetLibrary
@@ -58,15 +57,16 @@ class SheetCalibration:
     def numbers(self) -> dict:
         """As plain numbers, for a calibration file."""
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
-                'eye_shifts': self.eyes.shifts.tolist(), 'noise': asdict(self.noise), 'place_error': self.place_error,
-                'depth_share': self.depth_share, 'place_range': self.place_range.tolist(), 'deepest': self.deepest,
-                'offset': self.offset.tolist(), 'library': library_numbers(self.library)}
+                'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'noise': asdict(self.noise),
+                'place_error': self.place_error, 'depth_share': self.depth_share, 'place_range': self.place_range.tolist(),
+                'deepest': self.deepest, 'offset': self.offset.tolist(), 'library': library_numbers(self.library)}
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            eyes = EyeShifts(np.array(numbers['eyes'], float).reshape(-1, 3), np.array(numbers['eye_shifts'], float).reshape(-1, 2))
+            eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width)
+                               for name, width in (('eyes', 3), ('eye_shifts', 2))), np.array(numbers['printed'], float).reshape(2))
             library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
             marker_radius, place_error, depth_share, deepest = (
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -21,25 +21,27 @@ from ..view.marker_field import MarkerField
 
 @dataclass(frozen=True)
 class EyeShifts:
-    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y."""
+    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, where
+    on the sheet the printed markers are relative to their nominal places, on which all views are based."""
 
     eyes: np.ndarray
     shifts: np.ndarray
+    printed: np.ndarray = field(default_factory=partial(np.zeros, 2))
 
     @classmethod
-    def of(cls, field: MarkerField) -> EyeShifts:
+    def of(cls, seen: MarkerField) -> EyeShifts:
         """Zero shifts for the eyes of a field; eyes within a tenth of their distance to the sheet are one camera."""
         eyes: list[np.ndarray] = []
-        for eye in field.eye[np.isfinite(field.eye).all(1)]:
+        for eye in seen.eye[np.isfinite(seen.eye).all(1)]:
             if not any(np.linalg.norm(eye - known) < 0.1 * abs(eye[2]) for known in eyes):
                 eyes.append(eye)
         return cls(np.array(eyes).reshape(-1, 3), np.zeros((len(eyes), 2)))
 
     def shifted(self, field: MarkerField) -> MarkerField:
-        """The field with corrected eyes."""
+        """The field with corrected eyes, in the frame of the sheet."""
         eye = field.eye.copy()
-        eye[:, :2] += self.shifts[self.number(field)]
-        return replace(field, eye=eye)
+        eye[:, :2] += self.shifts[self.number(field)] + self.printed
+        return replace(field, eye=eye, rest=field.rest + self.printed)
 
     def number(self, field: MarkerField) -> np.ndarray:
         """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""
@@ -60,6 +62,7 @@ SHORTEST = 0.05        # of it: a step that fails is halved down to this. Chosen
 STARTS = ((1.0, 1.0, 1.0, 1.0), (1.0, 3.0, 1.0, 5.0), (1.0, 10.0, 0.7, 20.0))  # times PRIOR's medians: a thin sheet to a thick one. Chosen
 FARTHEST = 5.0         # standard deviations of the prior within which every value stays. Chosen
 EYE_SIGMA, EYE_MOVE = 3e-4, 1e-5  # m: prior standard deviation of eye shifts; finite difference, and their unit. Chosen
+PRINT_SIGMA, PRINT_MOVE = 3e-4, 1e-5  # m: the same of the printed markers' place. Chosen
 
 _log = logging.getLogger(__name__)
 
@@ -74,9 +77,10 @@ class SheetNumbers:
     eyes: EyeShifts
 
     def values(self) -> np.ndarray:
-        """Logs of radius, prestretch - 1, friction and bending, then the shifts of the eyes."""
+        """Logs of radius, prestretch - 1, friction and bending, then the shifts of the eyes and of the print."""
         material = self.material
-        return np.append(np.log([self.radius, material.prestretch - 1, material.friction, material.bending]), self.eyes.shifts)
+        logs = np.log([self.radius, material.prestretch - 1, material.friction, material.bending])
+        return np.concatenate([logs, self.eyes.shifts.ravel(), self.eyes.printed])
 
     def summary(self) -> str:
         """For the log."""
@@ -148,16 +152,17 @@ def observed(field: MarkerField) -> np.ndarray:
 
 
 class _NumbersFit:
-    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then shifts of eyes."""
+    """Residuals of presses at a few places; values are the logs of radius, prestretch over 1, friction and bending, then shifts of eyes and
+    of the print."""
 
     def __init__(self, groups: list[Presses], marker: float, plan: LibraryPlan, eyes: EyeShifts):
         self.eyes, self._groups, self._marker, self._plan = eyes, groups, marker, plan
         self._solved: dict[tuple, list] = {}  # fields of the groups by the logs of radius, prestretch - 1, friction and bending
 
     def numbers(self, values: np.ndarray) -> SheetNumbers:
-        """What values mean: logarithms of radius, stretch, friction and bending, then the eyes' shifts."""
+        """What values mean: logarithms of radius, stretch, friction and bending, then the shifts of the eyes and of the print."""
         radius, stretch, friction, bending = (float(value) for value in np.exp(values[:4]))
-        eyes = replace(self.eyes, shifts=values[4:].reshape(-1, 2))
+        eyes = replace(self.eyes, shifts=values[4:-2].reshape(-1, 2), printed=values[-2:])
         return SheetNumbers(radius, SheetMaterial(1 + stretch, bending, friction), self._marker, eyes)
 
     def residuals(self, several: list[np.ndarray]) -> list[np.ndarray]:
@@ -184,7 +189,7 @@ class _NumbersFit:
     @property
     def unit(self) -> np.ndarray:
         """(V,) finite difference of each value."""
-        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size)
+        return np.array([MOVE] * 4 + [EYE_MOVE] * self.eyes.shifts.size + [PRINT_MOVE] * 2)
 
     def residual(self, values: np.ndarray) -> np.ndarray:
         """Normalised residual (N,) at values (V,). Raises BadCalibration where no simulation converges."""
@@ -224,8 +229,9 @@ class _GaussNewton:
 
     def __init__(self, fit: _NumbersFit):
         middle, sigma = (np.array([value[k] for value in PRIOR.values()]) for k in (0, 1))
-        self.middle = np.concatenate([np.log(middle), np.zeros(fit.eyes.shifts.size)])
-        self.prior = np.concatenate([1 / sigma, np.full(fit.eyes.shifts.size, 1 / EYE_SIGMA)])
+        eyes = np.full(fit.eyes.shifts.size, EYE_SIGMA)
+        self.middle = np.concatenate([np.log(middle), np.zeros(len(eyes) + 2)])
+        self.prior = 1 / np.concatenate([sigma, eyes, [PRINT_SIGMA] * 2])
         self._fit, self._longest = fit, LARGEST
         starts = [np.concatenate([np.log(np.multiply(middle, times)), self.middle[4:]]) for times in STARTS]
         residuals = fit.residuals(starts)

@@ -70,6 +70,8 @@ class SheetPresses:
             self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
             return straight
         dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
+        if self.dragged is not None and dragged.misfit > RIGHT:  # with much friction, the straight press may be far from the drag
+            dragged = min(dragged, self._inverse.solve(seen, [self.dragged], drags=True, tip=self._tip), key=lambda found: found.misfit)
         drags = self.dragged is not None or dragged.misfit < DRAGGED * straight.misfit
         single = dragged if drags else straight
         if single.misfit < WRONG:

@@ -1,5 +1,7 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
+import dataclasses
+
 import numpy as np
 import pytest
 from sheet_scenes import field_of, pressed
@@ -23,6 +25,14 @@ def test_each_marker_gets_the_shift_of_its_own_eye():
     assert np.isnan(shifted.eye[3]).all()
 
 
+def test_a_print_off_its_nominal_place_moves_markers_and_eyes_alike():
+    eye, rest = np.array([[0.0, 0, -0.05]] * 3), np.arange(6.0).reshape(3, 2)
+    field = MarkerField(rest, 0 * rest, np.zeros(3), eye, np.zeros(3), 0 * rest, 0 * rest, np.zeros(3))
+    moved = EyeShifts(eye[:1], np.zeros((1, 2)), np.array([2e-4, -1e-4])).shifted(field)
+    assert moved.rest - rest == pytest.approx(np.tile([2e-4, -1e-4], (3, 1))) and moved.eye - eye == pytest.approx(
+        np.tile([2e-4, -1e-4, 0], (3, 1)))
+
+
 PLAN = LibraryPlan((0.030, 0.0225), 7.5e-3, 7e-3, n=5, levels=5, substeps=2)
 PLACES = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
 
@@ -41,6 +51,15 @@ def test_the_numbers_of_another_sheet_and_tip_are_found():
     assert numbers.material.prestretch - 1 == pytest.approx(0.045, rel=0.12)
     assert numbers.material.friction == pytest.approx(0.4, rel=0.2)
     assert np.abs(numbers.eyes.shifts).max() < 1e-4
+
+
+@pytest.mark.full
+def test_a_print_off_its_nominal_place_is_found():
+    """Without, the eyes and friction would have to explain it."""
+    true, off = presses(places=PLACES[:3]), np.array([2.5e-4, -2e-4, 0.0])
+    numbers = fit_numbers(dataclasses.replace(true, position=true.position + off), PLAN)
+    assert numbers.eyes.printed == pytest.approx(off[:2], abs=1e-4) and np.abs(numbers.eyes.shifts).max() < 1.5e-4
+    assert numbers.material.friction == pytest.approx(0.4, rel=0.3)
 
 
 @pytest.mark.full
@@ -64,7 +83,7 @@ def test_presses_at_the_clamp_alone_are_refused():
 class Slippery:
     """Stands for a fit whose presses ask for ever more friction."""
 
-    eyes, unit = EyeShifts(np.array([[0.0, 0.0, -0.05]]), np.zeros((1, 2))), np.full(6, 0.1)
+    eyes, unit = EyeShifts(np.array([[0.0, 0.0, -0.05]]), np.zeros((1, 2))), np.full(8, 0.1)
 
     def residual(self, values):
         return np.array([100 * (values[2] - 20.0)])
@@ -91,7 +110,7 @@ class Overshooting(Slippery):
         return 100 * np.array([np.tanh(4 * (values[3] - np.log(1e-6)))])
 
     def slopes(self, values, residual):
-        return (self.residual(values + 1e-6 * np.eye(6)[3]) - residual)[:, None] / 1e-6 * np.eye(1, 6, 3)
+        return (self.residual(values + 1e-6 * np.eye(8)[3]) - residual)[:, None] / 1e-6 * np.eye(1, 8, 3)
 
 
 def test_a_failed_first_step_is_shortened():
