@@ -22,7 +22,7 @@ from ..view.sensor import MarkerSensor
 DEEPER = 1.15         # simulated depth over the deepest calibrated press. Chosen
 LIKELY_RADIUS = 7.5e-3  # m, of a fingertip: start of the fit. Chosen
 SCALE = 10e-3         # m, of the mesh at the tip; less on a small sheet. Chosen: about a tip radius
-SMALL = 0.355         # of the half side: largest scale, so that the mesh may be centred at three quarters of the way to the clamp. Chosen
+SMALL = 0.4           # of the half side: largest scale. Chosen
 STILL = FieldNoise(1e-5, 5e-3, 3e-3, 1.0)  # noise without untouched frames. Chosen
 STILL_SHARE = 0.05    # of the depth: markers displaced by less show the model error that comes with depth. Chosen
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
