@@ -65,8 +65,9 @@ class SheetCalibration:
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
+            printed = numbers.get('printed', (0, 0))  # earlier files lack it
             eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width)
-                               for name, width in (('eyes', 3), ('eye_shifts', 2))), np.array(numbers['printed'], float).reshape(2))
+                               for name, width in (('eyes', 3), ('eye_shifts', 2))), np.array(printed, float).reshape(2))
             library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
             marker_radius, place_error, depth_share, deepest = (
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))

@@ -185,6 +185,11 @@ def test_the_calibration_file_keeps_it():
     assert again.position == pytest.approx(SheetModelMethod(CALIBRATION, SENSOR).estimate(field)[0].position, abs=5e-6)
 
 
+def test_a_file_of_before_has_its_markers_printed_where_they_should_be():
+    fitted = {name: value for name, value in CALIBRATION.numbers().items() if name != 'printed'}
+    assert (SheetCalibration.from_numbers(fitted).eyes.printed == 0).all()
+
+
 @pytest.mark.full
 def test_a_fold_keeps_the_simulated_presses_and_has_errors_of_its_own():
     at = np.array([(x, y, depth) for x, y in ((0.0, 0.0), (0.012, 0.007), (-0.010, 0.006)) for depth in (3e-3, 5e-3)])
