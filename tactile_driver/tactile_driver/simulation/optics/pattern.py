@@ -91,10 +91,9 @@ class WidePattern(DotPattern):
     def __init__(self, skin: Skin, places: np.ndarray, radius: np.ndarray, numbers: np.ndarray, rows: int = 0, columns: int = 0):
         super().__init__(skin, places, radius, numbers, rows, columns)
         angle = np.arange(_CORNERS) * 2 * np.pi / _CORNERS
-        outline = _AROUND * radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        steps = outline @ self.painted.transpose(0, 2, 1)
-        square = np.clip(skin.square_of(places)[:, None] + steps * 2 / (skin.nodes - 1), -1, 1)
-        self._outline = SurfaceSampler(square.reshape(-1, 2), skin.nodes)
+        aside = np.linalg.qr(self.sampler.tangents(skin.rest))[0]
+        outline = places[:, None] + _AROUND * np.einsum('k,kij,jc->kci', radius, aside, [np.cos(angle), np.sin(angle)])
+        self._outline = SurfaceSampler(np.clip(skin.square_of(outline.reshape(-1, 3)), -1, 1), skin.nodes)
         self._flat = _AROUND**2 * _CORNERS / 2 * np.sin(2 * np.pi / _CORNERS) * radius**2
 
     def seen(self, shape: np.ndarray, camera: SimulatedCamera, correct: Callable | None = None) -> tuple:
