@@ -6,7 +6,7 @@
 
 The scenes are random: tools, sizes, places, depths, motions, frictions, specimens, noise, glare. A small network (two hidden layers of
 rectified linear units, Adam, Huber loss) learns each dot's signed distance from the true outline, cut at a pitch, from what the estimator
-knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes ten minutes.
+knows of its surroundings; see tactile_perception/src/touchpad/contact/edge_distance.cpp. It takes five minutes.
 """
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from tactile_driver.simulation.sensors.touchpad import COLUMNS, ROWS, touchpad
 from tactile_driver.simulation.skin.motion import Motion
 from tactile_driver.simulation.skin.tools import Tool, block, disc, edge, ring, sphere
 from tactile_perception import _core
+from tactile_perception.common.progress import Progress
 from tactile_perception.parameters.touchpad import DOT_PARAMETERS
 from tactile_perception.pipeline.dot_stage import make_tracker
 from tactile_perception.touchpad.contact.loads import LoadEstimator
@@ -234,7 +235,7 @@ def main() -> None:
     parser.add_argument('--out', type=Path, default=Path('out/edge_weights.hpp'))
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    found = [examples(random_scene(number, given.seed)) for number in range(given.scenes)]
+    found = [examples(random_scene(number, given.seed)) for number in Progress(range(given.scenes), 'scenes', given.scenes)]
     fed, (told, crowd) = np.concatenate([one[0] for one in found], axis=1), (np.concatenate([one[k] for one in found]) for k in (1, 2))
     print(f'{len(told)} dots in {given.scenes} scenes')
     given.out.parent.mkdir(parents=True, exist_ok=True)
