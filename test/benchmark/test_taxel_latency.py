@@ -59,3 +59,12 @@ def test_a_saturated_sphere_that_slides_is_followed():
     response = taxel_latency.calibrate(specimen, ink, 5)
     true, found = taxel_latency.play('slide', specimen, ink, 5, response, ('mechanics',))
     assert (found['mechanics'][true == 2] == 2).mean() > 0.7 and (found['mechanics'][true == 1] == 2).mean() < 0.25
+
+
+@pytest.mark.full
+def test_release_from_a_saturated_roller_is_told_within_50_ms():
+    specimen, ink = taxel_latency.DEVICES['B']
+    response = taxel_latency.calibrate(specimen, ink, 1)
+    true, found = taxel_latency.play('roll', specimen, ink, 1, response, ('mechanics',))
+    end = np.flatnonzero(true >= 0)[-1]
+    assert (found['mechanics'][end + 5:] < 0).all() and (found['mechanics'][true >= 0] < 0).sum() <= 4  # frames that touch

@@ -18,14 +18,14 @@ from ..common.region_moments import axes
 from ..common.surface_points import SurfacePoints
 from .contact_tracker import TrackedContact, ContactTracker
 from ..errors import BadArgument, BadFrame
-from .hysteresis import Hysteresis
+from .hysteresis import Hysteresis, Memory
 from .imprint import ImprintMotion, ImprintTracker, SeenPressure
 from .points import taxel_forces, taxel_points, taxel_states
 from .published import PaperMethod
-from .regions import Regions, TaxelRegion, find_regions, joined
+from .regions import Regions, TaxelRegion, find_regions, joined, without
 from .repair import DeadTaxels, dead_mask
 from .response import Response
-from .score import ContactScore
+from .score import LEVEL, NOISE, ContactScore
 from .slip import TaxelSlip
 from .wrench import GraspedObject, normal_force, pressure_centre, under_friction, wrench_of
 
@@ -148,7 +148,7 @@ class TaxelEstimator:
         self._method = TAXEL_METHODS[settings.method](array, pad, settings.response.known)
         self._dead = DeadTaxels(dead_mask(array.shape, settings.dead))
         self.baseline = Baseline(settings.reference_frames, settings.time_constant, settings.response.zero, array.full_scale)
-        self._hysteresis = Hysteresis(settings.response.loop)
+        self._hysteresis, self._memory = Hysteresis(settings.response.loop), Memory(settings.response.loop)
         self._tracker, self._direction = ContactTracker(), ContinuousDirection()
         self._stamp_s: float | None = None
         self._covariance = np.diag([(_PLACE_SD * array.pitch)**2] * 2 + [np.nan])
@@ -162,6 +162,7 @@ class TaxelEstimator:
     def _forget(self) -> None:
         self._method.reset()
         self._hysteresis.reset()
+        self._memory.reset()
         self._tracker.reset()
         self._direction.reset()
 
@@ -182,6 +183,9 @@ class TaxelEstimator:
         noise = sigma * response.slope(_NOISE_AT * sigma) * response.loop.noise_gain
         regions, surface = self._method.regions(pressure, noise)
         self.baseline.follow(change, regions.touched if regions.all else None, interval)
+        self._memory.follow(pressure, interval)
+        regions = without(regions, [region.label for region in regions.all if self._memory.explains(
+            region.box, regions.labels[region.box] == region.label, LEVEL * NOISE * noise)])
         full = frame >= _FULL * self.array.full_scale
         saturated = [_any_in(full, region, regions) for region in regions.all] if full.any() else [False] * len(regions.all)
         slip, motion = self._method.slip(regions, surface, stamp_s, any(saturated))

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from itertools import product
 
+import cv2
 import numpy as np
 
 from .._core import taxel_undone
@@ -30,6 +31,8 @@ _BETTER = 0.7  # of the residuals without a loop, below which those with one mus
 _SOFTER = 0.8
 _RESTED_S = 1e6  # s, before the first load
 _NOISE = 0.3  # of the hidden part's share of changes: how much of it adds to the noise. Derived: it is blurred by a taxel
+# s, in which the largest load is forgotten at most. Chosen: a light hold that follows on a heavy one is told again by then
+_LONGEST_S = 0.5
 _SMOOTH = 1.0  # taxels, of the Gaussian by which neighbours tell together whether their load rises or falls. Chosen
 
 
@@ -51,9 +54,9 @@ class Loop:
             raise BadArgument(f'taxel response: a loop needs a share from 0 to {_MOST_HELD}, a reach of at least 0, a relative reach from '
                               f'0 to 1 and a positive relaxation, got {self.share}, {self.reach}, {self.relative}, {self.relaxation}')
 
-    def width(self, load: float) -> float:
+    def width(self, load: float | np.ndarray) -> float | np.ndarray:
         """Largest difference, Pa, between what is shown of the same load as it rises to load, Pa, and as it falls from there."""
-        return 2 * self.share * min(self.reach + self.relative * load, 0.5 * load)
+        return 2 * self.share * np.minimum(self.reach + self.relative * load, 0.5 * load)
 
     @property
     def noise_gain(self) -> float:
@@ -114,3 +117,36 @@ class Hysteresis:
         self._load, self._held = taxel_undone(pressure, last, held, share=loop.share, reach=loop.reach, relative=loop.relative,
                                               crept=-math.expm1(-interval_s / loop.relaxation), smooth=_SMOOTH)
         return self._load
+
+
+class Memory:
+    """Tells what a layer still shows of a load that is gone from a touch.
+
+    A law that is not quite that of the layer leaves a part of its loop: less than what shows at once of the loop's width at the recent
+    largest load of a taxel. It only falls, while a new touch rises.
+    """
+
+    def __init__(self, loop: Loop):
+        self._loop = loop
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget earlier frames."""
+        self._largest: np.ndarray | None = None
+
+    def follow(self, load: np.ndarray, interval_s: float) -> None:
+        """Take the loads (rows, columns) float32, Pa, with the loop undone, interval_s after the last frame."""
+        loop = self._loop
+        if not loop.share:
+            return
+        load = cv2.GaussianBlur(load, (0, 0), _SMOOTH)
+        if self._largest is None:
+            self._largest = self._lowest = load
+        self._largest = np.fmax(load, self._largest * np.float32(math.exp(-interval_s / min(loop.relaxation, _LONGEST_S))))
+        self._more = ~(load <= (1 - loop.share) * loop.width(self._largest))  # unknown loads too
+        self._lowest = np.where(self._more, load, np.fmin(self._lowest, load))
+        self._rise = load - self._lowest
+
+    def explains(self, box: tuple[slice, slice], touched: np.ndarray, least: float) -> bool:
+        """Whether the last loads are nothing else in the touched taxels of a box, bool; least: rise of a load, Pa, that tells a touch."""
+        return bool(self._loop.share) and not (touched & (self._more[box] | (self._rise[box] > least))).any()

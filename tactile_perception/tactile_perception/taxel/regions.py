@@ -97,6 +97,15 @@ def joined(regions: Regions, reach: float, light: float) -> Regions:
     return replace(regions, all=together, labels=label[regions.labels], near=label[regions.near])
 
 
+def without(regions: Regions, gone: list[int]) -> Regions:
+    """regions without those of the labels gone."""
+    if not gone:
+        return regions
+    labels, near = (np.where(np.isin(image, gone), 0, image).astype(image.dtype) for image in (regions.labels, regions.near))
+    kept = [region for region in regions.all if region.label not in gone]
+    return replace(regions, all=kept, labels=labels, touched=labels > 0, near=near)
+
+
 def _grown(mask: np.ndarray, reach: float) -> np.ndarray:
     """(rows, columns) uint8: taxels within reach, in pitches, of mask (rows, columns) bool."""
     size = 2 * round(reach) + 1

@@ -19,7 +19,7 @@ BORDER_SHARE = 0.6
 # stiffens under deep presses and its pressure runs out more gently than a paraboloid.
 BORDER_RAMP = 0.165
 _SMOOTH = 0.5  # thicknesses, of the Gaussian that averages noise, differences of gain and roughness. Chosen
-_NOISE = 10.0  # standard deviations of the noise, least level. Chosen
+NOISE = 10.0  # standard deviations of the noise, least level. Chosen
 
 
 class ContactScore:
@@ -37,5 +37,5 @@ class ContactScore:
 
     def compute(self, pressure: np.ndarray, sigma: float) -> np.ndarray:
         """Scores (rows, columns) float32, 0 to 1, of pressure (rows, columns) float32; sigma: its noise, in the same unit."""
-        least = _NOISE * sigma
+        least = NOISE * sigma
         return taxel_score(pressure, least=least if math.isfinite(least) else 1e30, **self._rule)

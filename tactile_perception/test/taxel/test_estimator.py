@@ -8,6 +8,7 @@ from tactile_perception.common.estimates import AMBIGUOUS, AT_EDGE, NONE, SATURA
 from tactile_perception.errors import BadArgument, BadFrame
 from tactile_perception.taxel.array import SoftPad, TaxelArray
 from tactile_perception.taxel.estimator import TAXEL_METHODS, ContinuousDirection, TaxelEstimator, TaxelSettings
+from tactile_perception.taxel.hysteresis import Loop
 from tactile_perception.taxel.response import Response
 from tactile_perception.taxel.wrench import GraspedObject
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
@@ -238,3 +239,15 @@ def test_the_moment_of_a_heavy_grasp(thickness):
         found = estimator.process(values, 1 + k / scene.rate).wrench
     assert np.linalg.norm(truth.wrench[:2]) > 0.3 * abs(truth.wrench[2])
     assert np.linalg.norm(found[3:5] - truth.wrench[3:5]) < 0.04 * np.linalg.norm(truth.wrench[3:5])
+
+
+@pytest.mark.parametrize('method', TAXEL_METHODS)
+def test_a_memory_of_the_layer_is_no_contact_and_a_light_touch_on_it_is(method):
+    """The layer goes on to show 6 % of a load of 80 kPa, which the loop does not undo."""
+    response = Response((500.0, 0.0, 0.0), known=True, loop=Loop(0.12, 3e4, 0.0, 0.5))
+    shape, light = picture(bar(), 160.0), picture(disc(), 20.0)
+    left = [0.06 * np.exp(-k / 50) * shape for k in range(1, 30)]
+    images = [*20 * [shape], *left, *(left[-1] * np.exp(-k / 50) + light for k in range(10))]
+    found = run([whole(image) for image in images], TaxelSettings(method, response=response))
+    contacts = [len(result.contacts) for result in found]
+    assert contacts[:20] == 20 * [1] and contacts[20:49] == 29 * [0] and contacts[49:] == 10 * [1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tactile_perception.errors import BadArgument
-from tactile_perception.taxel.hysteresis import Hysteresis, Loop, fit_loop
+from tactile_perception.taxel.hysteresis import Hysteresis, Loop, Memory, fit_loop
 
 STEP_S = 0.01
 HARD, SOFT, GROWING = Loop(0.5, 4e3, 0.0, 0.5), Loop(0.12, 8e3, 0.0, 1.0), Loop(0.5, 500.0, 0.08, 1.0)
@@ -69,6 +69,32 @@ def test_no_loop_is_seen_in_noise():
     times, loads, _ = seen_and_true(HARD)
     noisy = loads + np.random.default_rng(0).normal(0, 500, len(loads))
     assert fit_loop(times, loads, np.maximum(noisy, 0)[:, None], np.where(loads > 0, 1e-4, 0)) == Loop()
+
+
+def told(loop, loads, least=500.0):
+    """Whether each of loads, Pa, that follow each other, is told as a touch."""
+    memory, found, box = Memory(loop), [], (slice(1, 4), slice(0, 5))
+    for load in loads:
+        memory.follow(np.full((5, 5), load, np.float32), STEP_S)
+        found.append(not memory.explains(box, np.ones((3, 5), bool), least))
+    return found
+
+
+def test_what_is_left_of_a_load_is_no_touch_until_it_rises():
+    left = 5e3 * np.exp(-np.arange(30) * STEP_S / 0.4)  # the loop is 7.2 kPa wide after 60 kPa
+    loop = Loop(0.12, 3e4, 0.0, 1.0)
+    assert told(loop, [0, 6e4, 6e4, *left]) == [False, True, True] + 30 * [False]
+    assert told(loop, [0, 6e4, 6e4, *left, left[-1] + 400, left[-1] + 600]) == [False, True, True] + 31 * [False] + [True]
+    assert all(told(loop, [6e4, *np.full(100, 7e3)])) and all(told(Loop(), [6e4, *left]))
+
+
+def test_a_light_load_that_stays_is_told_again():
+    found = told(Loop(0.12, 3e4, 0.0, 10.0), [6e4, *np.full(100, 4e3)])
+    assert not any(found[1:20]) and all(found[50:])
+
+
+def test_an_unknown_load_is_not_explained_and_leaves_nothing():
+    assert told(Loop(0.12, 3e4), [6e4, np.nan, 4e3, 3e3]) == [True, True, False, False]
 
 
 def test_numbers_that_are_no_loop_are_refused():

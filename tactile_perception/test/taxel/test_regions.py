@@ -5,7 +5,7 @@ import pytest
 from taxel_pictures import ARRAY, bar, both, disc, picture, ring
 from tactile_perception.common.region_moments import axes
 from tactile_perception.taxel.array import SoftPad
-from tactile_perception.taxel.regions import find_regions, joined
+from tactile_perception.taxel.regions import find_regions, joined, without
 from tactile_perception.taxel.score import ContactScore
 
 SCORE = ContactScore(ARRAY, SoftPad())
@@ -91,3 +91,12 @@ def test_a_joined_region_is_that_of_its_pieces():
 def test_one_region_is_left_as_it_is():
     regions = regions_of(ring())
     assert joined(regions, 2.0, 1e3) is regions
+
+
+def test_a_region_that_is_taken_out_leaves_no_trace():
+    regions = regions_of(both(disc(-11, 0, 5), disc(11, 0, 7)))
+    large, small = regions.all
+    kept = without(regions, [large.label])
+    assert kept.all == [small] and (kept.labels[regions.labels != large.label] == regions.labels[regions.labels != large.label]).all()
+    assert not (kept.near == large.label).any() and (kept.touched == (regions.labels == small.label)).all()
+    assert without(regions, []) is regions
