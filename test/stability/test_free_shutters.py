@@ -29,11 +29,11 @@ def together(tmp_path_factory):
 
 
 @pytest.mark.parametrize('shutters, outliers', [
-    (Shutters(0.0115, jitter=2e-4), 0), (Shutters(-0.0115, jitter=2e-4), 2), (Shutters(0.003, 0.009, 2e-4), 2)])
+    *((Shutters(skew, jitter=2e-4), 0) for skew in (0.0115, -0.0055, -0.0115, -0.0164)), (Shutters(0.003, 0.009, 2e-4), 1)])
 def test_fast_presses_are_told_as_by_cameras_of_one_trigger(tmp_path, together, shutters, outliers):
     found, beside = errors(tmp_path, SCENE, shutters)
     assert len(found) >= 0.95 * len(together) and beside == 0
-    kept = found[np.argsort(found[:, 0])][:len(found) - outliers]  # frames in which a touch begins between the two exposures
-    place, depth, squared = kept.mean(axis=0)
-    assert place < together[:, 0].mean() + 0.1 and np.percentile(kept[:, 0], 95) < np.percentile(together[:, 0], 95) + 0.3
-    assert depth < 0.12 and np.percentile(kept[:, 1], 95) < 0.3 and squared < 3.0
+    found = found[np.argsort(found[:, 0])][:len(found) - outliers]  # a first trace of a touch
+    place, depth, squared = found.mean(axis=0)
+    assert place < together[:, 0].mean() + 0.1 and np.percentile(found[:, 0], 95) < np.percentile(together[:, 0], 95) + 0.6
+    assert depth < 0.12 and np.percentile(found[:, 1], 95) < 0.3 and squared < 2.0

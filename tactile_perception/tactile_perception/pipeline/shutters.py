@@ -19,6 +19,7 @@ from ..markers.view.sensor import MarkerSensor
 _UNEVEN, _STEADIEST = 2.0, 0.1
 _FARTHEST = 3.0  # last motions by which a marker is moved on; chosen
 _TORN = 0.06  # imbalance at the seam of a touch that one view does not show: 0.12 to 0.5, of others at most 0.02 (simulated)
+_BEGINS, _TRACES = 0.5, 0.5  # change of the left speed, and moved right markers over left ones: first traces of a touch; chosen
 _CLEAR = 0.9  # share of a motion that is not noise from which it counts as clear; noise of 100 markers reaches it once in 200 frames
 
 
@@ -82,7 +83,7 @@ class RightShutter:
         clear = (tracks.duv**2).sum(axis=1) > 2 * tracks.sigma**2 / (1 - _CLEAR)
         if not skew_s or not clear.any():
             return tracks
-        if self._is_of_another_state(tracks, clear[~is_right].any(), clear[is_right].any(), skew_s):
+        if self._is_of_another_state(tracks, clear[~is_right].sum(), clear[is_right].sum(), skew_s, left.change):
             return tracks.take(~is_right)
         if not (right.share > 0).any():
             return tracks
@@ -110,12 +111,14 @@ class RightShutter:
         weight = 1 / (1 + (sigma / (_UNEVEN * max(change, _STEADIEST) * np.sqrt(part * (1 - part))))**2)
         return float(np.clip(usual + weight * (found - usual), *((-1.0, 0.0) if usual < 0 else (0.0, _FARTHEST))))
 
-    def _is_of_another_state(self, tracks: DotTracks, left: bool, right: bool, skew_s: float) -> bool:
-        """Whether only one exposure shows a touch, by what the two views show (left, right) and the balance of the sheet: the right one, or
-        the left one after an earlier right one. Before a later right one the motion of the release goes back."""
-        if self._balance is None or left == right or (left and skew_s > 0):
+    def _is_of_another_state(self, tracks: DotTracks, left: int, right: int, skew_s: float, change: float) -> bool:
+        """Whether only one exposure shows a touch, by how many moved markers the two views show (left, right) and the balance of the sheet:
+        the right one, or the left one after an earlier right one, which may show its first traces; change: of the left view's speed. Before
+        a later right one the motion of the release goes back."""
+        if self._balance is None or (left and skew_s > 0):
             return False
-        return self._balance.imbalance(*self._everywhere(tracks)) > _TORN
+        begins = change > _BEGINS and right < _TRACES * left
+        return (bool(left) != bool(right) or begins) and self._balance.imbalance(*self._everywhere(tracks)) > _TORN
 
     def _everywhere(self, tracks: DotTracks) -> tuple[np.ndarray, np.ndarray]:
         """Positions and displacements (K, 2), px, of all markers, NaN for those not seen."""

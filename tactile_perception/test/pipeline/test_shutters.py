@@ -136,3 +136,12 @@ def test_a_right_view_from_before_the_touch_is_left_out(skew, imbalance, kept):
         given.duv[2:] = 0.0
         tracks = shutter.process(given, k * PERIOD, skew * PERIOD)
     assert tracks.id.tolist() == kept
+
+
+@pytest.mark.parametrize('imbalance, kept', [(0.2, [0, 1, 2]), (0.01, [0, 1, 2, 3])])
+def test_a_right_view_with_the_first_traces_of_a_touch_is_left_out_until_it_goes_on(imbalance, kept):
+    shutter = RightShutter(70.0, 4, balance(imbalance=imbalance))  # one marker on the right
+    for k in range(2):
+        shutter.process(seen(0.0, 0.0), k * PERIOD, -0.2 * PERIOD)
+    assert shutter.process(seen(PERIOD, 0.0), 2 * PERIOD, -0.2 * PERIOD).id.tolist() == kept
+    assert shutter.process(seen(2 * PERIOD, 0.0), 3 * PERIOD, -0.2 * PERIOD).id.tolist() == [0, 1, 2, 3]

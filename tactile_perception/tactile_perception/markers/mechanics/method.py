@@ -122,6 +122,7 @@ STANDS_OUT = 8.0  # detection threshold of the matched filter, standard deviatio
 SURE = 4.0     # least depth of a touch, standard deviations
 BEYOND = 1.02  # times the calibrated depth: deeper is out of range
 UNEXPLAINED = 8.0  # misfit above which an estimate is ambiguous
+UNSEEN = 2.0   # marker pitches from all markers that are seen: a touch there is not told
 EDGE = 0.999   # of the library's reach, from which a touch is at the edge
 
 
@@ -136,6 +137,7 @@ class SheetModelMethod:
         self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
+        self._lasts = False
 
     @classmethod
     def fit(cls, presses: Presses, sensor: MarkerSensor) -> dict:
@@ -154,9 +156,11 @@ class SheetModelMethod:
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact. Of the frames before, only the tip's radius counts, whether it is dragged, and
-        the motion of a second camera's markers, which may be seen at another moment."""
+        """The touches of one frame; empty without contact, and in the first frame of a touch that no press explains: two cameras may show
+        it at different moments. Of the frames before, only the tip's radius counts, whether it is dragged, and the motion of a second
+        camera's markers, which may be seen at another moment."""
         motion = self._motion(field)
+        begins, self._lasts = not self._lasts, False
         if field.seen.sum() < FEWEST:
             self._presses.forget()
             return []
@@ -166,14 +170,22 @@ class SheetModelMethod:
             start = self._presses.carry_on()
         if start is None:
             return []
+        self._lasts = True
         found = self._presses.explain(field, start, motion)
+        if begins and found.misfit > UNEXPLAINED:
+            return []
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
-        touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma]
+        touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma and self._is_seen(touch, field)]
         if not touches and score < STANDS_OUT:
             self._presses.forget()
         if len(found.presses) == len(touches) == 1:
             touches = [replace(touches[0], wrench=_wrench_of(found, touches[0].position))]
         return touches
+
+    def _is_seen(self, touch: TouchEstimate, field: MarkerField) -> bool:
+        """Whether markers around a touch are seen: of a touch that begins between two exposures, one camera may show none."""
+        away = np.abs(field.rest[field.seen] - touch.position[:2]) / self._margin
+        return bool(away.max(axis=1).min() < UNSEEN)
 
     def _motion(self, field: MarkerField) -> np.ndarray | None:
         """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""

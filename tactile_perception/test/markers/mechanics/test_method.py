@@ -16,7 +16,7 @@ from tactile_perception.markers.mechanics.method import STANDS_OUT, SheetModelMe
 from tactile_perception.markers.mechanics.projection import Press
 from tactile_perception.markers.mechanics.solver import FieldNoise, SheetInverse, show
 from tactile_perception.markers.touches.presses import Presses
-from tactile_perception.markers.touches.touch import AT_EDGE, OUT_OF_RANGE
+from tactile_perception.markers.touches.touch import AMBIGUOUS, AT_EDGE, OUT_OF_RANGE
 
 NOISE, PITCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5), 4.5e-3
 START = SheetStart(library(), NOISE.shift, NOISE.growth)
@@ -176,6 +176,21 @@ def test_a_touch_at_the_clamp_stays_on_the_sheet():
     for touch in METHOD.estimate(beyond):
         assert np.abs(touch.position[1]) < 0.0225
     assert METHOD._touch(Tip(np.append(library().plan.reach, 1e-3), np.eye(3) * 1e-10, 0.0), 1.0).flags & AT_EDGE
+
+
+def test_a_touch_where_no_marker_is_seen_is_not_told():
+    seen, right = field_of(pressed(0.012, 0.0, 3e-3), 5e-6, 5e-3), GRID[:, 0] > -0.002
+    touch, = METHOD.estimate(seen)
+    half = dataclasses.replace(seen, shift=np.where(right[:, None], np.nan, seen.shift))
+    assert METHOD._is_seen(touch, seen) and not METHOD._is_seen(touch, half)
+    assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
+
+
+def test_what_no_press_explains_is_told_from_the_second_frame_on():
+    method, shift = SheetModelMethod(CALIBRATION, SENSOR), pressed(0.010, 0.0, 4e-3)
+    torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
+    assert method.estimate(field_of(0 * shift, 5e-6, 5e-3)) == [] and method.estimate(torn) == []
+    assert all(touch.flags & AMBIGUOUS for touch in method.estimate(torn)) and len(method.estimate(torn)) > 0
 
 
 def test_the_calibration_file_keeps_it():
