@@ -36,6 +36,8 @@ def write_scene(path, name, times, rate):
     values = {
         'camera.rotation': cv2.Rodrigues(camera.rotation)[0].ravel().tolist(),
         'camera.translation': camera.translation.ravel().tolist(),
+        'membrane.shear_stiffness': float(scene.membrane.tension),
+        'membrane.rest_pressure': float(scene.membrane.pressure),
     }
     path.with_name(path.name + '.yaml').write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
 
