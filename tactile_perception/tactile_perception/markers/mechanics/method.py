@@ -156,9 +156,9 @@ class SheetModelMethod:
         return cls(SheetCalibration.from_numbers(fitted), sensor)
 
     def estimate(self, field: MarkerField) -> list[TouchEstimate]:
-        """The touches of one frame; empty without contact, and in the first frame of a touch that no press explains: two cameras may show
-        it at different moments. Of the frames before, only the tip's radius counts, whether it is dragged, and the motion of a second
-        camera's markers, which may be seen at another moment."""
+        """The touches of one frame; empty without contact, and with two cameras in the first frame of a touch that no press explains: they
+        may show it at different moments. Of the frames before, only the tip's radius counts, whether it is dragged, and the motion of a
+        second camera's markers, which may be seen at another moment."""
         motion = self._motion(field)
         begins, self._lasts = not self._lasts, False
         if field.seen.sum() < FEWEST:
@@ -172,7 +172,7 @@ class SheetModelMethod:
             return []
         self._lasts = True
         found = self._presses.explain(field, start, motion)
-        if begins and found.misfit > UNEXPLAINED:
+        if begins and motion is not None and found.misfit > UNEXPLAINED:
             return []
         touches = [self._touch(tip, found.misfit) for tip in tips_of(self._calibration.library, found)]
         touches = [touch for touch in touches if touch.depth > SURE * touch.depth_sigma and self._is_seen(touch, field)]

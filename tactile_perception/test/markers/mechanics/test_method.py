@@ -186,11 +186,13 @@ def test_a_touch_where_no_marker_is_seen_is_not_told():
     assert all(np.abs(found.position[0] + 0.002) < 0.012 for found in METHOD.estimate(half))
 
 
-def test_what_no_press_explains_is_told_from_the_second_frame_on():
-    method, shift = SheetModelMethod(CALIBRATION, SENSOR), pressed(0.010, 0.0, 4e-3)
+def test_what_no_press_explains_is_told_by_two_cameras_from_the_second_frame_on():
+    eyes, shift = EyeShifts(np.array([[-0.03, 0, -0.062], [0.03, 0, -0.062]]), np.zeros((2, 2))), pressed(0.010, 0.0, 4e-3)
+    method = SheetModelMethod(dataclasses.replace(CALIBRATION, eyes=eyes), SENSOR)
     torn = field_of(np.where(GRID[:, :1] > 0.006, 0.2 * shift, shift), 5e-6, 5e-3)  # the right camera is far behind
     assert method.estimate(field_of(0 * shift, 5e-6, 5e-3)) == [] and method.estimate(torn) == []
     assert all(touch.flags & AMBIGUOUS for touch in method.estimate(torn)) and len(method.estimate(torn)) > 0
+    assert METHOD.estimate(torn)[0].flags & AMBIGUOUS, 'one camera sees all at once'
 
 
 def test_the_calibration_file_keeps_it():
