@@ -9,7 +9,7 @@ import numpy as np
 
 from .marker_sheet import built_camera
 from ..optics.led_light import Lamps
-from ..optics.pattern import DotPattern, WidePattern, uneven
+from ..optics.pattern import DotPattern, LargeDots, uneven
 from ..optics.rendering import Imaging, Renderer
 from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
 from ..skin.dome import Membrane
@@ -45,7 +45,7 @@ def _regular(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     places = np.stack([u - (_COLUMNS - 1) / 2, v - (_ROWS - 1) / 2], axis=1) * _PITCH
     numbers = np.flatnonzero(np.linalg.norm(places, axis=1) <= _PRINTED)
     places = places[numbers] + rng.normal(0, 0.25e-3, (len(numbers), 2)) + rng.normal(0, 0.8e-3, 2)
-    return WidePattern(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), numbers, _ROWS, _COLUMNS)
+    return LargeDots(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), numbers, _ROWS, _COLUMNS)
 
 
 def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
@@ -54,7 +54,7 @@ def _random(membrane: Membrane, rng: np.random.Generator) -> DotPattern:
     for place in rng.uniform(-_PRINTED, _PRINTED, (6000, 2)):
         if np.linalg.norm(place) <= _PRINTED and (np.linalg.norm(places - place, axis=1) > 2.5 * _RADIUS).all():
             places = np.vstack([places, place])
-    return WidePattern(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), np.arange(len(places)))
+    return LargeDots(membrane, _on_dome(places), uneven(_RADIUS, 0.03, len(places), rng), np.arange(len(places)))
 
 
 def air_cushion(seed: int, width: int = 640, pattern=_regular) -> Specimen:
