@@ -88,10 +88,12 @@ def fit_loop(times: np.ndarray, loads: np.ndarray, terms: np.ndarray, weights: n
         return nnls(terms / unit * weights[:, None], loop.shown(loads, intervals) * weights)[1]
 
     def best(shares: tuple) -> tuple[float, Loop]:
+        """The least residual with one of these shares, and its loop."""
         loops = [Loop(share, most * reach, relative, relaxation) for share, reach, relative, relaxation in
                  product(shares, _REACHES, _RELATIVE, _RELAXATIONS) if 0 < reach + relative <= _FARTHEST]
         residuals = [left(loop) for loop in loops]
         return min(residuals), loops[int(np.argmin(residuals))]
+
     hard, soft = best((_HARD,)), best(_SOFT)
     least, loop = soft if soft[0] <= _SOFTER * hard[0] else hard
     return loop if least < _BETTER * left(Loop()) else Loop()
