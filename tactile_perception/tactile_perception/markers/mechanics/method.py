@@ -198,7 +198,7 @@ class SheetModelMethod:
         moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
         seen = np.nan_to_num(now)
         first = seen[~second, :2]
-        growth = float(np.sum(moved[~second, :2] * first) / max(np.sum(first**2), np.finfo(float).tiny))
+        growth = float(np.clip(np.sum(moved[~second, :2] * first) / max(np.sum(first**2), np.finfo(float).tiny), -1.0, 1.0))
         uneven = abs(growth - self._growth)
         self._before, self._growth = now, growth
         moved += np.where(np.sum(moved * seen) < 0, -uneven, uneven) * seen
