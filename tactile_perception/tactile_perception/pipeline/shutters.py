@@ -17,6 +17,9 @@ from ..markers.view.sensor import MarkerSensor
 # Where motion begins or ends at any moment of an interval, its share in a part f of it varies by f (1 - f) at most. The standard deviation
 # of the ratio is taken as so many times the root of that, and as a tenth of it where speed is steady; chosen.
 _UNEVEN, _STEADIEST = 2.0, 0.1
+_ALONG = 0.8  # least squared correlation of a motion and a field where a press goes deeper or back: 1 for a press, 0 for a drag; chosen
+_BEGUN = 0.8  # growth of the left field since the exposure before, of itself, from which a touch has just begun; chosen
+_LEAST = 0.1  # offset over interval: with less, views differ by less than one number tells of a press that moves; chosen
 _FARTHEST = 3.0  # last motions by which a marker is moved on; chosen
 _TORN = 0.06  # imbalance at the seam of a touch that one view does not show: 0.12 to 0.5, of others at most 0.02 (simulated)
 _BEGINS, _TRACES = 0.5, 0.5  # change of the left speed, and moved right markers over left ones: first traces of a touch; chosen
@@ -38,17 +41,21 @@ class _View:
         with np.errstate(divide='ignore', invalid='ignore'):
             share = 1 - 2 * (seen.sigma**2 + self._sigma[id]**2) / (move**2).sum(axis=1)
             growth = seen.area / self._area[id]
-        speed = float(np.sqrt(np.nansum((move / elapsed[:, None])**2)))
+        rate = np.nan_to_num(move / elapsed[:, None])
+        along, field, way = (float((one * other).sum()) for one, other in ((rate, seen.duv), (seen.duv, seen.duv), (rate, rate)))
+        speed = float(np.sqrt(way))
         change = abs(speed - self._speed) / max(speed + self._speed, 1e-9)
         self._uv[id], self._sigma[id], self._area[id], self._time_s[id], self._speed = uv, seen.sigma, seen.area, time_s, speed
-        return _Motion(move, np.where(share > 0, share, 0.0), np.where(np.isfinite(growth), growth, 1.0), elapsed, change)
+        return _Motion(move, np.where(share > 0, share, 0.0), np.where(np.isfinite(growth), growth, 1.0), elapsed, change,
+                       along / max(field, 1e-9), along**2 > _ALONG * field * way)
 
 
 class _Motion(NamedTuple):
     """Motion of the N markers of a view between two exposures.
 
     move: (N, 2) px, 0 if unknown; share: (N,) of it that is not noise; growth: (N,) ratio of areas, 1 if unknown; elapsed: (N,) s, NaN if
-    unknown; change: of the speed since the motion before, 0 (steady) to 1 (begins or ends).
+    unknown; change: of the speed since the motion before, 0 (steady) to 1 (begins or ends); deeper: 1/s, speed over displacement of a press
+    that goes deeper (> 0) or back (< 0); straight: whether it is such a press.
     """
 
     move: np.ndarray
@@ -56,14 +63,48 @@ class _Motion(NamedTuple):
     growth: np.ndarray
     elapsed: np.ndarray
     change: float
+    deeper: float
+    straight: bool
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it is more than noise."""
+        return bool((self.share > _CLEAR).any())
+
+
+def _further(left: _Motion, right: _Motion, lead_s: float) -> float:
+    """By which share of its displacement a press goes on in the right view; NaN where unknown.
+
+    lead_s: s, from the right exposure to the left one. Both views show one press in the time that their intervals share, and the right one
+    moves evenly in its own.
+    """
+    if not (left.is_clear and left.straight):
+        return np.nan
+    interval = float(np.nanmedian(left.elapsed))
+    shared = interval - abs(lead_s)
+    seen, known = (interval, shared) if lead_s > 0 else (shared, interval)
+    grown = left.deeper * seen
+    told = abs(lead_s) > _LEAST * interval and shared > 0 and grown < _BEGUN
+    return (grown - right.deeper * known) / (1 - grown) if told else np.nan
+
+
+def _moved(tracks: DotTracks, which: np.ndarray, move: np.ndarray, ratio: np.ndarray, growth: np.ndarray) -> DotTracks:
+    """Tracks of which those (N of them) move on by a ratio (N,) of move (N, 2) px, and of their growth (N,)."""
+    moved = replace(tracks, uv=tracks.uv.copy(), duv=tracks.duv.copy(), area=tracks.area.copy(), sigma=tracks.sigma.copy())
+    moved.uv[which] += ratio[:, None] * move
+    moved.duv[which] += ratio[:, None] * move
+    moved.area[which] *= growth**ratio
+    moved.sigma[which] *= np.hypot(1 + ratio, ratio)
+    return moved
 
 
 class RightShutter:
     """Moves the markers of the right view by their own motion between the last two right exposures, frame by frame.
 
     seam: px, columns of the stitched image beyond it come from the right camera; count: K, of markers; balance: None for steady motion.
-    Steady motion goes on by the ratio of the two intervals. Where speed changes, as when a press begins or ends, the balance of the sheet
-    at the seam tells the ratio better; both are weighted by their variances.
+    Steady motion goes on by the ratio of the two intervals, a press by what the left view saw in its interval and the right one did not in
+    the part that both share. Where speed changes, as when a press begins or ends, the balance of the sheet at the seam tells the ratio
+    too; both are weighted by their variances.
     A motion m of a marker is known with noise of variance n = 2 (sigma^2 + sigma_before^2), summed over both axes. The part 1 - n / |m|^2
     of it counts, none below 0 (positive-part shrinkage after James and Stein 1961): so markers at rest stay where they are seen. A marker
     without an earlier place in the right view stays too, and so does an untouched sheet. Where a touch begins or ends between the two
@@ -85,31 +126,33 @@ class RightShutter:
             return tracks
         if self._is_of_another_state(tracks, clear[~is_right].sum(), clear[is_right].sum(), skew_s, left.change):
             return tracks.take(~is_right)
+        further = _further(left, right, -skew_s)
+        if np.isfinite(further) and not (right.is_clear and right.straight):
+            ratio = np.full(is_right.sum(), np.clip(further, -1.0, 0.0))
+            return _moved(tracks, is_right, tracks.duv[is_right], ratio, right.growth)
         if not (right.share > 0).any():
             return tracks
         steady = np.where(right.share > 0, np.clip(-skew_s / right.elapsed, -1.0, _FARTHEST), 0.0)
         usual = float(np.median(steady[right.share > 0]))
-        ratio = right.share * steady * (self._told(tracks, is_right, right, usual, max(left.change, right.change)) / usual)
-        moved = replace(tracks, uv=tracks.uv.copy(), duv=tracks.duv.copy(), area=tracks.area.copy(), sigma=tracks.sigma.copy())
-        moved.uv[is_right] += ratio[:, None] * right.move
-        moved.duv[is_right] += ratio[:, None] * right.move
-        moved.area[is_right] *= right.growth**ratio
-        moved.sigma[is_right] *= np.hypot(1 + ratio, ratio)
-        return moved
+        expected = further / (right.deeper * -skew_s) * usual if np.isfinite(further) else usual
+        told = self._told(tracks, is_right, right.move, usual, expected, max(left.change, right.change)) if right.is_clear else usual
+        return _moved(tracks, is_right, right.move, right.share * steady * (told / usual), right.growth)
 
-    def _told(self, tracks: DotTracks, is_right: np.ndarray, right: _Motion, usual: float, change: float) -> float:
-        """By which multiple of its last motion the right view goes on (> 0) or back (< 0); usual: the same of steady motion; change: of the
-        speed."""
-        if self._balance is None or not (right.share > _CLEAR).any():
-            return usual
-        move = np.zeros((self._count, 2))
-        move[tracks.id[is_right]] = right.move
-        found, sigma = self._balance.ratio(*self._everywhere(tracks), move)
+    def _told(self, tracks: DotTracks, is_right: np.ndarray, move: np.ndarray, steady: float, expected: float, change: float) -> float:
+        """By which multiple of its last motion move the right view goes on (> 0) or back (< 0); steady: the same of steady motion;
+        expected: from both views' motions; change: of the speed."""
+        least, most = (-1.0, 0.0) if steady < 0 else (0.0, _FARTHEST)
+        expected = float(np.clip(expected, least, most))
+        if self._balance is None:
+            return expected
+        whole = np.zeros((self._count, 2))
+        whole[tracks.id[is_right]] = move
+        found, sigma = self._balance.ratio(*self._everywhere(tracks), whole)
         if not np.isfinite(found):
-            return usual
-        part = min(abs(usual), 0.5)
+            return expected
+        part = min(abs(steady), 0.5)
         weight = 1 / (1 + (sigma / (_UNEVEN * max(change, _STEADIEST) * np.sqrt(part * (1 - part))))**2)
-        return float(np.clip(usual + weight * (found - usual), *((-1.0, 0.0) if usual < 0 else (0.0, _FARTHEST))))
+        return float(np.clip(expected + weight * (found - expected), least, most))
 
     def _is_of_another_state(self, tracks: DotTracks, left: int, right: int, skew_s: float, change: float) -> bool:
         """Whether only one exposure shows a touch, by how many moved markers the two views show (left, right) and the balance of the sheet:

@@ -145,3 +145,20 @@ def test_a_right_view_with_the_first_traces_of_a_touch_is_left_out_until_it_goes
         shutter.process(seen(0.0, 0.0), k * PERIOD, -0.2 * PERIOD)
     assert shutter.process(seen(PERIOD, 0.0), 2 * PERIOD, -0.2 * PERIOD).id.tolist() == kept
     assert shutter.process(seen(2 * PERIOD, 0.0), 3 * PERIOD, -0.2 * PERIOD).id.tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize('share', [-0.45, -0.2])
+def test_a_press_that_turns_back_after_an_early_right_exposure_is_followed_by_the_left_view(share):
+    """Displacements in proportion to a depth that rests and then falls; the seam tells nothing."""
+    shutter, skew, turn = RightShutter(SEAM, 4), share * PERIOD, 4.9 * PERIOD
+    field = np.array([[3.0, 1.0], [-2.0, 4.0], [5.0, -1.0], [1.0, 2.0]])
+
+    def depth(time_s):
+        return 1.0 - 30.0 * np.maximum(time_s - turn, 0.0)
+    for k in range(6):
+        time_s = np.where(REST[:, :1] > SEAM, k * PERIOD + skew, k * PERIOD)
+        shift = field * depth(time_s)
+        tracks = shutter.process(DotTracks(2, 2, np.arange(4), REST + shift, np.full(4, 12.0), np.full(4, SIGMA), shift), k * PERIOD, skew)
+        error = np.abs(tracks.duv - field * depth(k * PERIOD)).max()
+        assert error < 0.005, f'frame {k}'
+    assert np.abs(field[2:] * (depth(time_s[2:]) - depth(k * PERIOD))).max() > 0.4, 'as last seen'

@@ -28,6 +28,8 @@ STILL_SHARE = 0.05    # of the depth: markers displaced by less show the model e
 QUIETEST = FieldNoise(1e-6, 5e-4, 5e-4, 0.1)  # least noise. Chosen
 FEWEST_TOUCHING = 6   # presses needed. Chosen
 MOST_SQUARES = 9.0    # limit of normalised squared errors: outliers beyond three sigmas count no more
+TURN = 5e-3           # rad: prior standard deviation of the print's turn. Chosen: half a pitch over a large sheet
+ROUNDS = 3            # of placing the print: the clamp's place makes each step a fifth too long
 FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
 
 
@@ -35,7 +37,7 @@ FINE = {'n': 8, 'order': 4, 'levels': 10, 'substeps': 2}
 class SheetCalibration:
     """library: centred on the calibrated tip radius; material; marker_radius: m; eyes; noise: of fields, with the model error;
     place_error: m, and depth_share: standard deviations of the remaining errors of place, and of depth over depth; place_range: (2, 2) m,
-    calibrated minimum and maximum of x and y; deepest: m, calibrated; offset: (2,) m, bias of places in x and y that is left.
+    calibrated minimum and maximum of x and y; deepest: m, calibrated.
     """
 
     library: SheetLibrary
@@ -47,7 +49,6 @@ class SheetCalibration:
     depth_share: float
     place_range: np.ndarray
     deepest: float
-    offset: np.ndarray
 
     @property
     def found(self) -> SheetNumbers:
@@ -57,24 +58,25 @@ class SheetCalibration:
     def numbers(self) -> dict:
         """As plain numbers, for a calibration file."""
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
-                'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'noise': asdict(self.noise),
+                'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'turned': self.eyes.turned,
+                'noise': asdict(self.noise),
                 'place_error': self.place_error, 'depth_share': self.depth_share, 'place_range': self.place_range.tolist(),
-                'deepest': self.deepest, 'offset': self.offset.tolist(), 'library': library_numbers(self.library)}
+                'deepest': self.deepest, 'library': library_numbers(self.library)}
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:
         """From plain numbers. Raises BadCalibration where one is missing or invalid."""
         try:
-            printed = numbers.get('printed', (0, 0))  # earlier files lack it
+            printed = np.subtract(numbers.get('printed', (0, 0)), numbers.get('offset', (0, 0)))  # earlier files lack it or had both
             eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width)
-                               for name, width in (('eyes', 3), ('eye_shifts', 2))), np.array(printed, float).reshape(2))
+                               for name, width in (('eyes', 3), ('eye_shifts', 2))), printed.astype(float).reshape(2),
+                              float(numbers.get('turned', 0.0)))
             library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
             marker_radius, place_error, depth_share, deepest = (
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
             place_range = np.array(numbers['place_range'], float).reshape(2, 2)
             noise = FieldNoise(**numbers['noise'])
-            offset = np.array(numbers['offset'], float).reshape(2)
-            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest, offset)
+            return cls(library, material, marker_radius, eyes, noise, place_error, depth_share, place_range, deepest)
         except (KeyError, TypeError, ValueError) as error:
             raise BadCalibration(f"the sheet model in the calibration file cannot be read ({error}); run calibrate again") from None
 
@@ -96,16 +98,32 @@ def calibrate_sheet(presses: Presses, sensor: MarkerSensor, known: SheetCalibrat
     touching = presses.select(straight if straight.sum() >= max(FEWEST_TOUCHING, usable.sum() / 3) else usable)
     numbers = fit_numbers(touching, plan) if known is None else known.found
     library = build_library(replace(plan, radius=numbers.radius), numbers.material) if known is None else known.library
+    truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
+    first = SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch))
+    numbers = replace(numbers, eyes=_placed(numbers.eyes, touching, truths, first))
     still = [numbers.eyes.shifted(field) for field, touched in zip(presses.fields, presses.touching) if not touched]
     fields = [numbers.eyes.shifted(field) for field in touching.fields]
-    truths = [Press(position[:2], float(depth)) for position, depth in zip(touching.position, touching.depth)]
-    noise = _noise(still, fields, truths, SheetInverse(library, STILL, numbers.marker_radius, max(sensor.pitch)))
+    noise = _noise(still, fields, truths, first)
     inverse = SheetInverse(library, noise, numbers.marker_radius, max(sensor.pitch))
     found = [inverse.solve(Seen(field), [truth]) for field, truth in zip(fields, truths)]
-    place_error, depth_share, offset = _remaining_errors(found, truths)
+    place_error, depth_share = _remaining_errors(found, truths)
     covered = np.stack([touching.position[:, :2].min(0), touching.position[:, :2].max(0)])
     return SheetCalibration(library, numbers.material, numbers.marker_radius, numbers.eyes, noise, place_error, depth_share, covered,
-                            deepest, offset)
+                            deepest)
+
+
+def _placed(eyes: EyeShifts, presses: Presses, truths: list[Press], inverse: SheetInverse) -> EyeShifts:
+    """eyes with the print where the places of all presses tell it to be: the identification sees a few."""
+    from scipy.optimize import least_squares  # calibration alone needs it
+    ways = np.array([[[1.0, 0.0, -y], [0.0, 1.0, x]] for x, y in (truth.place for truth in truths)]).reshape(-1, 3)
+    for _ in range(ROUNDS):
+        found = [inverse.solve(Seen(eyes.shifted(field)), [truth]) for field, truth in zip(presses.fields, truths)]
+        error = np.array([one.presses[0].place - truth.place for one, truth in zip(found, truths)])
+        spread = max(float(np.median(np.abs(error - np.median(error, axis=0)))), 1e-6)
+        off = least_squares(lambda off: np.append((error.ravel() - ways @ off) / spread, off[2] / TURN), np.zeros(3),
+                            x_scale=(1e-4, 1e-4, 1e-3), loss='soft_l1').x
+        eyes = replace(eyes, printed=eyes.printed - off[:2], turned=eyes.turned - float(off[2]))
+    return eyes
 
 
 def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Press], inverse: SheetInverse) -> FieldNoise:
@@ -131,16 +149,13 @@ def _noise(still: list[MarkerField], fields: list[MarkerField], truths: list[Pre
     return FieldNoise(**{name: float(max(value, getattr(QUIETEST, name))) for name, value in asdict(values).items()})
 
 
-def _remaining_errors(found: list, truths: list[Press]) -> tuple[float, float, np.ndarray]:
-    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances, and the median offset (2,) m of places,
-    which is removed first."""
+def _remaining_errors(found: list, truths: list[Press]) -> tuple[float, float]:
+    """Standard deviations of place, m, and of depth over depth, beyond the estimates' covariances."""
     error = np.array([inverse.tip(0)[0] - truth.vector[:3] for inverse, truth in zip(found, truths)])
-    offset = np.median(error[:, :2], axis=0)
-    error[:, :2] -= offset
     variance = np.array([np.diag(inverse.tip(0)[1]) for inverse in found])
     depth = np.array([truth.depth for truth in truths])
     place = _extra(error[:, :2].ravel()**2, variance[:, :2].ravel(), np.ones(2 * len(depth)))
-    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2), offset
+    return place, _extra(error[:, 2]**2, variance[:, 2], depth**2)
 
 
 def _extra(squares: np.ndarray, variance: np.ndarray, scale: np.ndarray) -> float:

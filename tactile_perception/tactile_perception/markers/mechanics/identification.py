@@ -21,12 +21,14 @@ from ..view.marker_field import MarkerField
 
 @dataclass(frozen=True)
 class EyeShifts:
-    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, where
-    on the sheet the printed markers are relative to their nominal places, on which all views are based."""
+    """eyes: (G, 3) m, camera centres of the views; shifts: (G, 2) m, their corrections in x and y; printed: (2,) m, and turned: rad, where
+    on the sheet the printed markers are relative to their nominal places, on which all views are based: turned about the centre, then
+    shifted."""
 
     eyes: np.ndarray
     shifts: np.ndarray
     printed: np.ndarray = field(default_factory=partial(np.zeros, 2))
+    turned: float = 0.0
 
     @classmethod
     def of(cls, seen: MarkerField) -> EyeShifts:
@@ -39,9 +41,10 @@ class EyeShifts:
 
     def shifted(self, field: MarkerField) -> MarkerField:
         """The field with corrected eyes, in the frame of the sheet."""
-        eye = field.eye.copy()
-        eye[:, :2] += self.shifts[self.number(field)] + self.printed
-        return replace(field, eye=eye, rest=field.rest + self.printed)
+        cosine, sine = np.cos(self.turned), np.sin(self.turned)
+        turn, eye = np.array([[cosine, sine], [-sine, cosine]]), field.eye.copy()
+        eye[:, :2] = (eye[:, :2] + self.shifts[self.number(field)]) @ turn + self.printed
+        return replace(field, eye=eye, rest=field.rest @ turn + self.printed, shift=field.shift @ turn)
 
     def number(self, field: MarkerField) -> np.ndarray:
         """(K,) number of the camera that sees each marker of a field with uncorrected eyes."""

@@ -137,7 +137,6 @@ class SheetModelMethod:
         self._presses = SheetPresses(library, inverse, self._start, max(sensor.pitch))
         self._margin = np.array(sensor.pitch)
         self._before: np.ndarray | None = None
-        self._growth = 0.0
         self._lasts = False
 
     @classmethod
@@ -189,20 +188,13 @@ class SheetModelMethod:
         return bool(away.max(axis=1).min() < UNSEEN)
 
     def _motion(self, field: MarkerField) -> np.ndarray | None:
-        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one. Where the
-        field of the first camera grows or shrinks at another speed than before, the second one may be late by a part of that as well."""
+        """(K, 3) change of shift and growth since the frame before, of markers that a second camera sees, else 0; None with one."""
         if len(self._calibration.eyes.eyes) < 2:
             return None
         now, before = np.column_stack([field.shift, field.growth]), self._before
-        second = self._calibration.eyes.number(field) > 0
+        self._before = now
         moved = np.zeros_like(now) if before is None or len(before) != len(now) else np.nan_to_num(now - before)
-        seen = np.nan_to_num(now)
-        first = seen[~second, :2]
-        growth = float(np.clip(np.sum(moved[~second, :2] * first) / max(np.sum(first**2), np.finfo(float).tiny), -1.0, 1.0))
-        uneven = abs(growth - self._growth)
-        self._before, self._growth = now, growth
-        moved += np.where(np.sum(moved * seen) < 0, -uneven, uneven) * seen
-        return np.where(second[:, None], moved, 0.0)
+        return np.where((self._calibration.eyes.number(field) > 0)[:, None], moved, 0.0)
 
     def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
         calibration, tip = self._calibration, found.vector
@@ -210,7 +202,7 @@ class SheetModelMethod:
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
         covariance = turned @ (found.covariance + np.diag(extra**2)) @ turned
         radius = float(calibration.library.plan.radius * np.exp(found.log_radius))
-        position = np.append(tip[:2] - calibration.offset, -tip[2])
+        position = np.append(tip[:2], -tip[2])
         flags = self._flags(tip) | AMBIGUOUS * (misfit > UNEXPLAINED)
         return TouchEstimate(position, float(tip[2]), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
 

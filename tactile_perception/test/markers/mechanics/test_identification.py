@@ -33,6 +33,17 @@ def test_a_print_off_its_nominal_place_moves_markers_and_eyes_alike():
         np.tile([2e-4, -1e-4, 0], (3, 1)))
 
 
+def test_a_turned_print_turns_markers_and_their_shifts():
+    rest, shift = np.array([[1e-2, 0.0], [0.0, 1e-2]]), np.array([[0.0, 1e-3], [0.0, 1e-3]])
+    eye = np.array([[2e-3, 0, -0.05]] * 2)
+    field = MarkerField(rest, shift, np.zeros(2), eye, np.zeros(2), 0 * rest, 0 * rest, np.zeros(2))
+    turned = EyeShifts(eye[:1], np.zeros((1, 2)), turned=0.1).shifted(field)
+    c, s = np.cos(0.1), np.sin(0.1)
+    assert turned.rest == pytest.approx(1e-2 * np.array([[c, s], [-s, c]]))
+    assert turned.shift == pytest.approx(1e-3 * np.array([[-s, c]] * 2))
+    assert turned.eye == pytest.approx(np.array([[2e-3 * c, 2e-3 * s, -0.05]] * 2))
+
+
 PLAN = LibraryPlan((0.030, 0.0225), 7.5e-3, 7e-3, n=5, levels=5, substeps=2)
 PLACES = [(0.0, 0.0), (0.014, 0.009), (-0.014, 0.009), (0.002, -0.010)]
 

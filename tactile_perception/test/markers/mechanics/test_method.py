@@ -96,8 +96,7 @@ def test_a_second_press_is_told_once_it_stands_out():
 NOISE_TOUCH = FieldNoise(5e-6, 5e-3, 3e-3, 1.5)
 COVERED = np.array([[-0.018, -0.011], [0.018, 0.011]])
 CALIBRATION = SheetCalibration(library(), MATERIAL, 1.2e-3, EyeShifts(np.array([[0, 0, -0.062]]), np.zeros((1, 2))), NOISE_TOUCH, 3e-5,
-                               0.01,
-                               COVERED, 6e-3, np.zeros(2))
+                               0.01, COVERED, 6e-3)
 METHOD = SheetModelMethod(CALIBRATION, SENSOR)
 
 
@@ -124,11 +123,14 @@ def test_a_touch_is_told_with_its_uncertainty():
     assert np.linalg.eigvalsh(touch.covariance).min() > 0
 
 
-def test_places_are_told_in_the_frame_of_the_presses():
-    aside = SheetModelMethod(dataclasses.replace(CALIBRATION, offset=np.array([3e-4, -2e-4])), SENSOR)
+def test_places_are_told_in_the_frame_of_the_sheet():
+    shift, turn = np.array([3e-4, -2e-4]), 5e-3
+    aside = dataclasses.replace(CALIBRATION, eyes=dataclasses.replace(CALIBRATION.eyes, printed=shift, turned=turn))
     field = field_of(pressed(0.004, -0.003, 3e-3))
-    (there,), (here,) = aside.estimate(field), SheetModelMethod(CALIBRATION, SENSOR).estimate(field)
-    assert there.position - here.position == pytest.approx([-3e-4, 2e-4, 0])
+    (there,), (here,) = (SheetModelMethod(one, SENSOR).estimate(field) for one in (aside, CALIBRATION))
+    x, y = here.position[:2]
+    # the clamp does not move with the print
+    assert there.position - here.position == pytest.approx([shift[0] - turn * y, shift[1] + turn * x, 0], abs=8e-5)
 
 
 def test_a_second_camera_that_sees_a_moving_tip_late_misleads_little():
@@ -203,8 +205,11 @@ def test_the_calibration_file_keeps_it():
 
 
 def test_a_file_of_before_has_its_markers_printed_where_they_should_be():
-    fitted = {name: value for name, value in CALIBRATION.numbers().items() if name != 'printed'}
-    assert (SheetCalibration.from_numbers(fitted).eyes.printed == 0).all()
+    fitted = {name: value for name, value in CALIBRATION.numbers().items() if name not in ('printed', 'turned')}
+    eyes = SheetCalibration.from_numbers(fitted).eyes
+    assert (eyes.printed == 0).all() and eyes.turned == 0
+    offset = SheetCalibration.from_numbers(fitted | {'offset': [1e-4, -2e-4]}).eyes
+    assert offset.printed == pytest.approx([-1e-4, 2e-4])
 
 
 @pytest.mark.full
@@ -216,6 +221,17 @@ def test_a_fold_keeps_the_simulated_presses_and_has_errors_of_its_own():
     again = SheetCalibration.from_numbers(SheetModelMethod.fit_quickly(presses, SENSOR, CALIBRATION.numbers()))
     assert again.found.material == MATERIAL and again.library.plan == library().plan
     assert again.noise != CALIBRATION.noise and again.deepest == pytest.approx(5e-3)
+
+
+@pytest.mark.full
+def test_a_print_that_is_aside_and_turned_is_told_by_all_presses():
+    at = np.array([(x, y, depth) for x in (-0.012, 0.0, 0.011) for y in (-0.006, 0.007) for depth in (3e-3, 5e-3)])
+    fields = tuple(field_of(pressed(*where), 5e-6, 5e-3, seed) for seed, where in enumerate(at))
+    shift, turn, unknown = np.array([3e-4, -2e-4]), 8e-3, np.full((len(at), 6), np.nan)
+    position = np.column_stack([at[:, 0] - turn * at[:, 1] + shift[0], at[:, 1] + turn * at[:, 0] + shift[1], -at[:, 2]])
+    presses = Presses(fields, position, at[:, 2], np.arange(len(at)), unknown, unknown[:, 0])
+    eyes = SheetCalibration.from_numbers(SheetModelMethod.fit_quickly(presses, SENSOR, CALIBRATION.numbers())).eyes
+    assert eyes.printed == pytest.approx(shift, abs=5e-5) and eyes.turned == pytest.approx(turn, abs=2e-3)
 
 
 def test_a_broken_calibration_is_refused():
