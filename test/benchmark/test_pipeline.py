@@ -94,6 +94,11 @@ def test_contact_in_our_own_scenes(name):
     assert ours['xyz mm'] < 0.12 and ours['false frames'] == ours['refused'] == 0
 
 
+def test_each_of_two_objects_sticks_or_slips_by_its_own_motion():
+    found = rows('scene:two_objects', methods={'membrane': {}})['membrane']
+    assert found['contact F1'] > 0.95 and found['stick F1'] > 0.95 and found['slip F1'] > 0.8 and found['IoU'] > 0.8
+
+
 def test_the_table_and_its_files(tmp_path):
     score = pipeline.Score()
     assert np.isnan(score.row()['contact F1']) and np.isnan(score.row()['total ms'])

@@ -28,8 +28,9 @@ _ONE_WAY = 0.5  # of the sum of the drags' lengths: drags with a smaller sum are
 _ALONG = 0.5  # mean cosine between lags and drags from which dots slip grossly; half of it while they do; chosen
 _LOADED = 0.65  # of the friction coefficient: ratio from which dots may slip grossly; chosen
 _LEAST_FRICTION = 0.05  # friction coefficient; smaller estimates are not used; chosen
-_MANY = 0.3  # share of slipping dots from which gross slip may follow; chosen
+_MANY = 0.1  # share of slipping dots from which gross slip may follow; chosen
 _ALL = 0.9  # share of dots that move as one body, from which an object that starts or stops holds them; chosen
+_LAG = 0.4  # of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
 
 
@@ -107,7 +108,8 @@ class StickSlipTracker(compiled.StickSlipTracker):
 
     def _classify(self, thing, state, touched, both):
         """(N,) bool: which of the dots both (N,), in contact and seen now and in the last frame, slip."""
-        motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, self.noise, self.depth_noise)
+        across = np.hypot(self.noise, _LAG * self.tolerance)
+        motions = DotMotions(self._last[0][both], state.xyz[both], state.normal[both], self.origin, across, self.depth_noise)
         new = thing.twist is None
         predicted = self._lowered(motions) if new else twist_about(thing.twist, thing.centre, motions.centre)
         if not new and not self._in_touch(motions, predicted):
@@ -158,6 +160,10 @@ class StickSlipTracker(compiled.StickSlipTracker):
             near = motions.fit_robust(predicted, drag, 4 * fine, fine, max(1.0, .1 * len(ratio)), grip)
             agree = self._following(motions, near)
             slides = self._slides_on(thing, motions, predicted, ratio, drag)
+            if not thing.gross and self._lead(motions, predicted, drag) > self.tolerance:
+                whole = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip)
+                if self._in_touch(motions, whole):
+                    return whole, False, False
             if not thing.gross and not slides and agree < (1 - _MANY) * len(ratio):
                 whole = motions.fit_robust(None, drag, 30 * fine, fine, 0.0, grip)
                 if self._following(motions, whole) > _ALL * len(ratio) and self._in_touch(motions, whole):
@@ -172,6 +178,11 @@ class StickSlipTracker(compiled.StickSlipTracker):
     def _following(self, motions, twist):
         """Number of dots that move with an object of this twist."""
         return np.count_nonzero(lengths(motions.residuals(twist)) < 1.3 * self.tolerance)
+
+    def _lead(self, motions, predicted, drag):
+        """Mean motion of the dots along their drag beyond the predicted one, m a frame: dots cannot lead their object, it has sped up."""
+        pull = drag.sum(axis=0)
+        return motions.residuals(predicted).mean(axis=0) @ pull / max(np.linalg.norm(pull), 1e-12)
 
     def _behind(self, motions, near, predicted, drag):
         """Whether the motion that most dots share lags behind the predicted one along the drag: then these dots slip, they do not stick."""

@@ -8,6 +8,7 @@ after - before = v + w x ((before + after) / 2 - centre).
 import numpy as np
 
 PRIOR = np.array([1, 1, 1, 5e-3, 5e-3, 5e-3])  # square roots of the prior's weights
+TURNS = np.array([0, 0, 0, 1, 1, 1])
 
 
 class DotMotions:
@@ -40,11 +41,12 @@ class DotMotions:
         """twist (6,) with the components that move the surface along its normals fitted to the dots, the others kept."""
         return self.fit_robust(twist, np.zeros_like(self.values), 1.0, 1.0, 1e-3, np.zeros(len(self.values)))
 
-    def least_squares(self, carried, touching, expected, hold):
-        """Twist (6,) with weights carried (N,) across the rays, touching (N,) along the normals, hold for the expected one."""
+    def least_squares(self, carried, touching, expected, hold, turn):
+        """Twist (6,) with weights carried (N,) across the rays, touching (N,) along the normals, hold for the expected one, turn for no
+        turn."""
         share = self.across / self.along
         lines = [np.repeat(np.sqrt(carried), 3)[:, None] * self.rows.reshape(-1, 6), share * np.sqrt(touching)[:, None] * self.normal_rows,
-                 np.diag(np.sqrt(hold) * PRIOR), np.diag(np.sqrt(1e-4) * PRIOR)]
+                 np.diag(np.sqrt(hold) * PRIOR), np.diag(np.sqrt(1e-4 + turn * TURNS) * PRIOR)]
         right = [np.repeat(np.sqrt(carried), 3) * self.values.ravel(), share * np.sqrt(touching) * self.normal_values,
                  np.sqrt(hold) * PRIOR * expected, np.zeros(6)]
         scaled = np.concatenate(lines) / PRIOR
@@ -52,14 +54,15 @@ class DotMotions:
 
     def fit_robust(self, start, drag, coarse, fine, hold, weights):
         """Twist (6,) by reweighting, the scale reduced from coarse to fine, m; a dot that leads along its drag (N, 3) keeps its weight."""
-        fresh = start is None
-        twist = self.least_squares(weights, np.ones(len(weights)), np.zeros(6), 0) if fresh else start
+        fresh, turn = start is None, 0.1 * np.mean(weights)
+        twist = self.least_squares(weights, np.ones(len(weights)), np.zeros(6), 0, turn) if fresh else start
         for bound in np.geomspace(coarse, fine, 4):
             left, off = self.residuals(twist), self.normal_residuals(twist) / (3 * self.along)
             size = lengths(left)
             leads = (left * drag).sum(axis=1) > 0.3 * lengths(drag) * size
             square = (size / bound)**2 * np.where(leads, 0.04, 1)
-            twist = self.least_squares(weights / (1 + square)**2, 1 / (1 + off**2), np.zeros(6) if fresh else start, 0 if fresh else hold)
+            expected, held = (np.zeros(6), 0) if fresh else (start, hold)
+            twist = self.least_squares(weights / (1 + square)**2, 1 / (1 + off**2), expected, held, turn)
         return twist
 
 

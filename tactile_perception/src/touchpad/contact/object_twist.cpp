@@ -5,6 +5,7 @@
 #include "touchpad/contact/object_twist.hpp"
 
 #include <cmath>
+#include <numeric>
 
 #include "common/small_systems.hpp"
 
@@ -14,7 +15,8 @@ namespace {
 constexpr double LEVER = 5e-3;  // m, distance at which rotation and translation weigh the same in the prior; chosen
 // A dot whose residual points along its drag (cosine above the first) leads the object; its squared residual counts by the second; chosen.
 constexpr double LEADS = 0.3, LEADING_WEIGHT = 0.04;
-constexpr double RIDGE = 1e-4;  // weight of the prior, in dots, that keeps a fit regular; chosen
+// Weight of the prior, in dots, that keeps a fit regular, and for turns, in sticking dots: a few dots do not tell a turn from slip. Chosen.
+constexpr double RIDGE = 1e-4, TURN_RIDGE = 0.1;
 constexpr double OFF = 3;       // standard deviations along the normal at which a dot loses half its weight; chosen
 constexpr int ITERATIONS = 4;   // of reweighting; chosen
 
@@ -54,8 +56,10 @@ double DotMotions::normal_residual(std::ptrdiff_t dot_, const Twist& twist) cons
     return dot(normal_[dot_], moved_[dot_] - motion_at(offset_[dot_], twist));
 }
 
-// Least squares: across the rays with weights carried, along the normals with weights touching; expected weighs as much as hold dots.
-Twist DotMotions::fit(const std::vector<double>& carried, const std::vector<double>& touching, const Twist& expected, double hold) const {
+// Least squares: across the rays with weights carried, along the normals with weights touching; expected weighs as much as hold dots,
+// no turn as turn dots.
+Twist DotMotions::fit(const std::vector<double>& carried, const std::vector<double>& touching, const Twist& expected, double hold,
+                      double turn) const {
     SmallSystem<6> system(0);
     double row[6];
     for (std::ptrdiff_t i = 0; i < count_; ++i) {
@@ -69,7 +73,7 @@ Twist DotMotions::fit(const std::vector<double>& carried, const std::vector<doub
     }
     for (int j = 0; j < 6; ++j) {
         const double prior = j < 3 ? 1 : LEVER * LEVER;
-        system.matrix[j][j] += (RIDGE + hold) * prior;
+        system.matrix[j][j] += (RIDGE + (j < 3 ? 0 : turn) + hold) * prior;
         system.right[j] += hold * prior * expected[j];
     }
     Twist found{};
@@ -81,7 +85,8 @@ Twist DotMotions::fit_robust(const Twist* start, const double* drag, const doubl
     const Twist expected = start ? *start : Twist{};
     std::vector<double> carried(weights, weights + count_), touching(count_, 1.0);
     if (!start) hold = 0;
-    Twist twist = start ? *start : fit(carried, touching, expected, 0);
+    const double turn = TURN_RIDGE / static_cast<double>(count_) * std::accumulate(carried.begin(), carried.end(), 0.0);
+    Twist twist = start ? *start : fit(carried, touching, expected, 0, turn);
     for (int narrowing = 0; narrowing < ITERATIONS; ++narrowing) {
         const double bound = coarse * std::pow(fine / coarse, narrowing / (ITERATIONS - 1.0));
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
@@ -92,7 +97,7 @@ Twist DotMotions::fit_robust(const Twist* start, const double* drag, const doubl
             carried[i] = weights[i] / ((1 + square) * (1 + square));
             touching[i] = 1 / (1 + off * off);
         }
-        twist = fit(carried, touching, expected, hold);
+        twist = fit(carried, touching, expected, hold, turn);
     }
     return twist;
 }

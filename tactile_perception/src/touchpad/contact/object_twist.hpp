@@ -33,7 +33,8 @@ class DotMotions {
     Vec3 centre() const { return centre_; }
 
  private:
-    Twist fit(const std::vector<double>& carried, const std::vector<double>& touching, const Twist& expected, double hold) const;
+    Twist fit(const std::vector<double>& carried, const std::vector<double>& touching, const Twist& expected, double hold,
+              double turn) const;
 
     std::ptrdiff_t count_;
     double share_, along_;

@@ -24,14 +24,13 @@ constexpr double HALF = 0.5;             // score of the border of a contact
 constexpr std::ptrdiff_t FEWEST = 4;     // dots that determine a motion; chosen: one more than three
 constexpr double SMOOTHING = 0.2;        // weight of a new value in the running means of noise and friction; chosen
 constexpr double LEAST_FRICTION = 0.05;  // friction coefficient; smaller estimates are not used; chosen
-constexpr double MANY = 0.3;             // share of slipping dots from which gross slip may follow; chosen
+constexpr double MANY = 0.1;             // share of slipping dots from which gross slip may follow; chosen: one of a light touch's ten
 constexpr double ALL = 0.9;              // share of dots that move as one body, from which an object that starts or stops holds them; chosen
+constexpr double LAG = 0.4;              // of the tolerance: standard deviation of a sticking dot's lag behind its object; chosen
 constexpr double LOOSE = 1e-3;           // weight of a twist, in dots, that is kept where nothing else tells; chosen
-// Frames for which dots must be at rest before an object rests that slid, and one that turned in place, where the dots' motions do not
-// tell that it stopped; chosen.
+// Frames with dots at rest before an object rests that slid, and one that turned in place and did not clearly stop; chosen.
 constexpr int REST_AFTER_GROSS = 3, REST_AFTER_TURN = 15;
-constexpr double QUIET =
-    1.0 / 3;                     // of the tolerance: dots that move less in a frame are at rest; chosen: a sixth of what sliding dots move
+constexpr double QUIET = 1.0 / 3;        // of the tolerance: dots that move less are at rest; chosen: a sixth of what sliding dots move
 constexpr double STARTS = 0.75;  // of the tolerance: dots of an object at rest after gross slip that move less stay at rest; chosen
 constexpr double SWIFT = 50;     // tolerances: an object that slides over its dots by more in a frame moves some in each; chosen: half a mm
 constexpr double SUDDEN = 0.5;   // share of what even fading leaves of the dots' mean motion: if less is left, the object stops; chosen
@@ -64,8 +63,8 @@ class ObjectFrame {
           dots_(dots),
           count_(static_cast<std::ptrdiff_t>(dots.size())),
           normals_(gathered(now.normals, dots)),
-          motions_(gathered(last.places, dots).data(), gathered(now.places, dots).data(), normals_.data(), count_, origin, memory.noise,
-                   memory.depth_noise),
+          motions_(gathered(last.places, dots).data(), gathered(now.places, dots).data(), normals_.data(), count_, origin,
+                   std::hypot(memory.noise, LAG * memory.tolerance), memory.depth_noise),
           memory_(memory) {}
 
     // Which dots slip. Updates the object and the memory.
@@ -112,8 +111,7 @@ class ObjectFrame {
         double product = 0, square = 0;
         for (std::ptrdiff_t i = 0; i < count_; ++i) {
             const double upright = vec3_at(normals_.data(), i).z;
-            product += upright * motions_.normal_residual(i, {});
-            square += upright * upright;
+            product += upright * motions_.normal_residual(i, {}), square += upright * upright;
         }
         return {0, 0, square > 0 ? product / square : 0, 0, 0, 0};
     }
@@ -227,6 +225,12 @@ class ObjectFrame {
         return sum;
     }
 
+    // Part of a motion along the dots' drag.
+    double along_drag(Vec3 motion) const {
+        const Vec3 drag = whole_drag();
+        return dot(motion, drag) / std::max(length(drag), 1e-12);
+    }
+
     // The object's twist; sets whether it slips grossly or rests after that.
     Twist find_motion(TouchingObject& thing) const {
         const bool gross = thing.gross, rested = thing.rests, creep = rested && creeps(thing);
@@ -250,20 +254,23 @@ class ObjectFrame {
         for (std::ptrdiff_t i = 0; thing.friction > 0 && i < count_; ++i) {
             grip[i] = std::pow(std::clamp((thing.friction - ratio_[i]) / (0.4 * thing.friction), 0.05, 1.0), 2);
         }
+        const auto by_dots = [&] { return motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0); };
         if (thing.moves && !rested) {
             const Twist near = motions_.fit_robust(&expected_, drag_.data(), grip.data(), 4 * fine, fine, std::max(1.0, share));
             const double agree = following(near);
             const bool slides = slides_on(thing, gross);
-            // Far from the expected motion the fit stays near that: an object that starts or stops may leave it within a frame.
-            if (!gross && !slides && agree < (1 - MANY) * static_cast<double>(count_)) {
-                const Twist whole = motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
-                if (following(whole) > ALL * static_cast<double>(count_) && in_touch(whole)) return whole;
+            // Far from the expected motion the fit stays near that. Dots cannot lead their object: it has sped up. One that starts or stops
+            // may leave that motion within a frame.
+            const bool leads = along_drag(mean_residual(expected_)) > fine;
+            if (!gross && (leads || (!slides && agree < (1 - MANY) * static_cast<double>(count_)))) {
+                const Twist whole = by_dots();
+                if ((leads || following(whole) > ALL * static_cast<double>(count_)) && in_touch(whole)) return whole;
             }
             if (agree >= std::max(FEWEST - 1.0, share) && !gross && in_touch(near) && !(slides && behind(near))) return near;
             thing.gross = slides;
             if (slides) return expected_;
         }
-        return motions_.fit_robust(nullptr, drag_.data(), grip.data(), 30 * fine, fine, 0);
+        return by_dots();
     }
 
     // Dots that move with an object of this twist.
@@ -281,8 +288,7 @@ class ObjectFrame {
 
     // Whether the motion that most dots share lags behind the expected one along the drag: then these dots slip, they do not stick.
     bool behind(const Twist& near) const {
-        const Vec3 drag = whole_drag();
-        return dot(mean_residual(near) - mean_residual(expected_), drag) > 2 * memory_.tolerance * length(drag);
+        return along_drag(mean_residual(near) - mean_residual(expected_)) > 2 * memory_.tolerance;
     }
 
     // Whether the dots of an object that rested after gross slip move as in gross slip again: not back against their drags, which in a turn
@@ -380,9 +386,7 @@ std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const T
         }
         if (!both.empty()) {
             const std::vector<std::uint8_t> slips = ObjectFrame(grid, last, now, both, origin, memory).classify(thing, touched);
-            for (std::size_t i = 0; i < both.size(); ++i) {
-                if (slips[i]) states[both[i]] = SLIPPING;
-            }
+            for (std::size_t i = 0; i < both.size(); ++i) states[both[i]] = slips[i] ? SLIPPING : STICKING;
             for (const std::ptrdiff_t k : dots) {  // new dots do as their object
                 if (memory.held[k] == 0 && thing.gross) states[k] = SLIPPING;
             }

@@ -179,6 +179,18 @@ def test_an_object_that_rested_after_gross_slip_in_place_and_turns_back_sticks()
         assert turn >= 0 or np.mean(found[face.inside] == STICKING) > 0.95
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_a_light_touch_of_nine_dots_of_which_one_slips_first_slips_grossly(seed):
+    face, states = Face(seed=seed), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    face.inside = (np.abs(row - 6) <= 1) & (np.abs(column - 6) <= 1)
+    face.score, corner = face.inside.astype(float), (row == 5) & (column == 5)
+    for frame in range(12):
+        speed = np.where(corner & (frame > 5), 100e-6, 150e-6) if frame < 8 else np.full(SIDE**2, 40e-6)
+        found = states.update(face.state(np.outer(speed, [1, 0, 0]), min(0.1 * frame, 0.6)), face.score)[face.inside]
+        assert np.mean(found == SLIPPING) == pytest.approx(0 if frame < 6 else 1 / 9 if frame < 8 else 1)
+
+
 def test_when_the_load_falls_after_gross_slip_the_dots_stick_again():
     face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
     _drag_until_it_slips(face, states, 0.6)
