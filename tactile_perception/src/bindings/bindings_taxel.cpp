@@ -201,9 +201,10 @@ void bind_taxels(py::module_& module) {
         "taxel_undone", &undo_hysteresis, py::arg("pressure"), py::arg("last"), py::arg("held"), py::kw_only(), py::arg("share"),
         py::arg("reach"), py::arg("relative"), py::arg("crept"), py::arg("smooth"),
         "The load (rows, columns) float32 behind pressure (rows, columns) float32 that a sensing layer shows, and the held load after\n"
-        "the load last and held (rows, columns) float32 of the last frame, NaN where unknown. share, from 0 to 0.999: of the held load in what is shown; reach, in\n"
-        "the pressure's unit, and relative, of the load, from 0 to 1: farthest distance of load and held load; crept: part of the way\n"
-        "to the load that the held load goes between frames; smooth: taxels, of the Gaussian by which neighbours tell together what is hidden.");
+        "the load last and held (rows, columns) float32 of the last frame, NaN where unknown. share, from 0 to 0.999: of the held load\n"
+        "in what is shown; reach, in the pressure's unit, and relative, of the load, from 0 to 1: farthest distance of load and held\n"
+        "load; crept: part of the way to the load that the held load goes between frames; smooth: taxels, of the Gaussian by which\n"
+        "neighbours tell together what is hidden.");
     module.def(
         "taxel_load", &load_of_taxels, py::arg("pressure"), py::arg("touched"), py::kw_only(), py::arg("around"),
         "Sum, its mean row and column, of pressure (rows, columns) float32 over the touched (rows, columns) bool taxels and those within\n"

@@ -63,15 +63,15 @@ bool is_doubtful(const FingerSums& light, const FingerSums& doubtful, double sig
 
 // Information on the shaded part of the room's light before it is measured.
 double known_beforehand(const HeldState& state) {
-    const double beyond = std::abs(state.expected[TOTAL]) / SHADE_EXPECTED, all = std::max(std::abs(state.room[TOTAL]), 1e-9);
-    const double sigma = std::max(SHADE * std::min(beyond / all, 1.0), SHADE_LEAST);
+    const double all = std::max(std::abs(state.room[TOTAL]), 1e-9);
+    const double sigma = std::max(SHADE * std::min(std::abs(state.beyond[TOTAL]) / all, 1.0), SHADE_LEAST);
     return 1 / (sigma * sigma);
 }
 
 // What the object shades of the room's light.
 FingerSums shaded(const HeldState& state, double shade) {
     FingerSums light;
-    for (int i = 0; i < 4; ++i) light[i] = state.expected[i] + shade * state.room[i];
+    for (int i = 0; i < 4; ++i) light[i] = SHADE_EXPECTED * state.beyond[i] + shade * state.room[i];
     return light;
 }
 
@@ -94,9 +94,9 @@ void measure_shade(HeldState& state, const FingerSums& light, double count, doub
     const double after = std::min(before + slope * slope / variance, std::max(before, 1 / (SHADE_LEAST * SHADE_LEAST)));
     const double shade = state.shade - slope * missing / variance / after;
     if (std::isnan(shade)) return;
-    const double least = -state.expected[TOTAL] / std::max(state.room[TOTAL], state.expected[TOTAL]);  // no object adds light
+    const double expected = SHADE_EXPECTED * state.beyond[TOTAL], least = -expected / std::max(state.room[TOTAL], expected);
     state.gained = after - known;
-    state.shade = std::min(std::max(shade, std::min(least, 0.0)), SHADE_MOST);
+    state.shade = std::min(std::max(shade, std::min(least, 0.0)), SHADE_MOST);  // no object adds light
 }
 
 // The object rests with that light: whether it differs from that of the last rest by the room's, and by what.
@@ -174,10 +174,10 @@ FingerSums correction(const HeldState& state, const FingerSums& mean, double cou
 }  // namespace
 
 void begin_held(HeldState& state, const double* offset, const double* calibrated) {
-    FingerSums expected;
-    for (int i = 0; i < 4; ++i) expected[i] = SHADE_EXPECTED * (offset[i] - calibrated[i]);
+    FingerSums beyond;
+    for (int i = 0; i < 4; ++i) beyond[i] = offset[i] - calibrated[i];
     mix(offset, state.room.data());
-    mix(expected.data(), state.expected.data());
+    mix(beyond.data(), state.beyond.data());
     state.since = 0;
     state.doubtful.fill(0);
     interrupt_held(state);

@@ -34,7 +34,7 @@ struct HeldState {
     FingerSums sum;                          // of them
     double bins;                             // finished bins, 0 to RESTS
     std::array<FingerSums, RESTS> finished;  // their mean light
-    FingerSums expected;                     // shaded light before it is measured
+    FingerSums beyond;                       // of the room's light, what the room of the calibration had not
     FingerSums doubtful;                     // sudden changes of the contact's light, which may be a lamp's
 };
 constexpr std::ptrdiff_t HELD_NUMBERS = sizeof(HeldState) / sizeof(double);
