@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Delays of slip states are counted from the true change."""
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tactile_driver.simulation.taxel.scene import Key, TaxelScript
 
 sys.path.insert(0, str(Path(__file__).parent))
 import taxel_latency  # noqa: E402
@@ -68,3 +70,30 @@ def test_release_from_a_saturated_roller_is_told_within_50_ms():
     true, found = taxel_latency.play('roll', specimen, ink, 1, response, ('mechanics',))
     end = np.flatnonzero(true >= 0)[-1]
     assert (found['mechanics'][end + 5:] < 0).all() and (found['mechanics'][true >= 0] < 0).sum() <= 4  # frames that touch
+
+
+def _noisy():
+    """A soft and rough pad of thick rubber on noisy uneven ink, and its response."""
+    specimen, ink = taxel_latency.DEVICES['A']
+    specimen = replace(specimen, thickness=2.3e-3, press=1.34e8, pull=4.4e7, grip=0.8)
+    ink = replace(ink, uneven=0.09, noise=1.1)
+    return specimen, ink, taxel_latency.calibrate(specimen, ink, 0)
+
+
+@pytest.mark.full
+def test_on_noisy_ink_an_object_that_has_stopped_or_is_let_go_is_quiet():
+    specimen, ink, response = _noisy()
+    for name in ('jerks', 'drag'):
+        true, found = taxel_latency.play(name, specimen, ink, 0, response, ('mechanics',))
+        assert (found['mechanics'][true == 0] > 0).mean() < 0.04 and (found['mechanics'][true == 2] == 2).mean() > 0.9
+
+
+@pytest.mark.full
+def test_an_object_that_slows_down_to_turn_back_has_not_broken_away(monkeypatch):
+    keys = [Key(time, 0, 0, 0.3, depth) for time, depth in ((0.0, -1e-4), (0.5, -1e-4), (1.0, 3e-4), (1.5, 3e-4))]
+    keys += [Key(1.5 + 0.035 * k, 7e-5 * np.sin(0.25 * np.pi * k), 0, 0.3, 3e-4) for k in range(25)]
+    monkeypatch.setitem(taxel_latency.TAXEL_SCENES, 'sine', TaxelScript('l', tuple(keys)))
+    specimen, ink = taxel_latency.DEVICES['A']
+    specimen = replace(specimen, grip=0.67)
+    true, found = taxel_latency.play('sine', specimen, ink, 2, taxel_latency.calibrate(specimen, ink, 2), ('mechanics',))
+    assert (true[true >= 0] == 0).all() and (found['mechanics'][true == 0] > 0).mean() < 0.05

@@ -37,6 +37,7 @@ _TURNS = 0.6  # speed of the edges by a turn, of that of the middle, up to which
 _SUMMED = 3  # frames at most over which slip is summed against noise. Chosen
 _BOUND = 2.5  # standard deviations: see taxel_motion. Chosen
 _EVIDENT_SIGMAS, _LASTING_SIGMAS = 5.0, 3.0  # standard deviations of a velocity, from which an object moves, and moves on. Chosen
+_PATH_SIGMAS = 2.0  # standard deviations of a registered position, of the path by which a motion begins. Chosen: 95 %
 _CREEP = 0.2  # taxels/s, up to which the picture creeps by itself: pad and sensing layer relax. Chosen
 _LEAST_NOISE = 2e-3  # taxels, of a place, at least. Chosen: what registration leaves of the phase between object and taxels
 _EVIDENT = 0.4  # taxels a frame, from which a centroid's shift is motion even if the load rises a little. Chosen
@@ -95,9 +96,11 @@ class ImprintTracker:
         self._smooth = np.zeros(3)  # total without noise
         self._loads: deque[tuple[float, float]] = deque()
         self._lags: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=_SUMMED)  # slip and motion of each of the last frames
-        self._slip_fraction = self._pulled_at_rest = 0.0
+        self._slip_fraction = self._pulled = self._pulled_at_rest = 0.0  # pulled: traction over pressure
+        self._broke_s, self._broke_along = -math.inf, [0.0, 0.0]  # s and m/s, when the picture last told a breakaway
         self._lead = 1.0  # speed of the picture over that of an object that sticks
         self._waited = False  # since the last frames, for a load that varies
+        self._varied = 0.0  # relative change of the load over the last frames
         self._key_load, self._key_count = 0.0, 1  # sum of pressure in the keyframe, Pa, and taxels
         self._followed_part = 1.0  # object's part of the picture's motion
         self._moves = False
@@ -113,6 +116,7 @@ class ImprintTracker:
         """Motion and slip in one frame with pressure (rows, columns, Pa) and touched (rows, columns) bool, not empty; seen: the
         pressure with the part that traction causes, without which sudden slip of a smooth object is told late."""
         load, _, _, count = taxel_load(pressure, touched, around=0)
+        self._pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
         kind = KeyCentroid if count <= _FEW else Keyframe
         now = (pressure, touched, load)
         if not isinstance(self._key, kind):
@@ -137,7 +141,7 @@ class ImprintTracker:
         self._expected = found.fit if self._seen is None else 1.5 * found.fit - 0.5 * self._seen.fit
         self._seen = found
         smooth, velocity, moves, steady = self._followed(step, stamp_s)
-        if seen is not None and self._rolls(seen, touched, velocity if moves else None, same_load, load):
+        if seen is not None and self._rolls(seen, touched, velocity if moves else None, same_load):
             smooth, moves = np.zeros(3), False
         slip = self.shear.move(touched, pressure, smooth)
         self._lags.append((slip, smooth))
@@ -167,7 +171,8 @@ class ImprintTracker:
         while self._loads[0][0] < stamp_s - _LOAD_WINDOW_S * (1 + 1e-6):
             self._loads.popleft()
         least, most = min(value for _, value in self._loads), max(value for _, value in self._loads)
-        return most - least > _LOAD_CHANGE * most
+        self._varied = 1 - least / max(most, 1e-9)
+        return self._varied > _LOAD_CHANGE
 
     def _followed(self, step: np.ndarray, stamp_s: float) -> tuple[np.ndarray, list[float], bool, int]:
         """The last motion (3,) m, m at the origin, rad, without noise, the velocity (3,), whether it is evident, and for how many frames it
@@ -179,8 +184,11 @@ class ImprintTracker:
             arm=self._arm, reach=self._key.reach * pitch, least=_LEAST_NOISE * pitch, bound=_BOUND)
         self._noise = noise
         last, self._smooth = self._smooth, smooth
-        self._moves = (used > 1 and self._is_evident(speed, sigma, lasting) and
-                       not (self._moves and has_stopped(expected, went, noise)))
+        evident = used > 1 and self._is_evident(speed, sigma, lasting)
+        stopped = evident and self._moves and has_stopped(expected, went, noise)
+        if stopped:  # what came before is another motion
+            self._past = self._past[-LATEST:]
+        self._moves = evident and not stopped
         return smooth - last, velocity.tolist() if used > 1 else [math.nan] * 3, self._moves, used - 1
 
     def _is_evident(self, speed: float, sigma: float, lasting: float) -> bool:
@@ -188,22 +196,27 @@ class ImprintTracker:
         than the registration's own error, by which pressure wanders without motion."""
         if speed <= max((_LASTING_SIGMAS if self._moves else _EVIDENT_SIGMAS) * sigma, _CREEP * self._array.pitch):
             return False
-        return self._moves or speed * lasting > self._seen.sigma * self._array.pitch * self._followed_part
+        released = BORDER_LEAD * self._pad.thickness * self._pulled * self._varied
+        return self._moves or speed * lasting > (_PATH_SIGMAS * self._seen.sigma * self._array.pitch + released) * self._followed_part
 
-    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: list[float] | None, same_load: bool, load: float) -> bool:
+    def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: list[float] | None, same_load: bool) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
         friction; load: sum of pressure."""
-        pulled = math.hypot(*self.shear.force) / max(load * self._array.taxel_area, 1e-12)
         if velocity is None or not same_load:
-            self._pulled_at_rest = pulled
+            self._pulled_at_rest = self._pulled
             self._watch.rest(seen.pressure, same_load)
-            if pulled < _RELEASED:
+            if self._pulled < _RELEASED:
                 self._watch.release()
             return False
         found = self._watch.follow(seen.pressure, touched, seen.sigma, velocity[:2], seen.clipped)
-        smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < pulled < _SMOOTH * self._pad.friction
-        if smooth and (found.slides or not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)):
-            self.shear.friction = min(self.shear.friction, _LOOSENED * pulled)
+        smooth = self._pulled_at_rest < _LOOSE * self._pad.friction and _SMOOTHEST < self._pulled < _SMOOTH * self._pad.friction
+        if self._past[-1, 0] - self._broke_s < _WINDOW_S and velocity[0] * self._broke_along[0] + velocity[1] * self._broke_along[1] < 0:
+            self.shear.friction, self._broke_s = self._pad.friction, -math.inf  # it had slowed down to turn back
+        breaks = smooth and not found.slides and not seen.clipped and self._breaks_away(seen.pressure, touched, velocity)
+        if breaks:
+            self._broke_s, self._broke_along = float(self._past[-1, 0]), velocity[:2]
+        if breaks or smooth and found.slides:
+            self.shear.friction = min(self.shear.friction, _LOOSENED * self._pulled)
         return found.rolls and isinstance(self._key, Keyframe) and not self._turns_mostly(velocity)
 
     def _breaks_away(self, pressure: np.ndarray, touched: np.ndarray, velocity: list[float]) -> bool:

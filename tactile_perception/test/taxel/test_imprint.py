@@ -31,6 +31,15 @@ def test_grip_force_alone_is_no_slip():
         assert not motion.slipping.any()
 
 
+def test_traction_that_a_falling_load_lets_go_is_no_slip():
+    """The picture goes back with traction over pressure, half of the thickness times that of the load that is gone."""
+    held, back = [(0.025 * min(k, 20), 0.0, 0.3) for k in range(40)], 0.008
+    places = held + [(held[-1][0] - back * (k + 1), 0.0, 0.3) for k in range(6)]
+    motions = played(places, lambda k: 3e4 * (1 - 0.03 * max(k - 39, 0)))
+    assert any(motion.slipping.any() for motion in motions[:21])
+    assert not any(motion.slipping.any() for motion in motions[30:])
+
+
 def test_motion_of_a_picture_without_features_is_not_known():
     imprint = ImprintTracker(ARRAY, PAD)
     full = np.ones((44, 44), np.float32)
