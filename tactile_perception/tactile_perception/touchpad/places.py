@@ -123,7 +123,7 @@ class DotPlaces:
         self._water = fit_rest(image, tracks.uv, self._camera, self._sensor.cap) if self._calibrated is None else \
             update_constants(self._calibrated, image, tracks.uv, self._camera)
         self._scale, self._light, self._initialised = RangeScale(self._water.scale_sigma), None, True
-        glare = find_glare(self._water, image, self._camera)
+        glare = find_glare(self._water, image, tracks.uv, self._camera)
         self._glare = None
         if glare is not None:
             self._glare = GlaringPad(glare, self._water.path, self._water.absorptions, self._sensor.rows, self._sensor.columns)

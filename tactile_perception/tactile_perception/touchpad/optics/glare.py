@@ -21,7 +21,8 @@ from ...common.statistics import SIGMA_PER_MAD, robust_sigma
 
 BRIGHT = 3.0  # standard deviations above the smooth light from which a place has glare; chosen
 LEAST_BRIGHT = 0.01  # the same, at least, of ln(red); chosen: glare of less changes a range by less than 0.1 mm
-COMMON = 0.01  # share of the pad with glare from which glare is modelled; chosen: ten times that of pads without
+# Share of the pad, and of its dots, with glare from which glare is modelled; chosen: pads without have 0.002 and up to 0.01.
+COMMON, COMMON_AT_DOTS = 0.01, 0.03
 _ROUNDS, _FINAL = 30, 20  # rounds of reweighting, and from which on bright places have no weight; chosen
 RED = 0.15, 0.1  # absorption of red over that of blue minus red, and its standard deviation: dyes that look red absorb red least; chosen
 SHADING = 0.015  # standard deviation of ln(red) by errors of the surface's shape; chosen
@@ -83,16 +84,17 @@ def smooth_light(rays: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, 
     return field, excess, excess > limit
 
 
-def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dyed: np.ndarray) -> Glare | None:
+def learn_glare(rays: np.ndarray, brightness: np.ndarray, tinted: np.ndarray, dyed: np.ndarray,
+                common: float = COMMON) -> Glare | None:
     """The glare of an untouched pad, None where there is next to none.
 
     rays: (N, 3) unit, to places all over the pad; brightness: (N,) ln(red) less ln(irradiance); tinted: (N, 2) log ratios less those of the
-    water; dyed: (N, 2) what the water takes from the log ratios of scattered light. Glare has passed the water, or it has not: that by
-    which its colour is more even.
+    water; dyed: (N, 2) what the water takes from the log ratios of scattered light; common: share of the places with glare
+    below which it is None. Glare has passed the water, or it has not: that by which its colour is more even.
     """
     field, excess, bright = smooth_light(rays, brightness)
     bright &= np.isfinite(tinted).all(axis=1)
-    if bright.mean() < COMMON:
+    if bright.mean() < common:
         return None
     share = np.expm1(excess[bright])
     colour = ((1 + share)[:, None] * np.exp(tinted[bright]) - 1) / share[:, None]  # inverse of a mixture's log ratio

@@ -15,7 +15,7 @@ from ...common.camera import CameraModel
 from ...common.spherical_cap import Cap
 from ...common.statistics import robust_sigma
 from ...errors import BadArgument, BadFrame
-from .glare import Glare, learn_glare, smooth_light
+from .glare import COMMON, COMMON_AT_DOTS, Glare, learn_glare, smooth_light
 from .light_path import LightPath
 
 MODEL_FLOOR = 5e-4  # standard deviation of the path model's error in a log ratio; chosen
@@ -142,7 +142,8 @@ def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float
 
 
 class _Ground(NamedTuple):
-    """Ground of the untouched pad. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,), as in Background."""
+    """Ground of the untouched pad, or rings around its dots. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,), as
+    in Background."""
 
     rays: np.ndarray
     places: np.ndarray
@@ -163,14 +164,25 @@ def _ground(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float) -> 
     return _Ground(rays[on], places[on], normals, seen.ratios[on], seen.brightness[on], seen.pixels[on])
 
 
-def find_glare(model: WaterModel, image: np.ndarray, camera: CameraModel) -> Glare | None:
-    """The glare of a pad from its untouched image (H, W, 3) uint8 BGR; None where there is next to none. Raises BadFrame."""
-    ground = _ground(image, camera, model.cap, model.ring)
-    q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
-    tinted = ground.ratios - predict(q, ground.places, ground.normals, camera.centre)
-    dyed = model.absorptions * model.path.lengths(ground.places, ground.normals)[0][:, None]
-    return learn_glare(ground.rays, ground.brightness - np.log(model.path.irradiance(ground.places, ground.normals)), tinted, dyed)
+def find_glare(model: WaterModel, image: np.ndarray, uv: np.ndarray, camera: CameraModel) -> Glare | None:
+    """The glare of a pad from its untouched image (H, W, 3) uint8 BGR with dots at uv (N, 2), px; None where there is next to none.
 
+    A highlight hides the ground around it, where its light is weaker. So glare is learnt from the rings around the dots, and where they
+    show next to none, from the ground between them. Raises BadFrame.
+    """
+    ground, colours, rays = _ground(image, camera, model.cap, model.ring), log_ratios(image, uv, model.ring), camera.rays(uv)
+    places = model.cap.meet(camera.centre, rays)
+    rings = _Ground(rays, places, (places - [0, 0, model.cap.centre_z]) / model.cap.curvature_radius, colours.ratios, colours.brightness,
+                    colours.count)
+    q = np.array([*model.constants, *model.absorptions, *model.path.numbers[:4]])
+    for seen, common in ((rings, COMMON_AT_DOTS), (ground, COMMON)):
+        tinted = seen.ratios - predict(q, seen.places, seen.normals, camera.centre)
+        dyed = model.absorptions * model.path.lengths(seen.places, seen.normals)[0][:, None]
+        light = seen.brightness - np.log(model.path.irradiance(seen.places, seen.normals))
+        glare = learn_glare(seen.rays, light, tinted, dyed, common)
+        if glare is not None:
+            return glare
+    return None
 
 
 def fit_rest(image: np.ndarray, uv: np.ndarray, camera: CameraModel, cap: Cap = Cap(), prior: OpticsPrior = OpticsPrior()) -> WaterModel:
