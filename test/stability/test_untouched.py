@@ -1,10 +1,14 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
 """Untouched sensors report no contact: whole images with noise, and dot positions with the noise measured in images."""
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pad_rig import Pad
+from tactile_driver.simulation.optics.water_light import Lighting
 from tactile_driver.simulation.sensors.scenes import open_scene
+from tactile_driver.simulation.sensors.touchpad import touchpad
 from tactile_perception.common.dots import DotTracks
 from tactile_perception.pipeline.contact_stage import ContactStage
 from tactile_perception.pipeline.dot_stage import make_tracker
@@ -44,9 +48,12 @@ def test_no_contact_in_noisy_images(pad, level):
     assert false_images(pad, 80, level) == 0
 
 
-def false_with_glare(count, seed):
-    """Of `count` untouched frames of another specimen with glare, lamps in the window and a drifting gain, those with anything found."""
+def false_with_glare(count, seed, lighting=None):
+    """Of `count` untouched frames of another specimen with glare, lamps in the window and a drifting gain, those with anything found;
+    lighting: another than the scene's."""
     scene = open_scene('glare_rest', rate=30.0, seed=seed)
+    if lighting is not None:
+        scene._renderer = touchpad(seed, 640, lighting, replace(scene._renderer.imaging, drift_period=40)).renderers[0]
     values = Pad().values()
     sensor = Touchpad.from_parameters(values)
     camera = sensor.camera(scene.camera.matrix, scene.camera.distortion)
@@ -62,6 +69,12 @@ def false_with_glare(count, seed):
 
 def test_no_contact_with_glare_and_drift():
     assert false_with_glare(100, 11) == 0
+
+
+@pytest.mark.parametrize('seed, sheen', [(1, 0.16), (2, 0.19), (3, 0.2)])
+def test_no_contact_with_white_highlights_and_drift(seed, sheen):
+    lighting = Lighting(gloss=700.0, gloss_width=0.01, sheen=sheen, sheen_width=0.041, sheen_water=0.0)
+    assert false_with_glare(40, seed, lighting) == 0
 
 
 @pytest.mark.slow
