@@ -20,6 +20,12 @@ def test_a_picture_that_slows_down_by_the_lead_is_told_within_40_ms(rate):
     assert not any(found[:len(before)]) and any(found[len(before):len(before) + round(0.045 * rate)])
 
 
+def test_a_fast_object_is_told_within_two_frames_and_a_stop_within_a_frame_is_none():
+    before, slower = [0.0] * 10 + [8e-3] * 3, 8e-3 / LEAD
+    assert any(told(before + [slower] * 2)[len(before):])
+    assert not any(told(before + [slower] + [0.0] * 10))
+
+
 @pytest.mark.parametrize('after', (0.0, -3e-3, 2.8e-3, 3e-3, 6e-3))
 def test_a_stop_a_reversal_and_a_steady_motion_are_none_once_they_last(after):
     assert not any(told([3e-3] * 12 + [after] * 12)[15:])
