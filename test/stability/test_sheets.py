@@ -92,7 +92,7 @@ def test_all_markers_gone_for_a_second_and_back(any_sheet):
     again = chain(any_sheet.pressed)
     assert len(first.contacts) == len(again.contacts) == 1
     # Of two cameras, the right one may be late by a share of its motion, which only the first frame has.
-    apart = 6e-4 if any_sheet.kind == 'areal_dual' else 2e-4
+    apart = 7e-4 if any_sheet.kind == 'areal_dual' else 2e-4
     assert again.contacts[0].position == pytest.approx(first.contacts[0].position, abs=apart)
     assert again.contacts[0].id != first.contacts[0].id, 'whether it is the same touch nobody knows'
 

@@ -19,6 +19,7 @@ from ..markers.view.sensor import MarkerSensor
 _UNEVEN, _STEADIEST = 2.0, 0.1
 _ALONG = 0.8  # least squared correlation of a motion and a field where a press goes deeper or back: 1 for a press, 0 for a drag; chosen
 _BEGUN = 0.8  # growth of the left field since the exposure before, of itself, from which a touch has just begun; chosen
+_SLOW = 0.2  # speed over that of the other view, below which a view counts as at rest; chosen
 _LEAST = 0.1  # offset over interval: with less, views differ by less than one number tells of a press that moves; chosen
 _FARTHEST = 3.0  # last motions by which a marker is moved on; chosen
 _TORN = 0.06  # imbalance at the seam of a touch that one view does not show: 0.12 to 0.5, of others at most 0.02 (simulated)
@@ -47,7 +48,7 @@ class _View:
         change = abs(speed - self._speed) / max(speed + self._speed, 1e-9)
         self._uv[id], self._sigma[id], self._area[id], self._time_s[id], self._speed = uv, seen.sigma, seen.area, time_s, speed
         return _Motion(move, np.where(share > 0, share, 0.0), np.where(np.isfinite(growth), growth, 1.0), elapsed, change,
-                       along / max(field, 1e-9), along**2 > _ALONG * field * way)
+                       along / max(field, 1e-9), along**2 > _ALONG * field * way, speed)
 
 
 class _Motion(NamedTuple):
@@ -55,7 +56,8 @@ class _Motion(NamedTuple):
 
     move: (N, 2) px, 0 if unknown; share: (N,) of it that is not noise; growth: (N,) ratio of areas, 1 if unknown; elapsed: (N,) s, NaN if
     unknown; change: of the speed since the motion before, 0 (steady) to 1 (begins or ends); deeper: 1/s, speed over displacement of a press
-    that goes deeper (> 0) or back (< 0); straight: whether it is such a press.
+    that goes deeper (> 0) or back (< 0); straight: whether it is such a press; speed: px/s,
+    root of the sum of squares.
     """
 
     move: np.ndarray
@@ -65,11 +67,16 @@ class _Motion(NamedTuple):
     change: float
     deeper: float
     straight: bool
+    speed: float
 
     @property
     def is_clear(self) -> bool:
         """Whether it is more than noise."""
         return bool((self.share > _CLEAR).any())
+
+    def rests_beside(self, other: _Motion) -> bool:
+        """Whether it is noise, or slow beside another view's motion."""
+        return not self.is_clear or self.speed < _SLOW * other.speed
 
 
 def _further(left: _Motion, right: _Motion, lead_s: float) -> float:
@@ -78,7 +85,8 @@ def _further(left: _Motion, right: _Motion, lead_s: float) -> float:
     lead_s: s, from the right exposure to the left one. Both views show one press in the time that their intervals share, and the right one
     moves evenly in its own.
     """
-    if not (left.is_clear and left.straight):
+    alike = right.straight and right.deeper * left.deeper > 0
+    if not (left.is_clear and left.straight) or not (alike or right.rests_beside(left)):
         return np.nan
     interval = float(np.nanmedian(left.elapsed))
     shared = interval - abs(lead_s)
@@ -127,7 +135,7 @@ class RightShutter:
         if self._is_of_another_state(tracks, clear[~is_right].sum(), clear[is_right].sum(), skew_s, left.change):
             return tracks.take(~is_right)
         further = _further(left, right, -skew_s)
-        if np.isfinite(further) and not (right.is_clear and right.straight):
+        if np.isfinite(further) and right.rests_beside(left):
             ratio = np.full(is_right.sum(), np.clip(further, -1.0, 0.0))
             return _moved(tracks, is_right, tracks.duv[is_right], ratio, right.growth)
         if not (right.share > 0).any():
