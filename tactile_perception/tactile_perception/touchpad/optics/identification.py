@@ -142,8 +142,8 @@ def rest_colours(image: np.ndarray, camera: CameraModel, cap: Cap, radius: float
 
 
 class _Ground(NamedTuple):
-    """Ground of the untouched pad, or rings around its dots. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,), as
-    in Background."""
+    """Ground of the untouched pad, or rings around its dots. rays, places (m), normals: (M, 3); ratios: (M, 2); brightness, pixels: (M,),
+    as in Background."""
 
     rays: np.ndarray
     places: np.ndarray
