@@ -11,6 +11,8 @@ from tactile_bringup.simulate.camera import write_scene
 from tactile_perception.bags.judged_bag import JudgedBag
 
 RATE = 30.0
+SLOW = 10.0          # of touches at rest
+LEAST, APART = 5e-4, 0.0145  # m
 
 
 def errors(folder: Path, scene: str, shutters=None) -> tuple[np.ndarray, int]:
@@ -30,3 +32,24 @@ def errors(folder: Path, scene: str, shutters=None) -> tuple[np.ndarray, int]:
             squared = off @ np.linalg.solve(touch.position_covariance, off) / 3
             found.append((1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), squared))
     return np.array(found), beside
+
+
+def errors_of_two(folder: Path, scene: str) -> tuple[np.ndarray, float]:
+    """(N, 3), as errors, of the touches in frames in which two are told of two at least half a millimetre deep and three radii of the
+    shipped fingertips apart; and the share of such frames."""
+    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
+    write_scene(folder / 'bag', scene, SLOW)
+    found, judged = [], []
+    for _, told, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
+        pair = true.contacts or []
+        if len(pair) < 2 or min(tip.depth for tip in pair) < LEAST or np.hypot(*(pair[0].position - pair[1].position)[:2]) < APART:
+            continue
+        judged.append(len(told.contacts) == 2)
+        if judged[-1]:
+            off = [[touch.position - tip.position for touch in told.contacts] for tip in pair]
+            crossed = np.hypot(*off[0][0][:2]) > np.hypot(*off[0][1][:2])
+            for k, tip in enumerate(pair):
+                touch, way = told.contacts[k ^ crossed], off[k][k ^ crossed]
+                squared = way @ np.linalg.solve(touch.position_covariance, way) / 3
+                found.append((1e3 * np.hypot(*way[:2]), 1e3 * abs(touch.depth - tip.depth), squared))
+    return np.array(found), float(np.mean(judged))

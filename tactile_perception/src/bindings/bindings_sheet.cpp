@@ -32,30 +32,31 @@ py::tuple pressed_sheet(const py::object& value, const py::object& slope, const 
                          slides,
                          {within(drag[0], "drag", -10, 10), within(drag[1], "drag", -10, 10)}};
     const py::ssize_t count = stops.length();
-    std::vector<double> fields(count * values, NAN), wrenches(count * 6, NAN);
+    std::vector<double> fields(count * values, NAN), wrenches(count * PRESS_WRENCH, NAN);
     {
         py::gil_scoped_release others_run;
         press_sheet(sheet, load, stops.data(), count, fields.data(), wrenches.data());
     }
-    return py::make_tuple(output(fields, {count, values / 3, 3}), output(wrenches, {count, 6}));
+    return py::make_tuple(output(fields, {count, values / 3, 3}), output(wrenches, {count, PRESS_WRENCH}));
 }
 
 constexpr double LARGEST_PLACE_M = 10;  // m. Chosen: beyond any sheet
 
-// The arrays of a SheetTable, checked: numbers (half, reach, scale, depth, spread, power), sizes (n, order, levels, modes of each class),
+// The arrays of a SheetTable, checked: numbers (half, reach, scale, depth, spread, power, widening), sizes (n, order, levels, modes of each class),
 // coefficients, shapes.
 class Table {
  public:
     explicit Table(const py::tuple& given)
-        : numbers_(part(given, 0), "table", {8}),
+        : numbers_(part(given, 0), "table", {9}),
           sizes_(part(given, 1), "table", {7}),
           coefficients_(part(given, 2), "table", {ANY}),
           shapes_(part(given, 3), "table", {ANY}) {
         const double* x = numbers_.data();
         const std::int64_t* size = sizes_.data();
         for (int k = 0; k < 8; ++k) within(x[k], "table", 1e-6, LARGEST_PLACE_M);
+        within(x[8], "table", 0, 1);
         for (int k = 0; k < 2; ++k) within(x[2 + k] / x[k], "table", 0, 0.9999);  // presses within the clamp
-        table_ = {{x[0], x[1]}, {x[2], x[3]}, x[4], x[5], x[6], x[7], size[0], size[1], size[2], {}, coefficients_.data(), shapes_.data()};
+        table_ = {{x[0], x[1]}, {x[2], x[3]}, x[4], x[5], x[6], x[7], x[8], size[0], size[1], size[2], {}, coefficients_.data(), shapes_.data()};
         within(size[0], "table", 1, 100), within(size[1], "table", 1, 8), within(size[2], "table", 1, 1000);
         py::ssize_t coefficients = 0, shapes = 0;
         for (int c = 0; c < 4; ++c) {
@@ -156,7 +157,7 @@ py::array_t<double> shown_field(const py::object& field, const py::object& rest,
     const Markers markers(rest, eye, marker_radius);
     within(scale, "scale", 1e-6, LARGEST_PLACE_M);
     for (int k = 0; k < 2; ++k) within(half[k], "half", scale, LARGEST_PLACE_M), within(place[k], "place", -half[k], half[k]);
-    const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, side / 2 - 1, 1, 1, {}, nullptr, nullptr};
+    const SheetTable table{{half[0], half[1]}, {half[0], half[1]}, scale, 1, 1, 1, 0, side / 2 - 1, 1, 1, {}, nullptr, nullptr};
     const SeenMarkers seen = markers.with(nullptr, nullptr, nullptr);
     std::vector<double> shown(3 * seen.count);
     {
@@ -173,8 +174,9 @@ void bind_sheet(py::module_& module) {
         "press_sheet", &pressed_sheet, py::arg("value"), py::arg("slope"), py::arg("laplacian"), py::arg("weight"), py::arg("rest"),
         py::arg("depths"), py::kw_only(), py::arg("place"), py::arg("radius"), py::arg("prestretch"), py::arg("bending"),
         py::arg("friction"), py::arg("slides"), py::arg("drag"),
-        "Displacements (D, side * side, 3), m, of a clamped sheet and wrenches (D, 6) over shear modulus and thickness, m and m^2, of\n"
-        "a round tip on it, moments about the tip, at rising depths (D,), m; NaN from the first without equilibrium.\n\n"
+        "Displacements (D, side * side, 3), m, of a clamped sheet and wrenches (D, 9) of a round tip on it, at rising depths (D,), m:\n"
+        "force and moment about the tip over shear modulus and thickness, m and m^2, and centre of the pressure relative to the tip, m.\n"
+        "NaN from the first depth without equilibrium.\n\n"
         "value, slope, laplacian, weight, rest: of a SheetMesh; place: (2,) m; radius: m; slides: whether all of the contact slides with\n"
         "a traction of drag (2,) times the pressure, else the tip comes straight down with Coulomb friction.");
     module.def("fit_presses", &fitted_presses, py::arg("table"), py::arg("rest"), py::arg("eye"), py::arg("value"), py::arg("sigma"),

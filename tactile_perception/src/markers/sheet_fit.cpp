@@ -21,11 +21,36 @@ constexpr double STRIDE[PRESS_SIZE] = {5e-3, 5e-3, 4e-3, 0.3, 0.4, 0.4};  // lim
 constexpr int ROUNDS = 8;                                                 // at most
 constexpr double SETTLED = 0.3;                                           // sigmas: a smaller step is the last
 constexpr double SHALLOW = 1e-5;                                          // m: least depth
-constexpr double MIXED = 0.3, MIXED_SIGMA = 0.35;                         // interaction factor: prior mean and standard deviation
+constexpr double MIXED = 0.1, MIXED_SIGMA = 0.15;                         // interaction factor: prior mean and standard deviation
 constexpr double LEAST_MIXED = -0.6, MOST_MIXED = 0.9;
+constexpr double WIDENS = 0.4;  // share of Widening that steep slopes leave: of simulated pairs of tips, 0.35 to 0.5 are alike
 constexpr double LATE_SIGMA = 0.1, MOST_LATE = 1.0;  // lateness of a second camera, in motions: prior standard deviation, and largest
 constexpr double DRAG_DOUBT = 8.0;                   // how much the model error in proportion to displacement grows with a drag of 1
 constexpr double BETWEEN[3] = {0.02, 0.02, 2.0};     // error of the interaction over the lesser of two displacements (growth: 1/m)
+
+// How the sheet is displaced along its plane, in addition, where two presses lower it by a and b: where both incline it alike, it is
+// stretched more than by each alone, and draws material towards there; between them, less. Of moderate slopes in a membrane whose energy
+// is as in sheet_membrane.cpp: a displacement -share grad((a - a2) (b - b1)), with a2 at the second tip and b1 at the first, solves the
+// balance outside of the contacts, where a and b are harmonic, and at the clamp.
+struct Widening {
+    double share = 0, heights[2] = {0, 0};  // a2, b1
+
+    // Adds it and, but for curvatures, its derivatives.
+    void add(const double a[3], const double b[3], double value[3][3]) const {
+        for (int c = 0; c < 2; ++c) {
+            value[0][c] -= share * (a[1 + c] * (b[0] - heights[1]) + b[1 + c] * (a[0] - heights[0]));
+            for (int o = 1; o < 3; ++o) value[o][c] -= share * (a[1 + c] * b[o] + b[1 + c] * a[o]);
+        }
+    }
+    // The same of its derivative by a number of the press whose height changes by changed (value, by x, by y); the other's is a, and
+    // level at this press's tip.
+    void add_slope(const double changed[3], const double other[3], double level, double slope[3][3]) const {
+        for (int c = 0; c < 2; ++c) {
+            slope[0][c] -= share * (changed[1 + c] * (other[0] - level) + other[1 + c] * changed[0]);
+            for (int o = 1; o < 3; ++o) slope[o][c] -= share * (changed[1 + c] * other[o] + other[1 + c] * changed[o]);
+        }
+    }
+};
 
 // Correction of the height and its derivatives for two presses that alone give a and b, for a factor of one: the product of their
 // depths over the sum; and its derivatives by a (first) and by b (second).
@@ -55,7 +80,7 @@ struct Whole {
 };
 
 // numbers: of a press, by which slopes are wanted.
-void add_up(const Deformed* alone, int count, double mixed, int numbers, Whole& whole) {
+void add_up(const Deformed* alone, int count, double mixed, const Widening& widening, int numbers, Whole& whole) {
     const bool slopes = numbers > 0;
     for (int o = 0; o < 3; ++o)
         for (int c = 0; c < 3; ++c) whole.value[o][c] = alone[0].value[o][c] + (count > 1 ? alone[1].value[o][c] : 0.0);
@@ -74,6 +99,17 @@ void add_up(const Deformed* alone, int count, double mixed, int numbers, Whole& 
         }
         for (int c = 0; c < 3 && slopes; ++c) whole.slope[count * PRESS_SIZE][o][c] = c == 2 ? lacks.value[o] : 0.0;
     }
+    double heights[MOST_PRESSES][3];
+    for (int press = 0; press < count; ++press)
+        for (int o = 0; o < 3; ++o) heights[press][o] = alone[press].value[o][2];
+    widening.add(heights[0], heights[1], whole.value);
+    for (int press = 0; press < count && slopes; ++press) {
+        for (int k = 0; k < numbers; ++k) {
+            const auto& by = alone[press].slope[k];
+            const double changed[3] = {by[0][2], by[1][2], by[2][2]};
+            widening.add_slope(changed, heights[1 - press], widening.heights[1 - press], whole.slope[press * PRESS_SIZE + k]);
+        }
+    }
 }
 
 // Presses looked up at one state, and what markers show of them. drags: as of look_up.
@@ -85,6 +121,13 @@ class Scene {
     void set(const double* state) {
         for (int press = 0; press < count_; ++press) look_up(table_, state + press * PRESS_SIZE, drags_, pressed_[press]);
         mixed_ = state[count_ * PRESS_SIZE];
+        if (count_ < 2) return;
+        widening_.share = WIDENS * table_.widening;
+        for (int press = 0; press < count_; ++press) {
+            Deformed there;
+            read(press, 1, pressed_[1 - press].press, there);
+            widening_.heights[press] = there.value[0][2];
+        }
     }
     const PressedSheet& pressed(int press) const { return pressed_[press]; }
 
@@ -101,7 +144,7 @@ class Scene {
         }
         Whole whole;
         double by[3][3][3];
-        add_up(alone, count_, mixed_, numbers, whole);
+        add_up(alone, count_, mixed_, widening_, numbers, whole);
         appear(whole.value, rest, eye, shown, slopes ? by : nullptr);
         for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[o]);
         const int states = count_ * PRESS_SIZE + (count_ > 1);
@@ -140,7 +183,7 @@ class Scene {
             Deformed alone[MOST_PRESSES];
             Whole whole;
             for (int press = 0; press < count_; ++press) read(press, 1, points[p], alone[press]);
-            add_up(alone, count_, mixed_, 0, whole);
+            add_up(alone, count_, mixed_, widening_, 0, whole);
             for (int o = 0; o < 3; ++o) std::copy(whole.value[o], whole.value[o] + 3, deformed[p][o]);
         }
         disc_appear(deformed, rest, eye, seen_.radius, disc);
@@ -153,6 +196,7 @@ class Scene {
     int count_;
     bool drags_;
     double near_, mixed_ = 0;
+    Widening widening_;
     PressedSheet pressed_[MOST_PRESSES];
 };
 

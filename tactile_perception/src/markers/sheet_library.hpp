@@ -18,14 +18,16 @@ constexpr int VARIANTS = 1 + PRESS_SIZE, STRAIGHT_SIZE = 4;
 // Terms of a table: three polynomials of the radius, then x, y, x^2, x y and y^2 of the drag.
 constexpr int TERMS = 8, STRAIGHT_TERMS = 3;
 
-// Log of normal force over depth; tangential over normal force, x and y; moment about the tip over normal force, m, x, y and z.
-constexpr int WRENCH_SIZE = 6;
+// Log of normal force over depth; tangential over normal force, x and y; moment about the tip over normal force, m, x, y and z; centre of
+// the pressure relative to the tip, m, x, y and z.
+constexpr int WRENCH_SIZE = 9;
 
 // A table of presses; see markers/mechanics/reduced_model.py. Class 2 a + b holds what is odd along x (a) and odd along y (b).
 struct SheetTable {
     double half[2], reach[2];  // m
     double scale, depth;       // m
     double spread, power;      // largest log radius; grading of the depths
+    double widening;           // of markers/sheet_fit.cpp:Interaction
     std::ptrdiff_t n, order, levels;
     std::ptrdiff_t modes[4];    // of each class
     const float* coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)
@@ -34,8 +36,8 @@ struct SheetTable {
 };
 
 // Columns of the wrench in each class, and which of its numbers they are.
-constexpr int WRENCH_COLUMNS[4] = {1, 2, 2, 1};
-constexpr int WRENCH_NUMBERS[4][2] = {{0, 0}, {2, 3}, {1, 4}, {5, 5}};
+constexpr int WRENCH_COLUMNS[4] = {2, 3, 3, 1};
+constexpr int WRENCH_NUMBERS[4][3] = {{0, 8, 8}, {2, 3, 7}, {1, 4, 6}, {5, 5, 5}};
 
 constexpr int CHANNELS = 3 * VARIANTS;
 

@@ -64,9 +64,9 @@ struct Grip {
     double anchor[3] = {0, 0, 0};
 };
 
-// Contact at a point: its force on the tip, the derivative of that by the point's position, and what it will remember.
+// Contact at a point: its force on the tip, the derivative of that by the point's position, its pressure, and what it will remember.
 struct Touch {
-    double force[3], tangent[3][3];
+    double force[3], tangent[3][3], pressure;
     Grip grip;
 };
 
@@ -119,7 +119,7 @@ bool touches(const SheetLoad& load, const Grip& grip, const double* offset, Touc
     const double normal[3] = {offset[0] / distance, offset[1] / distance, offset[2] / distance};
     const double stiff = STIFF * std::min(depth / (2 * SOFT), 1.0);
     const double pressure = depth < 2 * SOFT ? stiff * depth / 2 : STIFF * (depth - SOFT);
-    touch.grip = Grip{true, {offset[0], offset[1], offset[2]}};
+    touch.grip = Grip{true, {offset[0], offset[1], offset[2]}}, touch.pressure = pressure;
     for (int k = 0; k < 3; ++k) {
         touch.force[k] = -pressure * normal[k];
         for (int l = 0; l < 3; ++l) {
@@ -243,22 +243,26 @@ class Press {
         const double tip[3] = {load_.place[0], load_.place[1], -depth};
         if (derivative) matrix_.clear();
         std::fill(residual_.begin(), residual_.end(), 0.0);
-        std::fill(wrench_, wrench_ + 6, 0.0);
+        std::fill(wrench_, wrench_ + PRESS_WRENCH, 0.0);
+        double pressed = 0;
         for (std::ptrdiff_t row = 0; row < sheet_.spans; ++row)
-            for (std::ptrdiff_t column = 0; column < sheet_.spans; ++column) add_element(row, column, tip, derivative);
+            for (std::ptrdiff_t column = 0; column < sheet_.spans; ++column) pressed += add_element(row, column, tip, derivative);
+        for (int k = 6; k < PRESS_WRENCH && pressed > 0; ++k) wrench_[k] /= pressed;
     }
 
-    void add_element(std::ptrdiff_t row, std::ptrdiff_t column, const double* tip, bool derivative) {
+    // Returns the pressure times area.
+    double add_element(std::ptrdiff_t row, std::ptrdiff_t column, const double* tip, bool derivative) {
         const std::ptrdiff_t e = row * sheet_.spans + column;
-        double u[SPLINES][3], force[SPLINES][3] = {};
+        double u[SPLINES][3], force[SPLINES][3] = {}, pressed = 0;
         for (int i = 0; i < SPLINES; ++i) std::memcpy(u[i], &u_[3 * ((row + i / 3) * side_ + column + i % 3)], sizeof(u[i]));
         ElementMatrix stiffness;
         if (derivative) std::memset(stiffness, 0, sizeof(stiffness));
         for (int g = 0; g < POINTS; ++g) {
             add_membrane(e * POINTS + g, u, force, derivative ? stiffness : nullptr);
-            add_contact(e * POINTS + g, u, tip, force, derivative ? stiffness : nullptr);
+            pressed += add_contact(e * POINTS + g, u, tip, force, derivative ? stiffness : nullptr);
         }
         scatter(row, column, force, derivative ? stiffness : nullptr);
+        return pressed;
     }
 
     void add_membrane(std::ptrdiff_t point, const double (*u)[3], double (*force)[3], Products (*stiffness)[3]) {
@@ -277,7 +281,8 @@ class Press {
         if (stiffness) add_stiffness({by_x, by_y, laplacian}, weight, tangent, bending, stiffness);
     }
 
-    void add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], Products (*stiffness)[3]) {
+    // Returns the pressure times area.
+    double add_contact(std::ptrdiff_t point, const double (*u)[3], const double* tip, double (*force)[3], Products (*stiffness)[3]) {
         const double *value = sheet_.value + point * SPLINES, *rest = sheet_.rest + 2 * point, weight = sheet_.weight[point];
         double offset[3] = {rest[0] - tip[0], rest[1] - tip[1], -tip[2]};  // from the tip
         for (int i = 0; i < SPLINES; ++i)
@@ -286,15 +291,17 @@ class Press {
         offset[2] -= load_.radius;  // from its centre
         Touch touch;
         next_[point] = Grip{};
-        if (!touches(load_, grips_[point], offset, touch)) return;
+        if (!touches(load_, grips_[point], offset, touch)) return 0;
         next_[point] = touch.grip;
         const double* push = touch.force;
         const double moment[3] = {arm[1] * push[2] - arm[2] * push[1], arm[2] * push[0] - arm[0] * push[2],
                                   arm[0] * push[1] - arm[1] * push[0]};
         for (int k = 0; k < 3; ++k) wrench_[k] -= weight * push[k], wrench_[3 + k] -= weight * moment[k];
+        for (int k = 0; k < 3; ++k) wrench_[6 + k] += weight * touch.pressure * arm[k];
         for (int i = 0; i < SPLINES; ++i)
             for (int k = 0; k < 3; ++k) force[i][k] += weight * value[i] * push[k];
         if (stiffness) add_contact_stiffness(value, weight, touch.tangent, stiffness);
+        return weight * touch.pressure;
     }
 
     // Adds an element's forces and stiffness to those of the sheet's free splines.
@@ -321,7 +328,7 @@ class Press {
     BandMatrix matrix_;
     std::vector<double> residual_, u_, last_;
     std::vector<Grip> grips_, next_;
-    double depth_ = 0, before_ = 0, wrench_[6] = {};
+    double depth_ = 0, before_ = 0, wrench_[PRESS_WRENCH] = {};
 };
 
 }  // namespace
@@ -332,7 +339,7 @@ void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double
     for (std::ptrdiff_t k = 0; k < count && press.reach(depths[k], load.slides ? SLIDING_HALVINGS : HALVINGS); ++k) {
         const std::vector<double>& field = press.displacement();
         std::copy(field.begin(), field.end(), fields + k * static_cast<std::ptrdiff_t>(field.size()));
-        std::copy(press.wrench(), press.wrench() + 6, wrenches + 6 * k);
+        std::copy(press.wrench(), press.wrench() + PRESS_WRENCH, wrenches + PRESS_WRENCH * k);
     }
 }
 

@@ -25,8 +25,11 @@ struct SheetLoad {
     double drag[2];   // traction over pressure in the plane of the sheet
 };
 
-// Equilibria at rising depths (count,), m: displacement of the splines (count, side * side, 3), m, and the force of the tip on the
-// sheet with its moment about the tip (count, 6), m and m^2. From the first depth without convergence on they stay as given.
+// Numbers of a wrench: force of the tip on the sheet, m; its moment about the tip, m^2; centre of the pressure relative to the tip, m.
+constexpr int PRESS_WRENCH = 9;
+
+// Equilibria at rising depths (count,), m: displacement of the splines (count, side * side, 3), m, and the wrenches
+// (count, PRESS_WRENCH). From the first depth without convergence on they stay as given.
 void press_sheet(const SheetElements& sheet, const SheetLoad& load, const double* depths, std::ptrdiff_t count, double* fields,
                  double* wrenches);
 

@@ -3,8 +3,8 @@
 """Presses looked up, shown and fitted by the kernels, against NumPy."""
 import numpy as np
 import pytest
-from sheet_reference import appearance, disc, interaction, looked_up, read_field
-from sheet_scenes import EYE, GRID, library
+from sheet_reference import appearance, disc, interaction, looked_up, read_field, widening
+from sheet_scenes import EYE, GRID, MATERIAL, library
 from tactile_perception import _core
 from tactile_perception.markers.mechanics.projection import Press, field_appearance
 from tactile_perception.markers.mechanics.solver import show
@@ -33,8 +33,12 @@ def test_a_press_is_shown_as_numpy_says(press):
     assert shown == pytest.approx(appearance(deformed(press), GRID, EYE), abs=1e-5)
 
 
-def test_two_presses_are_their_sum_less_what_they_share():
-    expected = deformed(ONE) + deformed(OTHER) + 0.4 * interaction(deformed(ONE), deformed(OTHER))
+def test_two_presses_are_their_sum_less_what_they_share_and_drawn_along():
+    heights = [read_field(looked_up(library(), one)[0], library().plan, one.place, other.place[None])[0, 0, 2]
+               for one, other in ((ONE, OTHER), (OTHER, ONE))]
+    aside = widening(deformed(ONE), deformed(OTHER), *heights, MATERIAL.prestretch)
+    assert np.abs(aside[:, 0]).max() > 1e-5
+    expected = deformed(ONE) + deformed(OTHER) + 0.4 * interaction(deformed(ONE), deformed(OTHER)) + aside
     assert show(library(), [ONE, OTHER], GRID, EYE, 0.4)[1] == pytest.approx(expected, abs=2e-6)
 
 

@@ -7,7 +7,7 @@ from tactile_perception.markers.mechanics.reduced_model import DEPTH_POWER, MIRR
 
 
 def looked_up(library, press):
-    """Splines (side * side, 3), m, and the wrench (6,) of a press."""
+    """Splines (side * side, 3), m, and the wrench (9,) of a press."""
     plan = library.plan
     near = np.arctanh(np.stack([np.clip(press.place, -plan.reach, plan.reach), plan.reach]) / plan.half)
     angle = np.arccos(near[0] / near[1])
@@ -16,7 +16,7 @@ def looked_up(library, press):
     f, first = level % 1, int(level)
     spline = np.array([(1 - f)**3, 3 * f**3 - 6 * f**2 + 4, -3 * f**3 + 3 * f**2 + 3 * f + 1, f**3]) / 6
     e, (x, y) = press.log_radius / SPREAD, press.drag
-    whole, wrench = 0.0, np.zeros(6)
+    whole, wrench = 0.0, np.zeros(9)
     for part, numbers in zip(library.classes, WRENCH_NUMBERS):
         mixed = 0.0
         for term, share in enumerate((1, e, e * e, x, y, x * x, x * y, y * y)):
@@ -66,6 +66,20 @@ def interaction(one, other):
     lacks[:, 0, 2] = -a * b / (a + b)
     lacks[:, 1:, 2] = -((b / (a + b))**2)[:, None] * one[:, 1:, 2] - ((a / (a + b))**2)[:, None] * other[:, 1:, 2]
     return lacks
+
+
+def widening(one, other, one_at_other, other_at_one, prestretch):
+    """(K, 3, 3) displacement along the plane, and its derivatives but for curvatures, that two deformations (K, 3, 3) cause together, whose
+    heights, m, at each other's tip are given."""
+    area = 3 * prestretch**-6
+    share = 0.4 * area / (2 + 2 * area)
+    (a, *slope_a), (b, *slope_b) = np.moveaxis(one[..., 2], 1, 0), np.moveaxis(other[..., 2], 1, 0)
+    aside = np.zeros_like(one)
+    for c in (0, 1):
+        aside[:, 0, c] = -share * (slope_a[c] * (b - other_at_one) + slope_b[c] * (a - one_at_other))
+        for o in (0, 1):
+            aside[:, 1 + o, c] = -share * (slope_a[c] * slope_b[o] + slope_b[c] * slope_a[o])
+    return aside
 
 
 def disc(radius, count=1000):

@@ -22,7 +22,8 @@ _ON_TOOL, _GAP_SCALE = 0.0237, 0.0713
 @dataclass
 class Region:
     """outlines, holes: lists of (k, 3) m; area: m^2, without holes; centroid: (3,) m; normal: (3,) unit, outwards; fullness: (n, n),
-    relative contact pressure of the nodes, 1 inside and 0 outside."""
+    relative contact pressure of the nodes, 1 inside and 0 outside; part_centroids: (parts, 3) m, of what each part of the tool touches,
+    NaN of one that does not."""
 
     outlines: list
     holes: list
@@ -30,6 +31,7 @@ class Region:
     centroid: np.ndarray
     normal: np.ndarray
     fullness: np.ndarray
+    part_centroids: np.ndarray
 
 
 def _between(count: int) -> np.ndarray:
@@ -61,16 +63,18 @@ def find_region(skin: Skin, state: SkinState, tool: Tool, pose: Pose) -> Region 
     part = state.shape[box]
     up, across = _between(part.shape[0]), _between(part.shape[1])
     places = np.stack([up @ part[..., k] @ across.T for k in range(3)], axis=-1)
-    gap = tool.distance(pose.to_tool(places))
+    gaps = tool.part_distances(pose.to_tool(places))
+    gap = gaps.min(axis=0)
     full = np.ascontiguousarray(up @ fullness[box] @ across.T)
     # A contact line narrower than a cell presses only on every other node: close the gaps.
     full = cv2.morphologyEx(full, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _FINE + 1, 2 * _FINE + 1)))
     outside = np.maximum(0.5 - full, (gap / skin.spacing - _ON_TOOL) / _GAP_SCALE)
-    return _measure(places, outside, fullness)
+    return _measure(places, outside, fullness, gaps)
 
 
-def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> Region | None:
-    """Outlines and moments of the region where outside (a, b) is negative; places: (a, b, 3) m, fine grid. None for an empty region."""
+def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray, gaps: np.ndarray) -> Region | None:
+    """Outlines and moments of the region where outside (a, b) is negative; places: (a, b, 3) m, fine grid; gaps: (parts, a, b) m, to the
+    parts of the tool. None for an empty region."""
     slope = np.stack(np.gradient(outside), axis=-1)
     steep = np.sqrt((slope**2).sum(axis=-1)) + 1e-9
     cover = np.clip(0.5 - outside / steep, 0, 1)
@@ -80,9 +84,12 @@ def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray) -> R
     if area <= 0:
         return None
     centroid = np.einsum('ab,abk->k', sizes, places) / area
+    of_part = sizes * (gaps == gaps.min(axis=0))
+    of_parts = of_part.sum(axis=(1, 2))[:, None]
+    centroids = np.where(of_parts > 0, np.einsum('pab,abk->pk', of_part, places) / np.maximum(of_parts, 1e-30), np.nan)
     normal = np.einsum('ab,abk->k', cover, patches)
     outlines, holes = _contours(places, outside, slope, steep)
-    return Region(outlines, holes, area, centroid, normal / np.linalg.norm(normal), fullness)
+    return Region(outlines, holes, area, centroid, normal / np.linalg.norm(normal), fullness, centroids)
 
 
 def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:

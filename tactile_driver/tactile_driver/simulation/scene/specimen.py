@@ -3,6 +3,7 @@
 """One simulated sensor with its tolerances, and scripts of the motions of tools over it."""
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -73,6 +74,15 @@ def drag(tool: str, x: float, y: float, depth: float, way_x: float, way_y: float
     """A tool is pressed in by depth, m, at x, y, m, and then moves by (way_x, way_y), m, along the skin within duration, s."""
     return act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.6 + duration, 'x': x + way_x, 'y': y + way_y},
                {'t': 0.8 + duration}, {'t': 1.2 + duration, 'press': 0.0}, x=x, y=y)
+
+
+def one_of_two(tool: str, x: float, y: float, depth: float, yaw: float, deeper: float, way: float, *, start: float) -> Act:
+    """A tool of two parts, turned by yaw, rad, is pressed in by depth, m, at x, y, m; then the part at x > 0 goes deeper, m, and moves by
+    way, m, away from the other."""
+    aside = {'other_x': way * math.cos(yaw), 'other_y': way * math.sin(yaw)}
+    name, keys = act(tool, start, {'t': 0.4, 'press': depth}, {'t': 0.6}, {'t': 0.9, 'other_press': deeper}, {'t': 1.1},
+                     {'t': 2.1, **aside}, {'t': 2.3}, {'t': 2.7, 'press': 0.0, 'other_press': 0.0}, x=x, y=y)
+    return name, [replace(key, yaw=yaw) for key in keys]
 
 
 def one_after_the_other(acts: list[Callable[[float], Act]], untouched: float = UNTOUCHED, pause: float = 1.0) -> tuple[Act, ...]:

@@ -13,7 +13,7 @@ from ..optics.camera import SimulatedCamera
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
 from ..scene.shutters import Shutters
-from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
 from ..skin.sheet import Sheet
 
 _HALF = (0.0665, 0.0455)
@@ -80,6 +80,12 @@ def _two() -> tuple[Act, ...]:
                                 for mm, x, y in ((46, 0.0, 0.0), (37, 0.010, -0.012), (28, -0.030, 0.010), (23, 0.003, 0.005))], pause=0.5)
 
 
+def _two_unlike() -> tuple[Act, ...]:
+    """Two fingertips of unlike size, of which one goes deeper and moves away."""
+    return one_after_the_other([partial(one_of_two, 'fingers_6_and_12mm_30mm', 0.003, 0.004, 0.002, 0.5, 0.001, 0.008),
+                                partial(one_of_two, 'fingers_6_and_12mm_42mm', -0.012, -0.003, 0.0035, 2.8, -0.001, 0.006)], pause=0.5)
+
+
 def _fast() -> tuple[Act, ...]:
     """Presses at 30, 65 and 100 mm/s, under each camera and at the seam."""
     depth, rows, columns = 0.0045, ((0.030, 0.012), (0.065, -0.014), (0.100, 0.003)), (-0.034, 0.002, 0.037)
@@ -99,6 +105,7 @@ AREAL_DUAL_SCENES: dict[str, Script] = {
     'areal_dual_press': Script(areal_dual, one_after_the_other([partial(press, _TIP, 0.004, -0.008, 0.002, 0.005)])),
     'areal_dual_drag': Script(areal_dual, one_after_the_other([partial(drag, _TIP, -0.020, 0.010, 0.0035, 0.040, -0.015)])),
     'areal_dual_two': Script(areal_dual, _two()),
+    'areal_dual_two_unlike': Script(areal_dual, _two_unlike()),
     'areal_dual_fast': Script(areal_dual, _fast(), shutters=_FREE),
     'areal_dual_fast_drag': Script(areal_dual, _fast_drag(), shutters=_FREE),
     'areal_dual_calibration': Script(areal_dual, _calibration()),

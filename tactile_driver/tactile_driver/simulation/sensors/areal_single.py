@@ -10,7 +10,7 @@ import numpy as np
 from .marker_sheet import INK, SHEET_COLOUR, built_camera, drags, grid, markers, presses, scattered
 from ..optics.led_light import Lamps
 from ..optics.rendering import Imaging, Renderer
-from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, press
+from ..scene.specimen import STARTING, Act, Script, Specimen, drag, one_after_the_other, one_of_two, press
 from ..skin.sheet import Sheet
 
 _HALF = (0.030, 0.0225)
@@ -59,12 +59,19 @@ def _two() -> tuple[Act, ...]:
                                 for mm, x, y in ((23, 0.0, 0.0), (18, 0.004, -0.006), (14, -0.006, 0.005), (11, 0.003, 0.002))], pause=0.5)
 
 
+def _two_unlike() -> tuple[Act, ...]:
+    """Two fingertips of unlike size, of which one goes deeper and moves away."""
+    return one_after_the_other([partial(one_of_two, 'fingers_4_and_9mm_20mm', 0.001, 0.002, 0.003, 0.6, 0.002, 0.004),
+                                partial(one_of_two, 'fingers_4_and_9mm_26mm', -0.002, -0.001, 0.005, 2.9, -0.002, 0.003)], pause=0.5)
+
+
 AREAL_SINGLE_SCENES: dict[str, Script] = {
     'areal_single_demo': Script(areal_single, _demo()),
     'areal_single_rest': Script(areal_single, duration=10.0),
     'areal_single_press': Script(areal_single, one_after_the_other([partial(press, _TIP, 0.007, -0.005, 0.004, 0.010)])),
     'areal_single_drag': Script(areal_single, one_after_the_other([partial(drag, _TIP, -0.010, 0.004, 0.006, 0.020, -0.006)])),
     'areal_single_two': Script(areal_single, _two()),
+    'areal_single_two_unlike': Script(areal_single, _two_unlike()),
     'areal_single_calibration': Script(areal_single, _calibration()),
     'areal_single_test': Script(areal_single, _test()),
 }

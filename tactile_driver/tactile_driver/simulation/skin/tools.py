@@ -6,7 +6,7 @@ The origin of the tool frame is the centre of the face, the middle of the ridge 
 """
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Callable
 
@@ -60,13 +60,16 @@ class Tool:
     """One rigid object of one or more parts.
 
     parts: signed distance functions (..., 3) m -> (...) m; places: (3,) m, origin of each part in the tool frame; tip_radius: m, radius of
-    parts that are balls; None for faces and ridges, whose contact position is the centroid of the region.
+    parts that are balls (the least of them); None for faces and ridges. central: whether the contact position of each ball is the centroid
+    of its region, as of faces and ridges, instead of its lowest point: one finger inclines the skin under the other, and they need not hold
+    on to one object.
     """
 
     name: str
     parts: tuple[Callable, ...]
     places: tuple[tuple, ...] = ((0.0, 0.0, 0.0),)
     tip_radius: float | None = None
+    central: bool = False
 
     def part_distances(self, p: np.ndarray) -> np.ndarray:
         """Signed distances (parts, ...), m, of points (..., 3), m, in the tool frame."""
@@ -95,6 +98,12 @@ def _pair(name: str, radius: float, apart: float) -> Tool:
     return _balls(name, radius, (-apart / 2, 0.0, 0.0), (apart / 2, 0.0, 0.0))
 
 
+def _fingers(name: str, radii: tuple[float, float], apart: float) -> Tool:
+    """Two balls of radii, m, whose lowest points are at one height and apart, m, along x."""
+    parts = tuple(partial(sphere, radius=radius) for radius in radii)
+    return Tool(name, parts, tuple((x, 0.0, radius) for x, radius in zip((-apart / 2, apart / 2), radii)), min(radii), central=True)
+
+
 TOOLS = {tool.name: tool for tool in (
     Tool('rectangle', (block,)),
     Tool('disc', (disc,)),
@@ -103,7 +112,9 @@ TOOLS = {tool.name: tool for tool in (
     Tool('prism', (edge,)),
     _balls('two_spheres', 0.0045, (-0.0065, 0.0, 0.0), (0.0065, 0.0, 0.0004)),
     *(_balls(f'ball_{mm}mm', mm * 1e-3) for mm in (5, 6, 7.5, 8, 10, 15, 22, 30, 42, 60)),
-    *(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),
+    *(replace(_pair(f'fingertips_{mm}mm', 0.0050, mm * 1e-3), central=True) for mm in (11, 14, 18, 23, 28, 33, 37, 46)),
+    *(_fingers(f'fingers_4_and_9mm_{mm}mm', (0.004, 0.009), mm * 1e-3) for mm in (20, 26)),
+    *(_fingers(f'fingers_6_and_12mm_{mm}mm', (0.006, 0.012), mm * 1e-3) for mm in (30, 42)),
     *(_pair(f'fists_{mm}mm', 0.0150, mm * 1e-3) for mm in (42, 56, 70)),
 )}
 

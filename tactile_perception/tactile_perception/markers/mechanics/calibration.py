@@ -71,7 +71,8 @@ class SheetCalibration:
             eyes = EyeShifts(*(np.array(numbers[name], float).reshape(-1, width)
                                for name, width in (('eyes', 3), ('eye_shifts', 2))), printed.astype(float).reshape(2),
                               float(numbers.get('turned', 0.0)))
-            library, material = library_from_numbers(numbers['library']), SheetMaterial(**numbers['material'])
+            material = SheetMaterial(**numbers['material'])
+            library = library_from_numbers(numbers['library'], material)
             marker_radius, place_error, depth_share, deepest = (
                 float(numbers[name]) for name in ('marker_radius', 'place_error', 'depth_share', 'deepest'))
             place_range = np.array(numbers['place_range'], float).reshape(2, 2)

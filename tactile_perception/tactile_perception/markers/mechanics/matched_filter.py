@@ -1,7 +1,9 @@
 # Copyright 2026 The tactile authors
 # SPDX-License-Identifier: Apache-2.0
-"""Coarse place of a press: matched filter of the field with those of presses all over the sheet."""
+"""Coarse place of a press, or of two: matched filter of the field with those of presses all over the sheet."""
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from ..view.marker_field import MarkerField
 
 GRID = (13, 11)          # template places along x and y. Chosen
 DEPTHS = (0.1, 0.4, 0.8)  # template depths over the library's largest. Chosen
+PAIR_DEPTH = 1           # of DEPTHS: templates of two presses at once. Chosen
 _MOVED = 1e-4            # m: an eye or untouched marker that changed by more renews the templates. Chosen
 
 
@@ -30,9 +33,9 @@ class SheetStart:
         """The best matching press, with depth scaled to the match, and the match in standard deviations of the noise or of the residual,
         whichever is larger."""
         self._renew(field)
-        value = np.column_stack([field.shift, field.growth]) / self._sigma
-        known = np.isfinite(value).ravel() & self._known
-        value = np.where(known, value.ravel(), 0.0)
+        value = self._values(field)
+        known = np.isfinite(value) & self._known
+        value = np.where(known, value, 0.0)
         match, length = self._fields @ value.astype(np.float32), self._lengths(known)
         score = match / length
         k = int(np.argmax(score))
@@ -40,6 +43,25 @@ class SheetStart:
         depth = min(max(press.depth * best / float(length[k]), 1e-5), self._library.plan.depth)
         left = (float(value @ value) - best**2) / max(np.count_nonzero(known), 1)
         return Press(self._between(score, k), depth), best / np.sqrt(max(left, 1.0))
+
+    def best_pair(self, field: MarkerField) -> list[Press]:
+        """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
+        self._renew(field)
+        known = np.isfinite(self._values(field)) & self._known
+        fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
+        match, both = fields @ np.where(known, self._values(field), 0.0), fields @ fields.T + 1e-9 * np.eye(len(fields))
+        own = np.diag(both)
+        free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
+        share = (match[:, None] * own - both * match) / free  # of the first of each pair
+        told = np.where((share > 0) & (share.T > 0), share * match[:, None] + share.T * match, 0.0)
+        first, second = np.unravel_index(np.argmax(told), told.shape)
+        presses = self._presses[PAIR_DEPTH::len(DEPTHS)]
+        return [replace(presses[k], depth=float(np.clip(presses[k].depth * share[k, other], 1e-5, self._library.plan.depth)))
+                for k, other in ((first, second), (second, first))]
+
+    def _values(self, field: MarkerField) -> np.ndarray:
+        """(3 K,) shift and growth of all markers over their noise."""
+        return (np.column_stack([field.shift, field.growth]) / self._sigma).ravel()
 
     def _lengths(self, known: np.ndarray) -> np.ndarray:
         """(P,) norms of the templates over the known values (3 K,)."""

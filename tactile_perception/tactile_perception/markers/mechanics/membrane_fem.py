@@ -33,7 +33,8 @@ class SheetMaterial:
 def press_sheet(mesh: SheetMesh, depths: np.ndarray, radius: float, material: SheetMaterial,
                 drag: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Displacement coefficients (D, side * side, 3), m, of the sheet under a tip of radius, m, at mesh.place at each of the rising depths
-    (D,), m; and the wrench (D, 6) of the tip on the sheet over shear modulus and thickness: force, m, and moment about the tip, m^2.
+    (D,), m; and the wrench (D, 9) of the tip on the sheet: force, m, and moment about the tip, m^2, over shear modulus and thickness; and
+    the centre of the pressure relative to the tip, m.
 
     drag: None for a tip that comes straight down, with Coulomb friction, which depends on the path; else the traction over the pressure
     (x, y) of a tip that slides. NaN from the first depth that does not converge.

@@ -31,14 +31,16 @@ SLIGHT = 0.12       # least depth of the shallower of two presses over the deepe
 SAME_TIP = 0.05     # standard deviation of the log radius of the last straight press's tip: model errors last longer than noise
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
-UNSURE_PLACE, UNSURE_DEPTH = 0.4, 0.15  # relative errors of the corrections for other tips: place, and depth
+UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
 
 
 @dataclass(frozen=True)
 class Tip:
-    """vector: (3,) m, place and depth of a tip; covariance: (3, 3) m^2; log_radius: of its radius over the calibrated one."""
+    """place: (3,) m, of the tip, or of two the centre of its contact, z up; depth: m; covariance: (3, 3) m^2, of x, y and depth;
+    log_radius: of its radius over the calibrated one."""
 
-    vector: np.ndarray
+    place: np.ndarray
+    depth: float
     covariance: np.ndarray
     log_radius: float
 
@@ -82,37 +84,46 @@ class SheetPresses:
         return two if self._are_two(two, enough) else single
 
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
-        """Two presses: one, and another from the matched filter of its residual; not refined where the misfit is far above enough."""
+        """Two presses: from one and another by the matched filter of its residual, or from the best pair: of two like presses, one alone
+        stands in the middle. Where the misfit is not far above enough, refined, with traction: each draws the sheet along under the other.
+        """
         predicted = np.zeros((len(field), 3))
         predicted[seen.index] = self._inverse.predict(one.presses, seen)[0]
         left = replace(field, shift=field.shift - predicted[:, :2], growth=field.growth - predicted[:, 2])
-        two = self._inverse.solve(seen, [*one.presses, self._start.best(left)[0]])
-        return self._inverse.solve(seen, two.presses) if two.misfit < HOPELESS * enough else two
+        starts = [*one.presses, self._start.best(left)[0]], self._start.best_pair(field)
+        two = min((self._inverse.solve(seen, start) for start in starts), key=lambda found: found.misfit)
+        return self._inverse.solve(seen, two.presses, drags=True) if two.misfit < HOPELESS * enough else two
 
     def _are_two(self, two: Inverse, enough: float) -> bool:
         """Whether two presses explain the field well enough and are distinct."""
         if two.misfit > min(MOST, enough):
             return False
         (one, other), depths = tips_of(self._library, two), sorted(press.depth for press in two.presses)
-        apart = np.hypot(*(one.vector - other.vector)[:2])
+        apart = np.hypot(*(one.place - other.place)[:2])
         return bool(apart > APART * self._pitch and depths[0] > SLIGHT * depths[1])
 
 
 def tips_of(library: SheetLibrary, found: Inverse) -> list[Tip]:
-    """Tips of presses. A tip on a sheet that other presses incline touches it uphill of its lowest point, which is corrected here."""
+    """Tips of presses. Of two presses each is told at the centre of its contact: one inclines the sheet under the other, whose lowest point
+    then lies downhill of what touches the sheet."""
     tips = []
     for k, press in enumerate(found.presses):
-        vector, covariance = found.tip(k)
+        (x, y, depth), covariance = found.tip(k)
         covariance = covariance + np.diag(np.square([*[max(FLOOR_PLACE, DRAG_PLACE * np.hypot(*press.drag))] * 2,
                                                      DRAG_DEPTH * np.hypot(*press.drag)]) * library.plan.radius**2)
+        place = np.array([x, y, -depth])
         if len(found.presses) > 1:
             eye = np.array([[*press.place, -1.0]])
             whole, alone = (show(library, presses, press.place[None], eye, found.mixed)[1][0] for presses in (found.presses, [press]))
-            radius, slope, sunk = library.plan.radius * np.exp(press.log_radius), (whole - alone)[1:, 2], -(whole - alone)[0, 2]
-            vector = vector + np.append(-radius * slope, sunk + 0.5 * radius * slope @ slope)
+            slope, aside, sunk = (whole - alone)[1:, 2], (whole - alone)[0, :2], -(whole - alone)[0, 2]
+            centre, radius = found.wrenches[k, 6:], library.plan.radius * np.exp(press.log_radius)
+            above = radius - centre[2]
+            depth += sunk + 0.5 * radius * slope @ slope
+            height = centre[2] - depth + slope @ (0.5 * above * slope + centre[:2])
+            place = np.append(press.place + aside + centre[:2] - centre[2] * slope, height)
             unsure = np.array([UNSURE_PLACE * radius * np.hypot(*slope)] * 2 + [UNSURE_DEPTH * sunk])
             covariance = covariance + np.diag(unsure**2)
-        tips.append(Tip(vector, covariance, press.log_radius))
+        tips.append(Tip(place, depth, covariance, press.log_radius))
     return tips
 
 
@@ -197,14 +208,13 @@ class SheetModelMethod:
         return np.where((self._calibration.eyes.number(field) > 0)[:, None], moved, 0.0)
 
     def _touch(self, found: Tip, misfit: float) -> TouchEstimate:
-        calibration, tip = self._calibration, found.vector
-        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * tip[2]])
+        calibration = self._calibration
+        extra = np.array([calibration.place_error, calibration.place_error, calibration.depth_share * found.depth])
         turned = np.diag([1.0, 1.0, -1.0])  # deeper is lower
         covariance = turned @ (found.covariance + np.diag(extra**2)) @ turned
         radius = float(calibration.library.plan.radius * np.exp(found.log_radius))
-        position = np.append(tip[:2], -tip[2])
-        flags = self._flags(tip) | AMBIGUOUS * (misfit > UNEXPLAINED)
-        return TouchEstimate(position, float(tip[2]), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
+        flags = self._flags(np.append(found.place[:2], found.depth)) | AMBIGUOUS * (misfit > UNEXPLAINED)
+        return TouchEstimate(found.place, float(found.depth), covariance, float(np.sqrt(covariance[2, 2])), radius, flags)
 
     def _flags(self, tip: np.ndarray) -> int:
         low, high = self._calibration.place_range
@@ -215,7 +225,7 @@ class SheetModelMethod:
 
 def _wrench_of(found: Inverse, position: np.ndarray) -> np.ndarray:
     """(6,) wrench at the origin, over shear modulus and thickness, m and m^2, of one press with its tip at position (3,), m."""
-    stiffness, x, y, *about = found.wrenches[0]
+    stiffness, x, y, *about = found.wrenches[0, :6]
     push = found.presses[0].depth * np.exp(stiffness)
     force = push * np.array([x, y, -1.0])
     return np.concatenate([force, cross(position, force) + push * np.array(about)])

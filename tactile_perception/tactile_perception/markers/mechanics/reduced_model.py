@@ -23,7 +23,7 @@ UNSOLVED = 0.1         # largest share of simulations that do not converge, as d
 TERMS = 8              # of the table: a parabola in the log radius, then x, y, x^2, x y, y^2 of the drag
 ODD_TERMS = (0, 0, 0, 1, 0, 0, 1, 0), (0, 0, 0, 0, 1, 0, 1, 0)  # which of them a mirror along x, along y turns round
 CLASSES = [(0, 0), (0, 1), (1, 0), (1, 1)]  # odd along x, along y
-WRENCH_NUMBERS = [[0], [2, 3], [1, 4], [5]]  # of _told, by class
+WRENCH_NUMBERS = [[0, 8], [2, 3, 7], [1, 4, 6], [5]]  # of _told, by class
 TRACTION, DIRECTIONS = 0.5, 6  # traction over pressure of the simulated drags; their number. Chosen: frictions of 0.2 to 1
 MIRROR = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of a displacement, along x and along y
 
@@ -95,9 +95,10 @@ class SheetLibrary:
     table: for the kernels that look presses up, see src/markers/sheet_library.hpp.
     """
 
-    def __init__(self, plan: LibraryPlan, classes: list[ModeClass]):
+    def __init__(self, plan: LibraryPlan, classes: list[ModeClass], material: SheetMaterial):
         self.plan, self.classes = plan, classes
-        numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER])
+        widening = 3 * material.prestretch**-6  # of the sheet's stiffness against a change of area over that against shear
+        numbers = np.array([*plan.half, *plan.reach, plan.scale, plan.depth, SPREAD, DEPTH_POWER, widening / (2 + 2 * widening)])
         sizes = np.array([plan.n, plan.order, plan.levels, *(len(part.modes) for part in classes)])
         coefficients = [part.coefficients.transpose(3, 2, 0, 1, 4).ravel() for part in classes]
         shapes = [uniform(part.modes, near_only=True).ravel() for part in classes]
@@ -121,18 +122,18 @@ def build_library(plan: LibraryPlan, material: SheetMaterial) -> SheetLibrary:
     _extrapolate(solved, depths)
     _extrapolate(wrench, depths)
     wrench[:, :, :, 0] = 2 * wrench[:, :, :, 1] - wrench[:, :, :, 2]
-    return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES])
+    return SheetLibrary(plan, [_class(solved, wrench, odd, plan) for odd in CLASSES], material)
 
 
 def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fields (TERMS, levels, side, side, 3), m, and wrenches (TERMS, levels, 6), as of _told, of the presses at one place: for each radius,
+    """Fields (TERMS, levels, side, side, 3), m, and wrenches (TERMS, levels, 9), as of _told, of the presses at one place: for each radius,
     then the coefficients of their change with the drag.
     """
     mesh, way = SheetMesh(place, plan.half, plan.scale, plan.n), plan.load_steps(plan.depths)
     stops = np.searchsorted(way, plan.depths)
     straight = [press_sheet(mesh, way, radius, material) for radius in plan.radii]
     fields = np.zeros((TERMS, plan.levels, mesh.side, mesh.side, 3))
-    wrenches = np.zeros((TERMS, plan.levels, 6))
+    wrenches = np.zeros((TERMS, plan.levels, 9))
     for k, (field, wrench) in enumerate(straight):
         fields[k], wrenches[k] = field[stops].reshape(fields.shape[1:]), _told(wrench[stops], plan.depths)
     angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
@@ -152,9 +153,11 @@ def _pressed(plan: LibraryPlan, material: SheetMaterial, place: np.ndarray) -> t
 
 
 def _told(wrench: np.ndarray, depths: np.ndarray) -> np.ndarray:
-    """(D, 6) log of normal force over depth; tangential over normal force; moment over normal force, m; of wrenches (D, 6)."""
+    """(D, 9) log of normal force over depth; tangential over normal force; moment over normal force, m; centre of the pressure relative to
+    the tip, m; of wrenches (D, 9)."""
     push = -wrench[:, 2:3]
-    return np.concatenate([np.log(np.maximum(push, 1e-15) / depths[:, None]), wrench[:, :2] / push, wrench[:, 3:] / push], axis=1)
+    return np.concatenate([np.log(np.maximum(push, 1e-15) / depths[:, None]), wrench[:, :2] / push, wrench[:, 3:6] / push, wrench[:, 6:]],
+                          axis=1)
 
 
 def _extrapolate(solved: np.ndarray, depths: np.ndarray) -> None:
@@ -225,8 +228,8 @@ def library_numbers(library: SheetLibrary) -> dict:
     return {'half': list(plan.half), 'places': plan.places.tolist(), **{name: getattr(plan, name) for name in _PLAN}, 'classes': classes}
 
 
-def library_from_numbers(numbers: Mapping) -> SheetLibrary:
-    """Inverse of library_numbers. Raises BadCalibration for an invalid mapping."""
+def library_from_numbers(numbers: Mapping, material: SheetMaterial) -> SheetLibrary:
+    """Inverse of library_numbers, of a sheet of that material. Raises BadCalibration for an invalid mapping."""
     try:
         plan = LibraryPlan(tuple(numbers['half']), **{name: numbers[name] for name in _PLAN})
         if not np.allclose(numbers['places'], plan.places, rtol=1e-4):
@@ -234,10 +237,12 @@ def library_from_numbers(numbers: Mapping) -> SheetLibrary:
         classes = [_mode_class(part, plan) for part in numbers['classes']]
     except (KeyError, TypeError, ValueError) as error:
         raise BadCalibration(f'the library in the calibration file cannot be read ({error}); run calibrate again') from None
-    return SheetLibrary(plan, classes)
+    return SheetLibrary(plan, classes, material)
 
 
 def _mode_class(part: Mapping, plan: LibraryPlan) -> ModeClass:
     order, levels, count = plan.order, plan.levels + 3, part['modes']
     coefficients = np.stack([unpack(packed, (order, order, TERMS, levels)) for packed in part['coefficients']], axis=-1)
+    lacking = count + len(WRENCH_NUMBERS[CLASSES.index(tuple(part['odd']))]) - coefficients.shape[-1]
+    coefficients = np.pad(coefficients, [(0, 0)] * 4 + [(0, max(lacking, 0))])  # earlier files lack the centre of the pressure
     return ModeClass(tuple(part['odd']), coefficients, unpack(part['shapes'], (count, plan.n + 1, plan.n + 1, 3)))

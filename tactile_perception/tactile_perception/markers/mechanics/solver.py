@@ -38,8 +38,8 @@ class FieldNoise:
 @dataclass(frozen=True)
 class Inverse:
     """presses: T; covariance: (6 T, 6 T) of their vectors, with one more row for the interaction factor of two; misfit: mean squared
-    normalised residual (about 1); wrenches: (T, 6) log of normal force over depth, tangential over normal force, and moment about the tip
-    over normal force, m; mixed: the interaction factor, 0 for one."""
+    normalised residual (about 1); wrenches: (T, 9) log of normal force over depth, tangential over normal force, moment about the tip over
+    normal force, m, and centre of the pressure relative to the tip, m; mixed: the interaction factor, 0 for one."""
 
     presses: list[Press]
     covariance: np.ndarray

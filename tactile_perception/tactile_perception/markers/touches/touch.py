@@ -19,7 +19,8 @@ __all__ = ['AMBIGUOUS', 'AT_EDGE', 'OUT_OF_RANGE', 'SATURATED', 'TouchEstimate',
 class TouchEstimate:
     """One touch.
 
-    position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet); depth: m, distance along z by which the object
+    position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet), of each of two on a sheet the centre of its
+    contact; depth: m, distance along z by which the object
     would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of position; depth_sigma: m, standard deviation of
     depth; radius: m of the object's tip, NaN where the method does not estimate it; flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED;
     reason: '' or the name of the fall-back method used; wrench: (6,) of the object on the sensor at the sensor frame's origin over the
