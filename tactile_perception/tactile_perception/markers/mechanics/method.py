@@ -28,7 +28,7 @@ HOPELESS = 4.0      # misfit of two presses, over that limit, above which their 
 MOST = 4.0          # largest misfit of two presses
 APART = 2.2         # least distance of two tips, marker pitches
 SLIGHT = 0.12       # least depth of the shallower of two presses over the deeper
-SAME_TIP = 0.05     # standard deviation of the log radius of the last straight press's tip: model errors last longer than noise
+SAME_TIP = 0.05     # least standard deviation of the log radius that straight presses tell: model errors last longer than noise
 FLOOR_PLACE = 0.007  # least standard deviation of a place over the tip radius: on other paths than calibration's friction differs
 DRAG_PLACE, DRAG_DEPTH = 0.1, 0.06  # standard deviations of place and depth over the tip radius, of a drag of 1
 UNSURE_PLACE, UNSURE_DEPTH = 0.2, 0.15  # relative errors of the corrections for other tips: place, and depth
@@ -54,22 +54,22 @@ class SheetPresses:
 
     def forget(self) -> None:
         """The next press may be by another tip, and comes straight down first."""
-        self._tip, self.dragged = ANY_TIP, None
+        self._tip, self._known, self.dragged = ANY_TIP, 0.0, None
 
     def carry_on(self) -> Press | None:
         """The press from which to begin where the field is like no straight press: the drag of the last frame, with much friction, or None.
         The tip may be any from now on."""
-        self._tip = ANY_TIP
+        self._tip, self._known = ANY_TIP, 0.0
         return self.dragged
 
     def explain(self, field: MarkerField, begin: Press, motion: np.ndarray | None = None) -> Inverse:
-        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the last straight
-        press, and lasts until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own tip:
-        frames share the errors of the model, so many of them tell no more than one."""
+        """The presses that explain a field; begin: coarse place of one press; motion: as of Seen. A drag is by the tip of the straight
+        presses before, and lasts until the touch ends: friction holds the sheet while the tip is lifted. Each straight press tells its own
+        tip: frames share the errors of the model, so many of them tell no more than one."""
         seen = Seen(field, motion)
         straight = self._inverse.solve(seen, [begin])
         if straight.misfit < RIGHT and self.dragged is None:
-            self._tip = straight.presses[0].log_radius, max(SAME_TIP, np.sqrt(straight.covariance[3, 3]))
+            self._remember(straight.presses[0].log_radius, straight.covariance[3, 3])
             return straight
         dragged = self._inverse.solve(seen, straight.presses, drags=True, tip=self._tip)
         if self.dragged is not None and dragged.misfit > RIGHT:  # with much friction, the straight press may be far from the drag
@@ -82,6 +82,14 @@ class SheetPresses:
         enough = FAR_BETTER * single.misfit
         two = self._two(field, seen, straight, enough)
         return two if self._are_two(two, enough) else single
+
+    def _remember(self, log_radius: float, variance: float) -> None:
+        """The tip of the touch is that of its straight presses in the mean, as the first frame of a drag may pass for a straight press of
+        another tip; its variance is the least of one frame."""
+        known = self._known + 1 / variance
+        mean = (self._known * self._tip[0] + log_radius / variance) / known
+        least = variance if not self._known else min(variance, self._tip[1]**2)
+        self._tip, self._known = (mean, max(SAME_TIP, np.sqrt(least))), known
 
     def _two(self, field: MarkerField, seen: Seen, one: Inverse, enough: float) -> Inverse:
         """Two presses: from one and another by the matched filter of its residual, or from the best pair: of two like presses, one alone

@@ -20,11 +20,10 @@ class TouchEstimate:
     """One touch.
 
     position: (3,) m, sensor frame, of the object's lowest point (z = -depth on a sheet), of each of two on a sheet the centre of its
-    contact; depth: m, distance along z by which the object
-    would have to be lifted to just touch the undeformed surface; covariance: (3, 3) m^2 of position; depth_sigma: m, standard deviation of
-    depth; radius: m of the object's tip, NaN where the method does not estimate it; flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED;
-    reason: '' or the name of the fall-back method used; wrench: (6,) of the object on the sensor at the sensor frame's origin over the
-    stiffness of the skin, m and m^2, NaN where the method does not estimate it.
+    contact; depth: m, distance along z by which the object would have to be lifted to just touch the undeformed surface; covariance: (3, 3)
+    m^2 of position; depth_sigma: m, standard deviation of depth; radius: m of the object's tip, NaN where the method does not estimate it;
+    flags: OUT_OF_RANGE, AT_EDGE, AMBIGUOUS, SATURATED; reason: '' or the name of the fall-back method used; wrench: (6,) of the object on
+    the sensor at the sensor frame's origin over the stiffness of the skin, m and m^2, NaN where the method does not estimate it.
     """
 
     position: np.ndarray
