@@ -42,7 +42,7 @@ class _View:
         with np.errstate(divide='ignore', invalid='ignore'):
             share = 1 - 2 * (seen.sigma**2 + self._sigma[id]**2) / (move**2).sum(axis=1)
             growth = seen.area / self._area[id]
-        rate = np.nan_to_num(move / elapsed[:, None])
+        rate = np.where(elapsed > 0, move.T / np.where(elapsed > 0, elapsed, 1.0), 0.0).T
         along, field, way = (float((one * other).sum()) for one, other in ((rate, seen.duv), (seen.duv, seen.duv), (rate, rate)))
         speed = float(np.sqrt(way))
         change = abs(speed - self._speed) / max(speed + self._speed, 1e-9)
@@ -56,8 +56,7 @@ class _Motion(NamedTuple):
 
     move: (N, 2) px, 0 if unknown; share: (N,) of it that is not noise; growth: (N,) ratio of areas, 1 if unknown; elapsed: (N,) s, NaN if
     unknown; change: of the speed since the motion before, 0 (steady) to 1 (begins or ends); deeper: 1/s, speed over displacement of a press
-    that goes deeper (> 0) or back (< 0); straight: whether it is such a press; speed: px/s,
-    root of the sum of squares.
+    that goes deeper (> 0) or back (< 0); straight: whether it is such a press; speed: px/s, root of the sum of squares.
     """
 
     move: np.ndarray
