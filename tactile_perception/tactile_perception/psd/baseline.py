@@ -28,9 +28,9 @@ _MIN_SIGMA = 1e-4  # V, floor of the total's standard deviation: keeps threshold
 class Reference:
     """Offset and noise of the untouched outputs, measured over some seconds and tracked while nothing touches.
 
-    offset: (4,) V; uncertainty: V, standard deviation of a sum of the offsets; noise: (4, 4) covariance of the sums, V^2; sigma: V,
-    standard deviation of the total at rest; fastest: V/s, fastest drift of the total; what rises faster is an approaching object. Raises
-    BadArgument for seconds or fastest that are not positive.
+    offset: (4,) V; uncertainty, uncertainty_across: V, standard deviation of a sum of the offsets, along the room's light and across it;
+    noise: (4, 4) covariance of the sums, V^2; sigma: V, standard deviation of the total at rest; fastest: V/s, fastest drift of the total;
+    what rises faster is an approaching object. Raises BadArgument for seconds or fastest that are not positive.
     """
 
     def __init__(self, seconds: float, fastest: float):
@@ -49,7 +49,8 @@ class Reference:
         self.ready = False
 
     def _use(self, drift: DriftFilter) -> None:
-        self._drift, self.offset, self.uncertainty = drift, drift.offset, 2 * math.sqrt(drift.variance)
+        self._drift, self.offset = drift, drift.offset
+        self.uncertainty, self.uncertainty_across = (2 * math.sqrt(variance) for variance in drift.variances)
 
     def _take_noise(self, noise: np.ndarray) -> None:
         self.noise, self.sigma = noise, math.sqrt(noise.item(TOTAL, TOTAL))
@@ -99,7 +100,7 @@ class Reference:
         Else the latest offset is the best known."""
         self._sums, self._squares, self._count = np.zeros(4), np.zeros((4, 4)), 0
         before, now = self._earlier[0][1], self.offset
-        was = (self._drift.weights @ before[0]).sum()
+        was = self._drift.offset_in(before[0]).sum()
         if was * (1 - _SHADE) < now.sum() < was - _EVIDENT * self.uncertainty:
             self._drift.recall(before, sum(seconds for seconds, _ in list(self._earlier)[1:]))
             self._use(self._drift)

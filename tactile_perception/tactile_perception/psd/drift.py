@@ -4,8 +4,12 @@
 
 A calm room then gives the mean over seconds, a room whose light changes the line through the last samples, and both go on while something
 touches and nothing is measured (multiple models: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking, section 11.6).
+A room whose light changes in strength moves the four outputs together, in proportion to what they are; across that direction they rest.
+The filters are therefore weighted for both apart.
 """
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -24,8 +28,10 @@ class DriftFilter:
     def __init__(self, offset: np.ndarray, variance: float, fastest: float):
         count = len(_ACCELERATIONS)
         self._noise, self._fastest = (_ACCELERATIONS * fastest) ** 2, fastest
-        self._score = np.zeros(count)
+        self._score = np.zeros((2, count))  # along the room's light, and across; the largest is 0
+        self._weigh()
         self._offsets = np.tile(offset, (count, 1))
+        self._room = offset / max(float(np.linalg.norm(offset)), 1e-9)
         self.restart(variance)
 
     def restart(self, variance: float) -> None:
@@ -33,21 +39,26 @@ class DriftFilter:
         self._drifts = np.zeros((len(self._noise), 4))
         self._spread = np.stack([np.diag([variance, drift**2]) for drift in _FIRST_DRIFTS * self._fastest])
 
-    @property
-    def weights(self) -> np.ndarray:
-        """(filters,) by how well each has predicted."""
-        part = np.exp(self._score - self._score.max())
-        return part / part.sum()
+    def _weigh(self) -> None:
+        """Weights (2, filters) by how well each has predicted, along the room's light and across."""
+        part = np.exp(self._score)
+        self._weights = part / part.sum(axis=1, keepdims=True)
+        self._more_along = self._weights[0] - self._weights[1]
+
+    def offset_in(self, offsets: np.ndarray) -> np.ndarray:
+        """(4,) V of the offsets (filters, 4) in a state."""
+        return self._weights[1] @ offsets + (self._more_along @ (offsets @ self._room)) * self._room
 
     @property
     def offset(self) -> np.ndarray:
         """(4,) V at the present time."""
-        return self.weights @ self._offsets
+        return self.offset_in(self._offsets)
 
     @property
-    def variance(self) -> float:
-        """V^2, of each output's offset."""
-        return float(self.weights @ self._spread[:, 0, 0])
+    def variances(self) -> tuple[float, float]:
+        """V^2, of the offset along the room's light, and of each output's across."""
+        along, across = (self._weights @ self._spread[:, 0, 0]).tolist()
+        return along, across
 
     @property
     def state(self) -> tuple[np.ndarray, np.ndarray]:
@@ -76,8 +87,11 @@ class DriftFilter:
         innovation = measured - (self._offsets - 0.5 * seconds * self._drifts)
         expected = self._spread[:, 0, 0] + variance
         gain = self._spread[:, 0] / expected[:, None]
-        fit = -0.5 * ((innovation**2).sum(1) / expected + 4 * np.log(expected))
-        self._score = self._score * np.exp(-seconds / _MEMORY_S) + fit - fit.max()
+        along, log = (innovation @ self._room) ** 2, np.log(expected)
+        across = np.einsum('ij,ij->i', innovation, innovation) - along
+        score = self._score * math.exp(-seconds / _MEMORY_S) - 0.5 * np.stack([along / expected + log, across / expected + 3 * log])
+        self._score = score - score.max(axis=1, keepdims=True)
+        self._weigh()
         self._offsets = self._offsets + gain[:, :1] * innovation
         self._drifts = self._drifts + gain[:, 1:] * innovation
         self._spread = self._spread - gain[:, :, None] * self._spread[:, :1]

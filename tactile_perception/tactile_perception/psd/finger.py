@@ -179,7 +179,7 @@ class PsdFinger:
             sums += (before - reference.offset) @ MIX
             self._held = held_begin(self._held, reference.offset, reference.offset if self.model.room is None else self.model.room)
         self._held, sums, shift = held_follow(self._held, sums, contact, saturated, self.model.table, reference.noise,
-                                              cross_volts=math.hypot(self.model.cross_volts, reference.uncertainty), period=period_s)
+                                              cross_volts=math.hypot(self.model.cross_volts, reference.uncertainty_across), period=period_s)
         if shift is not None:
             reference.shift(shift)
         return sums

@@ -36,10 +36,30 @@ def test_a_drift_that_turns_is_followed():
     assert followed(truth).offset == pytest.approx(np.full(4, truth[-1]), abs=1.5 * NOISE)
 
 
-def test_the_variance_is_that_of_the_errors():
-    drifts = [followed(np.full(100, 0.1), seed) for seed in range(40)]
-    squares = np.mean([(drift.offset - 0.1) ** 2 for drift in drifts])
-    assert 0.5 < squares / np.mean([drift.variance for drift in drifts]) < 2
+def lamp(seconds, dark):
+    """Outputs (N, 4), V, of a lamp whose light swings, with dark voltages, and the direction in which it swings."""
+    time, way = STEP * np.arange(int(seconds / STEP)), np.array([0.15, 0.25, 0.4, 0.3])
+    return dark + (1 + 0.1 * np.sin(2 * np.pi * time / 6))[:, None] * way, way / np.linalg.norm(way)
+
+
+def test_across_the_light_of_a_room_that_changes_it_is_averaged_over_seconds():
+    truth, way = lamp(5.0, 0.03)
+    errors = np.array([followed(truth, seed).offset - truth[-1] for seed in range(20)])
+    across = errors - (errors @ way)[:, None] * way
+    assert np.sqrt((across**2).sum(1).mean() / 3) < 0.2 * NOISE
+    assert np.sqrt(np.mean((errors @ way) ** 2)) < 1.5 * NOISE
+
+
+@pytest.mark.parametrize('swings', [False, True])
+def test_the_variances_are_those_of_the_errors(swings):
+    truth, way = lamp(3.0, 0.0)
+    truth = truth if swings else np.tile(truth[:1], (100, 1))
+    drifts = [followed(truth, seed) for seed in range(60)]
+    errors = np.array([drift.offset - truth[-1] for drift in drifts])
+    along = errors @ way
+    squares = np.mean(along**2), np.mean(((errors**2).sum(1) - along**2) / 3)
+    for square, variance in zip(squares, np.mean([drift.variances for drift in drifts], axis=0)):
+        assert 0.5 < square / variance < 2
 
 
 def test_it_returns_to_an_earlier_state_and_is_moved():
