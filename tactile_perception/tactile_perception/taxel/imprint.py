@@ -201,7 +201,7 @@ class ImprintTracker:
 
     def _rolls(self, seen: SeenPressure, touched: np.ndarray, velocity: list[float] | None, same_load: bool) -> bool:
         """Whether the object, which moves by velocity (3,), rolls without traction. If it slides, take the present traction for that of
-        friction; load: sum of pressure."""
+        friction."""
         if velocity is None or not same_load:
             self._pulled_at_rest = self._pulled
             self._watch.rest(seen.pressure, same_load)
