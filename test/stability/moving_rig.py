@@ -3,6 +3,7 @@
 """Errors of touches in simulated scenes of sheets, processed with the calibration that ships."""
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,36 +21,40 @@ def errors(folder: Path, scene: str, shutters=None) -> tuple[np.ndarray, int]:
 
     scene: its name begins with that of the sensor; shutters: of two cameras.
     """
-    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
-    write_scene(folder / 'bag', scene, RATE, shutters=shutters)
     found, beside = [], 0
-    for _, told, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
+    for told, true in _instants(folder, scene, RATE, shutters):
         if not true.contacts:
             beside += any(touch.depth > 0.3e-3 for touch in told.contacts)
         elif told.contacts:
-            touch, tip = told.contacts[0], true.contacts[0]
-            off = touch.position - tip.position
-            squared = off @ np.linalg.solve(touch.position_covariance, off) / 3
-            found.append((1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), squared))
+            found.append(_errors(told.contacts[0], true.contacts[0]))
     return np.array(found), beside
 
 
 def errors_of_two(folder: Path, scene: str) -> tuple[np.ndarray, float]:
     """(N, 3), as errors, of the touches in frames in which two are told of two at least half a millimetre deep and three radii of the
     shipped fingertips apart; and the share of such frames."""
-    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
-    write_scene(folder / 'bag', scene, SLOW)
     found, judged = [], []
-    for _, told, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
+    for told, true in _instants(folder, scene, SLOW):
         pair = true.contacts or []
         if len(pair) < 2 or min(tip.depth for tip in pair) < LEAST or np.hypot(*(pair[0].position - pair[1].position)[:2]) < APART:
             continue
         judged.append(len(told.contacts) == 2)
         if judged[-1]:
-            off = [[touch.position - tip.position for touch in told.contacts] for tip in pair]
-            crossed = np.hypot(*off[0][0][:2]) > np.hypot(*off[0][1][:2])
-            for k, tip in enumerate(pair):
-                touch, way = told.contacts[k ^ crossed], off[k][k ^ crossed]
-                squared = way @ np.linalg.solve(touch.position_covariance, way) / 3
-                found.append((1e3 * np.hypot(*way[:2]), 1e3 * abs(touch.depth - tip.depth), squared))
+            there, other = (np.hypot(*(touch.position - pair[0].position)[:2]) for touch in told.contacts)
+            found += [_errors(touch, tip) for touch, tip in zip(told.contacts[::-1] if there > other else told.contacts, pair)]
     return np.array(found), float(np.mean(judged))
+
+
+def _instants(folder: Path, scene: str, rate: float, shutters=None) -> Iterator[tuple]:
+    """Results and truth of each frame."""
+    files = [Path(share(kind, '_'.join(scene.split('_')[:2]) + '_sim.yaml')) for kind in ('params', 'calibration')]
+    write_scene(folder / 'bag', scene, rate, shutters=shutters)
+    for _, told, true in JudgedBag(folder / 'bag', params=files[0], calibration=files[1]).instants():
+        yield told, true
+
+
+def _errors(touch, tip) -> tuple[float, float, float]:
+    """Place, depth, mm, and normalised squared error of the place."""
+    off = touch.position - tip.position
+    squared = off @ np.linalg.solve(touch.position_covariance, off) / 3
+    return 1e3 * np.hypot(*off[:2]), 1e3 * abs(touch.depth - tip.depth), squared

@@ -27,7 +27,7 @@ struct SheetTable {
     double half[2], reach[2];  // m
     double scale, depth;       // m
     double spread, power;      // largest log radius; grading of the depths
-    double widening;           // of markers/sheet_fit.cpp:Interaction
+    double widening;           // of markers/sheet_fit.cpp:Widening, before steep slopes
     std::ptrdiff_t n, order, levels;
     std::ptrdiff_t modes[4];    // of each class
     const float* coefficients;  // of each class (levels + 3, TERMS, order, order, modes + columns of the wrench)

@@ -42,7 +42,7 @@ class _View:
         with np.errstate(divide='ignore', invalid='ignore'):
             share = 1 - 2 * (seen.sigma**2 + self._sigma[id]**2) / (move**2).sum(axis=1)
             growth = seen.area / self._area[id]
-        rate = np.where(elapsed > 0, move.T / np.where(elapsed > 0, elapsed, 1.0), 0.0).T
+        rate = np.divide(move, elapsed[:, None], out=np.zeros_like(move), where=elapsed[:, None] > 0)
         along, field, way = (float((one * other).sum()) for one, other in ((rate, seen.duv), (seen.duv, seen.duv), (rate, rate)))
         speed = float(np.sqrt(way))
         change = abs(speed - self._speed) / max(speed + self._speed, 1e-9)

@@ -84,12 +84,17 @@ def _measure(places: np.ndarray, outside: np.ndarray, fullness: np.ndarray, gaps
     if area <= 0:
         return None
     centroid = np.einsum('ab,abk->k', sizes, places) / area
-    of_part = sizes * (gaps == gaps.min(axis=0))
-    of_parts = of_part.sum(axis=(1, 2))[:, None]
-    centroids = np.where(of_parts > 0, np.einsum('pab,abk->pk', of_part, places) / np.maximum(of_parts, 1e-30), np.nan)
+    centroids = centroid[None] if len(gaps) == 1 else _part_centroids(places, sizes, gaps)
     normal = np.einsum('ab,abk->k', cover, patches)
     outlines, holes = _contours(places, outside, slope, steep)
     return Region(outlines, holes, area, centroid, normal / np.linalg.norm(normal), fullness, centroids)
+
+
+def _part_centroids(places: np.ndarray, sizes: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """(parts, 3) m, of the places that each part is nearest to, NaN of one that has none; sizes: (a, b) m^2, of contact."""
+    of_part = sizes * (gaps == gaps.min(axis=0))
+    area = of_part.sum(axis=(1, 2))[:, None]
+    return np.where(area > 0, np.einsum('pab,abk->pk', of_part, places) / np.maximum(area, 1e-30), np.nan)
 
 
 def _contours(places: np.ndarray, outside: np.ndarray, slope: np.ndarray, steep: np.ndarray) -> tuple[list, list]:

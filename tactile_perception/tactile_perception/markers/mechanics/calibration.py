@@ -59,9 +59,8 @@ class SheetCalibration:
         """As plain numbers, for a calibration file."""
         return {'material': asdict(self.material), 'marker_radius': self.marker_radius, 'eyes': self.eyes.eyes.tolist(),
                 'eye_shifts': self.eyes.shifts.tolist(), 'printed': self.eyes.printed.tolist(), 'turned': self.eyes.turned,
-                'noise': asdict(self.noise),
-                'place_error': self.place_error, 'depth_share': self.depth_share, 'place_range': self.place_range.tolist(),
-                'deepest': self.deepest, 'library': library_numbers(self.library)}
+                'noise': asdict(self.noise), 'place_error': self.place_error, 'depth_share': self.depth_share,
+                'place_range': self.place_range.tolist(), 'deepest': self.deepest, 'library': library_numbers(self.library)}
 
     @classmethod
     def from_numbers(cls, numbers: Mapping) -> SheetCalibration:

@@ -47,9 +47,10 @@ class SheetStart:
     def best_pair(self, field: MarkerField) -> list[Press]:
         """The two presses whose fields, each scaled, add up to the field best; of the templates of PAIR_DEPTH, as best for the rest."""
         self._renew(field)
-        known = np.isfinite(self._values(field)) & self._known
+        value = self._values(field)
+        known = np.isfinite(value) & self._known
         fields = np.where(known, self._fields[PAIR_DEPTH::len(DEPTHS)], 0.0)
-        match, both = fields @ np.where(known, self._values(field), 0.0), fields @ fields.T + 1e-9 * np.eye(len(fields))
+        match, both = fields @ np.where(known, value, 0.0), fields @ fields.T + 1e-9 * np.eye(len(fields))
         own = np.diag(both)
         free = np.maximum(own[:, None] * own - both**2, 1e-3 * own[:, None] * own)  # alike ones tell nothing apart
         share = (match[:, None] * own - both * match) / free  # of the first of each pair
