@@ -10,6 +10,7 @@ import pytest
 from tactile_perception import _core
 
 PITCH = 1.3e-3
+PARABOLA = np.linalg.pinv(np.vander(np.arange(-2, 3), 3))[2]  # its value in the middle of five points, by their values
 HEADER = Path(__file__).parents[2] / 'src/touchpad/contact/edge_weights.hpp'
 
 
@@ -46,10 +47,20 @@ def reference(score, load, places, normals):
             fed = (np.maximum(fed, 0) if number else fed) @ weights + biases
         back = np.rot90(fed.reshape(turned(score).shape), -way)
         total += back.T if way > 3 else back
-    found = np.where(near, np.clip(0.5 + total / 16, 0, 1), 0)
+    found = smoothed(np.where(near, np.clip(0.5 + total / 16, 0, 1), 0))
     high = (found > 0.5).astype(np.uint8)
     alone = (high > 0) & (cv2.boxFilter(high, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT) == 1)
     return np.where(alone, 0.5, found)
+
+
+def smoothed(found):
+    wide, told = np.pad(found, 2), found.copy()
+    for row, column in np.argwhere(found[1:-1, 1:-1] > 0.5) + 1:
+        for way in range(4):
+            part = np.rot90(wide[row:row + 5, column:column + 5], way)
+            if (part[3] > 0.5).all() and max(part[2, 1], part[2, 3], *part[1, 1:4]) <= 0.5:
+                told[row, column] = max(0, min(part[2, 2], part[2] @ PARABOLA))
+    return told
 
 
 def random_dots(seed):
@@ -73,6 +84,29 @@ def test_a_turned_or_mirrored_grid_gives_the_same(seed):
     found = distance(*dots)
     np.testing.assert_allclose(distance(*(np.ascontiguousarray(np.rot90(part)) for part in dots)), np.rot90(found), atol=1e-12)
     np.testing.assert_allclose(distance(*(np.ascontiguousarray(part[::-1]) for part in dots)), found[::-1], atol=1e-12)
+
+
+@pytest.fixture
+def flat_face():
+    """Dots of a flat face, 7 x 7 of them, in a skin that rises beside it, and one dot in front of it that carries load by an error."""
+    shape = 15, 15
+    score = np.zeros(shape)
+    score[4:11, 4:11] = 1
+    places = np.stack([*np.mgrid[:15, :15] * PITCH, np.zeros(shape)], axis=-1)
+    out = np.maximum(np.abs(np.mgrid[:15, :15] - 7).max(axis=0) - 3, 0)
+    places[..., 2] = 0.3 * PITCH * out
+    load = np.where(score > 0, 1.0, np.where(out == 1, 0.25, 0.0))
+    return score, load, places, np.broadcast_to([0.0, 0.0, 1.0], (*shape, 3)).copy()
+
+
+def test_a_single_dot_does_not_stick_out_of_a_straight_border(flat_face):
+    """By its load alone it would touch (0.53); with the dots beside it, it does not. In a row of three such dots, all touch."""
+    score, load, places, normals = flat_face
+    score[3, 7], load[3, 7], places[3, 7, 2] = 0.6, 1.6, 0.1 * PITCH
+    told = distance(score, load, places, normals)
+    assert (told > 0.5).sum() == 49 and told[3, 7] > 0.4
+    score[3, 6:9], load[3, 6:9], places[3, 6:9, 2] = 0.6, 1.6, 0.1 * PITCH
+    assert (distance(score, load, places, normals)[3, 6:9] > 0.5).all()
 
 
 def test_without_a_likely_dot_nothing_touches():

@@ -23,6 +23,8 @@ constexpr std::ptrdiff_t FIRST = 24, SECOND = 12, SYMMETRIES = 8;               
 constexpr double HALF = 0.5;                                                      // score of the border of a contact
 constexpr double NEAR = 0.25;  // score from which a dot and those beside it are judged. Chosen, as are the limits below
 constexpr double LIGHTEST = -1, HEAVIEST = 4, STEEPEST = 0.5, HEIGHT_SCALE = 4;
+// Weights of a parabola's least squares through five points, in its middle, from there outwards (Savitzky and Golay 1964).
+constexpr double PARABOLA[] = {17.0 / 35, 12.0 / 35, -3.0 / 35};
 static_assert(sizeof edge::WEIGHTS_1 == FED * FIRST * sizeof(double) && sizeof edge::WEIGHTS_2 == FIRST * SECOND * sizeof(double));
 
 double limited(double value, double least, double most) {
@@ -98,6 +100,29 @@ TACTILE_WIDE void judge(Grid grid, const std::vector<std::uint8_t>& near, const 
     }
 }
 
+// A dot that alone sticks out of a straight border, with five touching dots in the row behind it and none beside or in front of it: its
+// distance is at most that of a parabola along the border, fitted to it and to two dots on each side. Others stay as they are.
+void smooth_single_dots(Grid grid, std::vector<double>& found) {
+    const std::vector<double> told = found;
+    constexpr std::ptrdiff_t WAYS[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};  // inwards
+    each_dot(grid, [&](std::ptrdiff_t k, bool inner) {
+        if (!inner || !(told[k] > HALF)) return;
+        for (const auto& way : WAYS) {
+            const auto at = [&](std::ptrdiff_t inwards, std::ptrdiff_t aside) {
+                const std::ptrdiff_t row = k / grid.columns + inwards * way[0] + aside * way[1];
+                const std::ptrdiff_t column = k % grid.columns + inwards * way[1] + aside * way[0];
+                return row < 0 || column < 0 || row >= grid.rows || column >= grid.columns ? 0.0 : told[row * grid.columns + column];
+            };
+            bool sticks_out = at(0, -1) <= HALF && at(0, 1) <= HALF;
+            for (std::ptrdiff_t aside = -2; aside <= 2; ++aside) sticks_out = sticks_out && at(1, aside) > HALF;
+            for (std::ptrdiff_t aside = -1; aside <= 1; ++aside) sticks_out = sticks_out && at(-1, aside) <= HALF;
+            if (!sticks_out) continue;
+            const double along = PARABOLA[0] * told[k] + PARABOLA[1] * (at(0, -1) + at(0, 1)) + PARABOLA[2] * (at(0, -2) + at(0, 2));
+            found[k] = std::max(0.0, std::min(told[k], along));
+        }
+    });
+}
+
 }  // namespace
 
 std::vector<double> edge_distance(Grid grid, const double* score, const double* load, const double* places, const double* normals,
@@ -118,6 +143,7 @@ std::vector<double> edge_distance(Grid grid, const double* score, const double* 
         if (inner) bends.values[at] = HEIGHT_SCALE * limited(bend(grid, k, places, normals, pitch), -STEEPEST, STEEPEST);
     });
     judge(grid, near, loads, scores, bends, found.data());
+    smooth_single_dots(grid, found);
     drop_single_dots(grid, found);
     return found;
 }
