@@ -172,8 +172,9 @@ py::array_t<double> with_edges(const py::object& score, const py::object& load, 
     return output(found, {grid.size()});
 }
 
-// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively, slid, drift.
-constexpr py::ssize_t OBJECT = 26;
+// Objects as rows of numbers: friction, whether moves, gross, still, slipping, twist, centre, whether rests, lively, slid, drift, whether
+// lost.
+constexpr py::ssize_t OBJECT = 27;
 
 int frames_of(double number) {
     return number >= 0 ? static_cast<int>(std::min(number, 1e6)) : 0;
@@ -188,7 +189,8 @@ std::vector<TouchingObject> objects_of(const Input<double>& rows) {
         thing.still = frames_of(row[3]), thing.slid = frames_of(row[16]);
         std::copy(row + 5, row + 11, thing.twist.begin());
         thing.centre = vec3_at(row + 11, 0), thing.rests = row[14] > 0, thing.lively = row[15];
-        std::copy(row + 17, row + OBJECT, thing.drift.begin());
+        std::copy(row + 17, row + 26, thing.drift.begin());
+        thing.lost = row[26] > 0;
     }
     return objects;
 }
@@ -202,6 +204,7 @@ py::array_t<double> rows_of(const std::vector<TouchingObject>& objects) {
         std::copy(thing.twist.begin(), thing.twist.end(), row + 5);
         store(row + 11, 0, thing.centre), row[14] = thing.rests, row[15] = thing.lively, row[16] = thing.slid;
         std::copy(thing.drift.begin(), thing.drift.end(), row + 17);
+        row[26] = thing.lost;
     }
     return output(rows, {static_cast<py::ssize_t>(objects.size()), OBJECT});
 }
@@ -311,7 +314,7 @@ void bind_contact(py::module_& module) {
     module.def(
         "stick_slip", &states, py::arg("last"), py::arg("now"), py::arg("held"), py::arg("objects"), py::arg("origin"), py::kw_only(),
         py::arg("rows"), py::arg("columns"), py::arg("tolerance"), py::arg("noise"), py::arg("depth_noise"), py::arg("friction"),
-        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 16), noise along\n"
+        "States (K,) uint8 of dots, the object that holds each (K,) int64, from 1, what is known of the objects (O, 27), noise along\n"
         "the normal and friction. last: places (K, 3), m, and seen (K,) bool of the last frame; now: places, scores (K,), seen, normals\n"
         "and force (K, 3); held, objects: of the last frame; see stick_slip.StickSlipTracker.");
     module.def(

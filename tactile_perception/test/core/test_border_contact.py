@@ -24,7 +24,7 @@ LOADED = {'id': NUMBERS[NUMBERS % 5 > 0], 'places': DOTS[NUMBERS % 5 > 0] * 1.01
           'origin': -0.04 * UP[0]}
 LAST = {'last_places': DOTS, 'last_seen': HELD > -1}
 NOW = {'places': DOTS + 1e-4, 'score': 1.0 * HELD, 'seen': HELD > -1, 'normals': UP, 'force': 0.01 * UP}
-STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 26)), 'origin': -0.04 * UP[0]}
+STICKING = LAST | NOW | {'held': HELD, 'objects': np.zeros((1, 27)), 'origin': -0.04 * UP[0]}
 
 
 def call_stick_slip(**arrays):

@@ -31,7 +31,8 @@ def frames(seed):
     for frame in range(30):
         far = 5 - frame // 12  # the objects come together
         objects = [np.hypot(ROW - 8, COLUMN - 8 + side * far) for side in (-1, 1)]
-        score = np.clip(0.5 + 3.4 - np.minimum(*objects), 0, 1) if frame not in (0, 25) else np.zeros(SIDE**2)
+        found = objects[1 - frame % 2] if frame in (10, 21) else np.minimum(*objects)  # in two frames only one of them is found
+        score = np.clip(0.5 + 3.4 - found, 0, 1) if frame not in (0, 25) else np.zeros(SIDE**2)
         which = (objects[1] < objects[0]).astype(int)
         carried = np.clip(rng.uniform(0.6, 1.4, SIDE**2) - max(0, frame - 5) / 8 * (COLUMN % 5 > 1), 0.05, 1) * (frame % 11 < 9)
         xyz = xyz + (score > 0.5)[:, None] * carried[:, None].round(1) * way[which] * (1 if which.any() else -1)

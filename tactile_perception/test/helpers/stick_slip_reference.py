@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """States of dots in NumPy: what the compiled ones measure themselves against."""
 import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -41,7 +41,8 @@ class _Object:
     twist (6,), a frame, about centre (3,), m, None: unknown; friction: coefficient; slipping: share of its dots that slip; gross: whether
     it slips grossly; rests: whether it has stopped after gross slip, of which twist then is the last; still: frames for which its dots have
     been at rest; slid: frames for which it has slipped grossly; lively: m, motion of its
-    dots, in the last few in which they moved; drift: (9,) m, sizes of the dots' mean motion in the last frames, the newest first.
+    dots, in the last few in which they moved; drift: (9,) m, sizes of the dots' mean motion in the last frames, the newest first; lost:
+    whether none of them was touched in the last frame.
     """
 
     friction: float
@@ -54,6 +55,7 @@ class _Object:
     slid: int = 0
     lively: float = 0.0
     drift: np.ndarray = field(default_factory=lambda: np.zeros(9))
+    lost: bool = False
 
 
 class StickSlipTracker(compiled.StickSlipTracker):
@@ -79,20 +81,28 @@ class StickSlipTracker(compiled.StickSlipTracker):
             if len(both):
                 states[both[self._classify(thing, state, touched, both)]] = SLIPPING
                 states[member[self._held[member] == 0]] = SLIPPING if thing.gross else STICKING
+            thing.lost = False
             objects.append(thing)
             held[member] = len(objects)
+        for number, thing in enumerate(self._objects, 1):
+            before = self._held == number
+            if not thing.lost and not touched[before].any():
+                objects.append(replace(thing, lost=True))
+                held[before] = len(objects)
         self._last, self._objects, self._held = (state.xyz, state.seen), objects, held
         return states
 
     def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
-        """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets the objects and updates the noise from the motions."""
+        """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets lost objects and updates the noise by motions."""
         if self._last is not None and not self._objects:
             moved = lengths(across_rays(self._last[0], xyz, self.origin)[0])[seen & self._last[1]]
             # a low quantile: a touch below the detection limit moves many dots
             here = np.partition(moved, len(moved) // _CALMEST)[len(moved) // _CALMEST] / 0.668 if len(moved) else np.nan
             if here > 0:
                 self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
-        self._last, self._objects, self._held = (xyz, seen), [], np.zeros(len(seen), int)
+        if all(thing.lost for thing in self._objects):
+            self._objects, self._held = [], np.zeros(len(seen), int)
+        self._last, self._objects = (xyz, seen), [replace(thing, lost=True) for thing in self._objects]
 
     def _separate(self, touched: np.ndarray) -> list[np.ndarray]:
         """Numbers (N,) of the dots of each separate object, largest first: dots with up to one free dot between them belong together."""

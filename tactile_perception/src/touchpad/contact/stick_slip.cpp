@@ -6,7 +6,7 @@
 // Dots at rest under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only
 // below one that turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under
 // the largest friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the
-// sensor's axis slip.
+// sensor's axis slip. An object that is not found in a frame is still known in the next.
 #include "touchpad/contact/stick_slip.hpp"
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "common/median.hpp"
+#include "touchpad/contact/known_objects.hpp"
 #include "touchpad/contact/separate_objects.hpp"
 
 namespace tactile {
@@ -360,15 +361,6 @@ class ObjectFrame {
     std::vector<double> ratio_, drag_;
 };
 
-// The object of the last frame that held most of the dots, as it was then; a new one if none did.
-TouchingObject continued(const Dots& dots, const StickSlipMemory& memory) {
-    std::vector<int> shared(memory.objects.size() + 1);
-    for (const std::ptrdiff_t k : dots) ++shared[memory.held[k]];
-    shared[0] = 0;
-    const std::ptrdiff_t number = std::max_element(shared.begin(), shared.end()) - shared.begin();
-    return number ? memory.objects[number - 1] : TouchingObject{memory.friction};
-}
-
 }  // namespace
 
 std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const TouchedFrame& now, const double* origin,
@@ -391,8 +383,10 @@ std::vector<std::uint8_t> stick_slip(Grid grid, const FrameBefore& last, const T
                 if (memory.held[k] == 0 && thing.gross) states[k] = SLIPPING;
             }
         }
+        thing.lost = false;
         objects.push_back(thing);
     }
+    keep_lost(memory, touched, objects, held);
     memory.objects = std::move(objects), memory.held = std::move(held);
     return states;
 }

@@ -16,7 +16,8 @@ namespace tactile {
 // What is known of one object from its last frame. moves: whether its twist, a frame, about a centre, is known; friction: coefficient;
 // slipping: share of its dots that slip; gross: whether it slips grossly; rests: whether it has stopped after gross slip, of which twist
 // then is the last; still: frames for which its dots have been at rest; slid: frames for which it has slipped grossly; lively: m, motion
-// of its dots a frame, in the last few in which they moved; drift: m, sizes of their mean motion in the last frames, the newest first.
+// of its dots a frame, in the last few in which they moved; drift: m, sizes of their mean motion in the last frames, the newest first;
+// lost: whether none of them was touched in the last frame.
 struct TouchingObject {
     double friction = std::numeric_limits<double>::quiet_NaN();
     bool moves = false, gross = false, rests = false;
@@ -25,6 +26,7 @@ struct TouchingObject {
     double slipping = 0, lively = 0;
     int still = 0, slid = 0;
     std::array<double, 9> drift{};
+    bool lost = false;
 };
 
 // All that is known from earlier frames. tolerance: m, lag of a sticking dot behind the object in a frame; noise, depth_noise: m, standard

@@ -8,6 +8,7 @@ kept while all dots lag behind it in that way; it is estimated again once they m
 under the largest friction mean that the object rests, since dots under a sliding object move as its edges pass them; only below one that
 turns in place they may not: there it rests if their motions ended suddenly. Dots of a resting object that move on under the largest
 friction slip again. A new object has no motion yet: dots that lag along their drag behind one that comes down along the sensor's axis slip.
+An object that is not found in a frame is still known in the next.
 """
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from .loads import DotLoads
 NON_CONTACT, STICKING, SLIPPING = 0, 1, 2
 _SMOOTHING = 0.2  # weight of a new value in the running mean of noise; chosen
 _CALMEST = 5  # the quantile 1/5 of the motions is used as noise, of which it is 0.668 standard deviations (2D Gaussian: sqrt(-2 ln 0.8))
-_NUMBERS = 26  # of an object, see the kernel
+_NUMBERS, _LOST = 27, 26  # of an object, see the kernel; which of them is not 0 after a frame in which it was not found
 
 
 class StickSlipTracker:
@@ -58,7 +59,8 @@ class StickSlipTracker:
         return states
 
     def observe_free(self, xyz: np.ndarray, seen: np.ndarray) -> None:
-        """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets the objects and updates the noise from the motions."""
+        """A frame without contact: dots at xyz (K, 3) m; seen: (K,) bool. Forgets the objects, but in the first such frame, and updates
+        the noise from the motions."""
         both = seen & self._last[1]
         if not len(self._objects) and both.any():
             moved = _across_rays(self._last[0], xyz, self.origin)[both]
@@ -67,7 +69,9 @@ class StickSlipTracker:
             if here > 0:
                 self.noise += (_SMOOTHING if here < self.noise else _SMOOTHING / 4) * (here - self.noise)
         self._last = xyz, seen
-        self._forget_objects()
+        if self._objects[:, _LOST].all():
+            self._forget_objects()
+        self._objects[:, _LOST] = 1
 
 
 def _across_rays(before: np.ndarray, after: np.ndarray, origin: np.ndarray) -> np.ndarray:

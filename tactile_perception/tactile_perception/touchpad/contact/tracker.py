@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,9 +24,9 @@ class ContactTracker:
     """Contacts frame by frame.
 
     A region continues the contact of the last frame with which it shares most dots; without common dots, the nearest one within a pitch
-    and a half from border to border. Of merging regions, the one with most common dots gives its id; if both had lasted, the contact is
-    AMBIGUOUS for the next frames, and longer only while its outline has a notch. Of the parts of a region that splits, the one with most
-    common dots keeps the id.
+    and a half from border to border. A contact that is lost for a frame keeps its id. Of merging regions, the one with most common dots
+    gives its id; if both had lasted, the contact is AMBIGUOUS for the next frames, and longer only while its outline has a notch. Of the
+    parts of a region that splits, the one with most common dots keeps the id.
     calibrated_depth, calibrated_radius: m, largest calibrated depth and distance from the z axis; None: unknown.
     """
 
@@ -55,12 +55,14 @@ class ContactTracker:
             age = self._last[number].age + 1 if number in self._last else 1
             tracks[number] = _Track(held[k], region.moments.centroid, region.moments.area, merged, age)
             contacts.append(self._contact(number, dots, region, merged > 0))
-        self._last = tracks
+        lost = {number: replace(track, lost=True) for number, track in self._last.items() if number not in tracks and not track.lost}
+        self._last = tracks | lost
         return contacts
 
     def _merged_for(self, number: int, k: int, held: list[set], chosen: dict[int, int]) -> int:
         """Frames for which region k still counts as merged: it absorbs a contact that ends now, or did before and has not split since."""
-        ended = [track for other, track in self._last.items() if other not in chosen.values() and track.age >= _LASTING]
+        ended = [track for other, track in self._last.items()
+                 if other not in chosen.values() and not track.lost and track.age >= _LASTING]
         if any(len(track.held & held[k]) > len(track.held) / 2 for track in ended):
             return _MERGED_FRAMES
         before = self._last.get(number)
@@ -90,6 +92,7 @@ class _Track:
     area: float
     merged: int
     age: int
+    lost: bool = False
 
 
 def _match(held: list[set], regions: list[Region], last: dict[int, _Track]) -> dict[int, int]:

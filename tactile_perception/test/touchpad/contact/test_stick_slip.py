@@ -242,6 +242,42 @@ def test_each_of_two_objects_has_a_motion_of_its_own():
         np.testing.assert_array_equal(found[face.inside], STICKING)
 
 
+@pytest.mark.parametrize('lost, told', [(1, SLIPPING), (2, STICKING)])
+def test_an_object_lost_for_a_frame_slips_on_and_after_two_it_is_a_new_one(lost, told):
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    _drag_until_it_slips(face, states, 0.6)
+    for _ in range(lost):
+        assert not states.update(face.state([6e-6, 0, 0], 0.6), np.zeros(SIDE**2)).any()
+    for _ in range(3):
+        found = states.update(face.state([6e-6, 0, 0], 0.6), face.score)
+    assert np.mean(found[face.inside] == told) > 0.95
+
+
+def test_one_of_two_objects_that_is_lost_for_a_frame_slips_on():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    other = (row > 9) & (column < 5)
+    face.inside = face.inside & (row < 9) | other
+    face.score = face.inside.astype(float)
+    _drag_until_it_slips(face, states, 0.6)
+    large = face.inside & ~other
+    for score in (np.where(large, 0, face.score), face.score, face.score):
+        found = states.update(face.state([6e-6, 0, 0], 0.6), score)
+    assert np.mean(found[large] == SLIPPING) > 0.95
+
+
+def test_of_an_object_that_is_laid_down_dragged_and_lifted_a_hundred_times_nothing_is_left_though_it_is_lost_now_and_then():
+    face, states = Face(), StickSlipTracker(SIDE, SIDE, ORIGIN)
+    start = face.xyz
+    for turn in range(100):
+        face.xyz = start
+        fractions = _drag_until_it_slips(face, states, 0.6)
+        assert max(fractions[:5]) < 0.05 and min(fractions[10:]) > 0.95, turn
+        for score in (0 * face.score, face.score, 0 * face.score, 0 * face.score, 0 * face.score):
+            found = states.update(face.state([6e-6, 0, 0], 0.6), score)
+            assert np.mean(found[face.inside] == SLIPPING) == (score > 0).any(), turn
+
+
 @pytest.mark.parametrize('name, stick, slip', [('tp_disc_impact', 0.9, 0.85), ('tp_rect_release', 0.95, 0.85)])
 def test_impact_and_release_of_a_recording_seen_without_error(recording, name, stick, slip):
     f1 = _scores(recording(name))

@@ -25,8 +25,10 @@ def test_number_lasts_with_the_touch_and_is_not_used_again(pad):
     tracker = ContactTracker(pad.cap)
     numbers = [track(tracker, pad.disc(centre=(0.4e-3 * k, 0)))[0].id for k in range(10)]
     assert set(numbers) == {1}
-    assert track(tracker, pad.disc(radius=-1e-2)) == []
-    assert track(tracker, pad.disc())[0].id == 2
+    for lost, number in ((1, 1), (2, 2), (1, 2)):
+        for _ in range(lost):
+            assert track(tracker, pad.disc(radius=-1e-2)) == []
+        assert track(tracker, pad.disc())[0].id == number
     tracker.reset()
     assert track(tracker, pad.disc())[0].id == 3
 
@@ -44,6 +46,16 @@ def test_two_touches_keep_theirs_when_one_goes(pad):
     assert places[first] == pytest.approx(-5e-3, abs=0.1e-3)
     other = (set(places) - {first}).pop()
     assert track(tracker, discs(pad, (5e-3, 0)))[0].id == other
+
+
+def test_one_of_two_touches_that_is_lost_for_a_frame_keeps_its_number(pad):
+    tracker, both = ContactTracker(pad.cap), discs(pad, (-5e-3, 0), (5e-3, 0))
+    numbers = {contact.id for contact in track(tracker, both)}
+    assert len(track(tracker, discs(pad, (5e-3, 0)))) == 1
+    assert {contact.id for contact in track(tracker, both)} == numbers
+    for _ in range(2):
+        track(tracker, discs(pad, (5e-3, 0)))
+    assert {contact.id for contact in track(tracker, both)} != numbers
 
 
 def test_merged_touches_are_ambiguous_and_those_that_part_are_not(pad):
